@@ -1,0 +1,1 @@
+"""Runs on disk: channels, sample blocks, steps and events in MCAP.  No physics, no hardware."""

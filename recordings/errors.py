@@ -1,0 +1,32 @@
+"""The one error a user sees: which file, where in it, why, and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["InputError"]
+
+
+class InputError(Exception):
+    """Bad input from a person or another program; the command line prints it as one line and exits with 2.
+
+    Parameters
+    ----------
+    source
+        File, address or option the input came from.
+    place
+        Where in it: a field such as ``joint.overlap``, a line, a record, a channel; empty if the whole of it.
+    reason
+        What is wrong, with the offending value.
+    remedy
+        What the user can do about it; empty if the reason says it.
+    """
+
+    def __init__(self, source: str | Path, place: str, reason: str, remedy: str = "") -> None:
+        self.source, self.place, self.reason, self.remedy = str(source), place, reason, remedy
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        head = f"{self.source}: {self.place}: {self.reason}" if self.place else f"{self.source}: {self.reason}"
+        line = f"{head}; {self.remedy}" if self.remedy else head
+        return " ".join(line.split())

@@ -1,0 +1,1 @@
+"""The rig's twin: structure, joint, bench, procedures, identification, diagnosis and views."""
