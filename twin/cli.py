@@ -1,0 +1,81 @@
+"""The command line: one command, `twin`, that joins physics, instruments and recordings.
+
+Every subcommand is a module of :mod:`twin.commands` that offers ``command``, a click command; it is imported only
+when called, so that ``twin --help`` is quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+from recordings.errors import InputError
+
+__all__ = ["main"]
+
+SUMMARIES = {
+    "demo": "The main job from end to end: serve, acquire, identify, find a hidden effect, report.",
+    "rehearse": "Run a procedure on the twin, faster than real time.",
+    "serve": "Serve the virtual instruments of a rig over serial, TCP and CAN.",
+    "acquire": "Run a procedure against instruments, virtual or real, and record it.",
+    "replay": "Serve a recorded run through the virtual instruments.",
+    "check": "Validate a recording against the contract; recover what a damaged file holds.",
+    "convert": "Convert between MCAP and other formats, chosen by suffix.",
+    "identify": "Identify E', G' and the joint's nonlinear law from recordings.",
+    "predict": "Predict responses to given frequencies and forces.",
+    "diagnose": "Show what the model gets wrong, name the cause, extend the model, measure the gain.",
+    "reproduce": "The papers' tables side by side with this project's.",
+    "view": "Show a run, a rehearsal or a diagnosis in rerun.",
+    "speed": "The benchmark ratios on this machine.",
+}
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are imported when they are asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """All command names, in the order of the work."""
+        return list(SUMMARIES)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return one command."""
+        if cmd_name not in SUMMARIES:
+            return None
+        command = importlib.import_module(f"twin.commands.{cmd_name}").command
+        assert isinstance(command, click.Command)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(SUMMARIES.items()))
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="virtual-test-rig", prog_name="twin")
+def group() -> None:
+    """Digital twin of a stepped-sine test rig for bolted structures."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; a user's mistake becomes one line and exit status 2."""
+    try:
+        result = group.main(args=arguments, prog_name="twin", standalone_mode=False)
+    except InputError as error:
+        click.echo(f"twin: {error}", err=True)
+        sys.exit(2)
+    except click.UsageError as error:
+        where = error.ctx.command_path if error.ctx else "twin"
+        click.echo(f"{where}: {error.format_message()}; see '{where} --help'", err=True)
+        sys.exit(2)
+    except click.ClickException as error:
+        click.echo(f"twin: {error.format_message()}", err=True)
+        sys.exit(2)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("twin: interrupted", err=True)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(141)
+    sys.exit(result if isinstance(result, int) else 0)
