@@ -1,0 +1,156 @@
+"""The assembled structure: M, K0 and the layer's low-rank strain operators, K = K0 + E' KE + G' KG."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import Rig
+from twin.structure.beam import beam_mass, beam_stiffness, deflection_shape, slope_shape
+from twin.structure.mesh import LapJointMesh, mesh_rig
+from twin.structure.thin_layer import thin_layer
+
+__all__ = ["Structure", "assemble"]
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A structure in its free degrees of freedom (n of them).
+
+    Attributes
+    ----------
+    M, K0 : ndarray, (n, n)
+        Mass with the sensors' masses, and stiffness of the beams without the layer.
+    B_E, B_G : ndarray, (r, n)
+        Strain operators of the layer's Gauss points, KE = B_E' B_E and KG = B_G' B_G.
+    normal_weight, shear_weight : ndarray, (r,)
+        B_E / normal_weight is the opening in metres, B_G / shear_weight the slip.
+    layer_x : ndarray
+        Positions of the normal Gauss points, m.
+    free : ndarray of int
+        The free ones among all 3 x nodes degrees of freedom.
+    """
+
+    mesh: LapJointMesh
+    M: Matrix
+    K0: Matrix
+    B_E: Matrix
+    B_G: Matrix
+    normal_weight: Matrix
+    shear_weight: Matrix
+    layer_x: Matrix
+    free: NDArray[np.int64]
+
+    @property
+    def KE(self) -> Matrix:
+        """Stiffness of the layer per unit of E'."""
+        return self.B_E.T @ self.B_E
+
+    @property
+    def KG(self) -> Matrix:
+        """Stiffness of the layer per unit of G'."""
+        return self.B_G.T @ self.B_G
+
+    def stiffness(self, E: float, G: float) -> Matrix:
+        """K at layer moduli E', G' in N/m2."""
+        return self.K0 + E * self.KE + G * self.KG
+
+    def deflection(self, position_m: float) -> Matrix:
+        """Row c with v(position) = c x.  Within the overlap it is the lower beam's deflection."""
+        return self._row(position_m, deflection_shape, [1, 2, 4, 5])
+
+    def slope(self, position_m: float) -> Matrix:
+        """Row with v'(position), the derivative of :meth:`deflection` with respect to position."""
+        return self._row(position_m, slope_shape, [1, 2, 4, 5])
+
+    def axial(self, position_m: float) -> Matrix:
+        """Row with u(position)."""
+        return self._row(position_m, lambda xi, _length: np.array([1 - xi, xi]), [0, 3])
+
+    def with_point_mass(self, position_m: float, mass_kg: float) -> Structure:
+        """The same structure with a mass fixed at `position_m`."""
+        v, u = self.deflection(position_m), self.axial(position_m)
+        return replace(self, M=self.M + mass_kg * (np.outer(v, v) + np.outer(u, u)))
+
+    def _row(self, position_m: float, shape: Callable[[float, float], Matrix], local: list[int]) -> Matrix:
+        lower = position_m <= self.mesh.lower_x[-1]
+        x = self.mesh.lower_x if lower else self.mesh.upper_x
+        offset = 0 if lower else len(self.mesh.lower_x)
+        if not x[0] - 1e-9 <= position_m <= x[-1] + 1e-9:
+            raise ValueError(f"position {position_m} m is not on the structure")
+        e = int(np.clip(np.searchsorted(x, position_m) - 1, 0, len(x) - 2))
+        length = x[e + 1] - x[e]
+        row = np.zeros(3 * self.mesh.nodes)
+        dofs = 3 * (offset + e) + np.array(local)
+        row[dofs] = shape((position_m - x[e]) / length, length)
+        return row[self.free]
+
+
+def assemble(
+    rig: Rig, *, mesh: LapJointMesh | None = None, clamped: bool = True, sensor_masses: bool = True
+) -> Structure:
+    """Assemble the two beams and the layer of `rig`.
+
+    Parameters
+    ----------
+    mesh
+        Other than the rig file's own.
+    clamped
+        Whether the lower beam is fixed at x = 0; otherwise the structure floats.
+    sensor_masses
+        Whether the sensors' masses are in M.
+    """
+    mesh = mesh or mesh_rig(rig)
+    size = 3 * mesh.nodes
+    M, K0 = np.zeros((size, size)), np.zeros((size, size))
+    for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
+        E, A, I, rho = beam.youngs_modulus, beam.area, beam.second_moment, beam.density
+        rotary = rho * I if beam.shear_ratio > 0 else 0.0
+        for e, length in enumerate(np.diff(x)):
+            dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
+            K0[dofs] += beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio)
+            M[dofs] += beam_mass(mass_per_length=rho * A, length=length, rotary=rotary)
+    free = np.arange(3 if clamped else 0, size)
+    structure = Structure(mesh, M[np.ix_(free, free)], K0[np.ix_(free, free)], *_layer(rig, mesh, free), free=free)
+    if sensor_masses:
+        for sensor in rig.sensor:
+            structure = structure.with_point_mass(sensor.position, sensor.mass)
+    return structure
+
+
+def _layer(rig: Rig, mesh: LapJointMesh, free: NDArray[np.int64]) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
+    """Strain operators of all layer elements, their weights and the positions of the normal Gauss points."""
+    normal: list[Matrix] = []
+    shear: list[Matrix] = []
+    normal_weight, shear_weight, position = [], [], []
+    width = min(rig.lower.width, rig.upper.width)
+    for (low, up), (low2, _up2) in zip(mesh.layer_nodes, mesh.layer_nodes[1:], strict=False):
+        length = mesh.lower_x[low2] - mesh.lower_x[low]
+        element = thin_layer(
+            length=length,
+            height=rig.joint.layer_height,
+            width=width,
+            bottom_thickness=rig.lower.thickness,
+            top_thickness=rig.upper.thickness,
+        )
+        dofs = np.concatenate([3 * low + np.arange(6), 3 * up + np.arange(6)])
+        for B, rows in ((element.B_E, normal), (element.B_G, shear)):
+            full = np.zeros((len(B), 3 * mesh.nodes))
+            full[:, dofs] = B
+            rows.append(full[:, free])
+        normal_weight.append(element.normal_weight)
+        shear_weight.append(element.shear_weight)
+        points = (np.polynomial.legendre.leggauss(len(element.B_E))[0] + 1) / 2
+        position.append(mesh.lower_x[low] + length * points)
+    return (
+        np.vstack(normal),
+        np.vstack(shear),
+        np.concatenate(normal_weight),
+        np.concatenate(shear_weight),
+        np.concatenate(position),
+    )

@@ -1,0 +1,51 @@
+"""Normal modes of the undamped structure and their sensitivities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+__all__ = ["Modes", "eigenvalue_sensitivity", "normal_modes"]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural frequencies omega (rad/s), rising, and mass-normalised mode shapes as columns of Phi, (n, m)."""
+
+    omega: NDArray[np.float64]
+    Phi: NDArray[np.float64]
+
+    @property
+    def frequency_Hz(self) -> NDArray[np.float64]:
+        """Natural frequencies in Hz."""
+        return self.omega / (2 * np.pi)
+
+
+def normal_modes(M: NDArray[np.float64], K: NDArray[np.float64], count: int | None = None) -> Modes:
+    """The lowest `count` modes, or all of them.
+
+    Rigid-body modes come out with omega = 0 instead of the root of a tiny negative number.
+    """
+    subset = None if count is None else (0, min(count, len(M)) - 1)
+    values, Phi = eigh(K, M, subset_by_index=subset)
+    return Modes(np.sqrt(np.maximum(values, 0.0)), Phi)
+
+
+def eigenvalue_sensitivity(Phi: NDArray[np.float64], B: NDArray[np.float64]) -> NDArray[np.float64]:
+    """d(omega_r^2)/dp for a stiffness that changes as dK/dp = B' B: the square of B phi_r, summed over its rows.
+
+    Parameters
+    ----------
+    Phi : ndarray, (n, m)
+        Mass-normalised mode shapes.
+    B : ndarray, (r, n)
+        Low-rank factor of dK/dp.
+
+    Returns
+    -------
+    ndarray, (m,)
+    """
+    return np.sum((B @ Phi) ** 2, axis=0)

@@ -1,0 +1,80 @@
+"""The thin-layer element between two overlapping beams.
+
+The layer has height h (neutral axis to neutral axis) and width t, and resists opening and sliding only (2011 paper,
+equations 1 and 2, with the kinematics of the beams that it joins)::
+
+    x' K x = integral (t/h) [ E' dv^2 + G' (du + (h_top/2) v_top' + (h_bottom/2) v_bottom')^2 ] dx,   d. = top - bottom
+
+with u linear and v cubic along the element, as in the beams.  Each Gauss point contributes one row to the strain
+operators B_E and B_G, so that K = E' B_E' B_E + G' B_G' B_G: affine in the moduli and of low rank.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.structure.beam import deflection_shape, slope_shape
+
+__all__ = ["ThinLayerElement", "thin_layer"]
+
+NORMAL_POINTS, SHEAR_POINTS = 4, 3
+"""Gauss points that integrate the squares of a cubic opening and of a quadratic slip exactly."""
+
+
+@dataclass(frozen=True)
+class ThinLayerElement:
+    """Strain operators of one element, weighted so that K = E' B_E' B_E + G' B_G' B_G.
+
+    DOFs: (u1, v1, theta1, u2, v2, theta2) of the bottom beam's element, then of the top beam's.
+
+    Attributes
+    ----------
+    B_E : ndarray, (4, 12)
+        Rows sqrt(weight t / h) times the opening dv.
+    B_G : ndarray, (3, 12)
+        Rows sqrt(weight t / h) times the slip.
+    normal_weight, shear_weight : ndarray
+        The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres.
+    """
+
+    B_E: NDArray[np.float64]
+    B_G: NDArray[np.float64]
+    normal_weight: NDArray[np.float64]
+    shear_weight: NDArray[np.float64]
+
+
+def thin_layer(
+    *, length: float, height: float, width: float, bottom_thickness: float, top_thickness: float
+) -> ThinLayerElement:
+    """Build one element; all lengths in metres."""
+    v, du = [1, 2, 4, 5], [0, 3]
+    normal_rows, normal_weights = [], []
+    for xi, weight in zip(*_gauss(NORMAL_POINTS), strict=True):
+        factor = np.sqrt(weight * length * width / height)
+        row = np.zeros(12)
+        row[v] = -deflection_shape(xi, length)
+        row[[6 + i for i in v]] = deflection_shape(xi, length)
+        normal_rows.append(factor * row)
+        normal_weights.append(factor)
+    shear_rows, shear_weights = [], []
+    for xi, weight in zip(*_gauss(SHEAR_POINTS), strict=True):
+        factor = np.sqrt(weight * length * width / height)
+        row = np.zeros(12)
+        row[du] = [-(1 - xi), -xi]
+        row[[6 + i for i in du]] = [1 - xi, xi]
+        row[v] = bottom_thickness / 2 * slope_shape(xi, length)
+        row[[6 + i for i in v]] = top_thickness / 2 * slope_shape(xi, length)
+        shear_rows.append(factor * row)
+        shear_weights.append(factor)
+    return ThinLayerElement(
+        np.array(normal_rows), np.array(shear_rows), np.array(normal_weights), np.array(shear_weights)
+    )
+
+
+def _gauss(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Abscissae and weights of Gauss-Legendre quadrature on 0..1."""
+    x, w = np.polynomial.legendre.leggauss(points)
+    return (x + 1) / 2, w / 2
