@@ -12,6 +12,7 @@ from twin.rigs import Rig
 from twin.structure.beam import beam_mass, beam_stiffness, deflection_shape, slope_shape
 from twin.structure.mesh import LapJointMesh, mesh_rig
 from twin.structure.thin_layer import thin_layer
+from twin.structure.timoshenko import timoshenko_mass
 
 __all__ = ["Structure", "assemble"]
 
@@ -110,11 +111,15 @@ def assemble(
     M, K0 = np.zeros((size, size)), np.zeros((size, size))
     for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
         E, A, I, rho = beam.youngs_modulus, beam.area, beam.second_moment, beam.density
-        rotary = rho * I if beam.shear_ratio > 0 else 0.0
         for e, length in enumerate(np.diff(x)):
             dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
             K0[dofs] += beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio)
-            M[dofs] += beam_mass(mass_per_length=rho * A, length=length, rotary=rotary)
+            if beam.shear_ratio > 0:
+                M[dofs] += timoshenko_mass(
+                    mass_per_length=rho * A, radius2=I / A, length=length, shear_ratio=beam.shear_ratio
+                )
+            else:
+                M[dofs] += beam_mass(mass_per_length=rho * A, length=length)
     free = np.arange(3 if clamped else 0, size)
     structure = Structure(mesh, M[np.ix_(free, free)], K0[np.ix_(free, free)], *_layer(rig, mesh, free), free=free)
     if sensor_masses:
