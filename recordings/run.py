@@ -87,7 +87,10 @@ class Indicator:
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """Samples `first_index` .. `first_index + count - 1` of a device that were never received."""
+    """Samples `first_index` .. `first_index + count - 1` of a device that were never received.
+
+    Numbers count from the device's first start, also after a restart in mid-run.
+    """
 
     device: str
     first_index: int
@@ -99,7 +102,8 @@ class DeviceSamples:
     """All samples of one device in order of time, in SI units; lost samples are NaN.
 
     `values[channel][i]` was taken at `time_ns[0] + i / sample_rate_Hz` when nothing was lost; blocks carry their
-    own time stamps, so `block_start` (sample numbers) and `block_time_ns` give the exact mapping.
+    own time stamps, so `block_start` (sample numbers: positions in the arrays of `values`) and `block_time_ns` give
+    the exact mapping.  A very long loss is filled with fewer NaN than samples were lost; its `Gap` has their number.
     """
 
     device: str
@@ -109,6 +113,36 @@ class DeviceSamples:
     block_time_ns: NDArray[np.int64]
     overload: Mapping[str, int]
     gaps: tuple[Gap, ...] = ()
+
+    def __len__(self) -> int:
+        return len(next(iter(self.values.values()), ()))
+
+    @property
+    def end_ns(self) -> int:
+        """Time just after the last sample; the first block's time stamp if there is none."""
+        lasting = len(self) - int(self.block_start[-1])
+        return int(self.block_time_ns[-1]) + round(lasting * 1e9 / self.sample_rate_Hz)
+
+    def position_at(self, time_ns: int) -> int:
+        """Position in `values` of the first sample taken at `time_ns` or later, from the blocks' time stamps.
+
+        Time stamps are rounded to nanoseconds, so a sample up to a hundredth of a sampling interval before counts as
+        taken at that time.
+        """
+        block = int(np.searchsorted(self.block_time_ns, time_ns, side="right")) - 1
+        if block < 0:
+            return 0
+        last = block == len(self.block_start) - 1
+        end = len(self) if last else int(self.block_start[block + 1])
+        since = (time_ns - int(self.block_time_ns[block])) * 1e-9 * self.sample_rate_Hz
+        return min(int(self.block_start[block]) + int(np.ceil(since - 0.01)), end)
+
+    def times_ns(self, start: int = 0, stop: int | None = None) -> NDArray[np.int64]:
+        """When the samples at positions `start` to `stop` (not included) were taken, in nanoseconds."""
+        positions = np.arange(start, len(self) if stop is None else stop)
+        block = np.searchsorted(self.block_start, positions, side="right") - 1
+        since = (positions - self.block_start[block]) * (1e9 / self.sample_rate_Hz)
+        return np.asarray(self.block_time_ns[block] + np.rint(since).astype(np.int64))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,3 +161,25 @@ class Run:
     events: tuple[Event, ...]
     indicators: tuple[Indicator, ...] = ()
     attachments: Mapping[str, bytes] = field(default_factory=dict)
+
+    def device_of(self, channel: str) -> DeviceSamples:
+        """The samples of the device that has `channel`.
+
+        Raises
+        ------
+        KeyError
+            If no samples of that channel were recorded.
+        """
+        for device in self.devices.values():
+            if channel in device.values:
+                return device
+        raise KeyError(f"the run has no samples of channel {channel!r}")
+
+    def between(self, channel: str, start_ns: int, stop_ns: int) -> NDArray[np.float32]:
+        """Samples of one channel taken from `start_ns` to before `stop_ns`, lost ones as NaN; a view, not a copy.
+
+        Channels of different devices have clocks of their own: the first samples of two channels may lie up to one
+        sampling interval apart, see `DeviceSamples.times_ns`.
+        """
+        device = self.device_of(channel)
+        return device.values[channel][device.position_at(start_ns) : device.position_at(stop_ns)]

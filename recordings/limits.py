@@ -1,0 +1,38 @@
+"""How much of a stranger's file is believed before it is refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Limits"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Bounds on what reading one file may cost; the defaults hold a run of an hour with four channels at 25.6 kHz.
+
+    Parameters
+    ----------
+    values
+        Samples kept in memory, all channels together, four bytes each (NaN in the place of lost ones included).
+    messages
+        Messages of all topics.
+    record_bytes
+        One MCAP record, and one chunk after decompression.
+    text_bytes
+        Steps, events and indicators together, as encoded.
+    attachment_bytes
+        All attachments together.
+    records
+        Metadata records, attachments, schemas and channels, each.
+    gap_fill
+        Longest stretch of lost samples that is filled with NaN in full; a longer one is shortened to this.
+    """
+
+    values: int = 1 << 29
+    messages: int = 2_000_000
+    record_bytes: int = 128 << 20
+    text_bytes: int = 64 << 20
+    attachment_bytes: int = 64 << 20
+    records: int = 4096
+    gap_fill: int = 1 << 20

@@ -1,0 +1,211 @@
+"""Messages of the contract to and from bytes.
+
+Samples are packed by numpy, which writes the same bytes as protobuf several times faster (a test holds them equal).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from google.protobuf.message import DecodeError
+
+from recordings.run import Event, Indicator, SampleBlock, Step, StepState
+from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, message_class
+
+__all__ = [
+    "decode_block", "decode_event", "decode_indicator", "decode_step",
+    "encode_block", "encode_event", "encode_indicator", "encode_step",
+]  # fmt: skip
+
+SECOND_NS = 1_000_000_000
+TIME_LIMIT_NS = 1 << 63
+"""MCAP counts nanoseconds in 64 bits without sign; numpy with sign."""
+FIELD_LIMIT = 4096
+"""Fields of one sample block: each costs memory of its own when decoded, however few bytes it has."""
+
+_LENGTH_DELIMITED, _VARINT = 2, 0
+
+
+def encode_block(block: SampleBlock) -> bytes:
+    """A ``rig.SampleBlock``; samples are packed little-endian floats whatever array they came in.
+
+    Raises
+    ------
+    ValueError
+        If the series differ in length, or a number is out of its range.
+    """
+    head = message_class(SAMPLE_BLOCK)(first_index=block.first_index, sample_rate=block.sample_rate_Hz)
+    _set_time(head, block.time_ns)
+    parts = [head.SerializeToString()]
+    for channel, values in block.samples.items():
+        packed = np.ascontiguousarray(values, dtype="<f4")
+        if packed.ndim != 1 or len(packed) != len(block):
+            raise ValueError(f"series {channel!r} has shape {packed.shape}, the block {len(block)} samples")
+        name = channel.encode()
+        body = _tag(1, _LENGTH_DELIMITED) + _varint(len(name)) + name
+        if packed.size:
+            body += _tag(2, _LENGTH_DELIMITED) + _varint(packed.nbytes)
+        overload = block.overload.get(channel, 0)
+        tail = _tag(3, _VARINT) + _varint(overload) if overload else b""
+        parts += [_tag(4, _LENGTH_DELIMITED), _varint(len(body) + packed.nbytes + len(tail)), body]
+        parts += [packed.tobytes(), tail]
+    return b"".join(parts)
+
+
+def encode_step(step: Step) -> bytes:
+    """A ``rig.Step``."""
+    message = message_class(STEP)(
+        sweep=step.sweep, index=step.index, frequency=step.frequency_Hz, target_channel=step.target_channel,
+        target_amplitude=step.target_amplitude, state=int(step.state),
+    )  # fmt: skip
+    return _finish(message, step.time_ns)
+
+
+def encode_event(event: Event) -> bytes:
+    """A ``rig.Event``."""
+    return _finish(message_class(EVENT)(source=event.source, kind=event.kind, detail=event.detail), event.time_ns)
+
+
+def encode_indicator(indicator: Indicator) -> bytes:
+    """A ``rig.Indicator``; its name is the topic's."""
+    return _finish(message_class(INDICATOR)(value=indicator.value, unit=indicator.unit), indicator.time_ns)
+
+
+def decode_block(device: str, data: bytes) -> SampleBlock:
+    """A block of samples as arrays of float32.
+
+    Raises
+    ------
+    ValueError
+        With the reason, if the bytes break the contract.
+    """
+    if _more_fields_than(data, FIELD_LIMIT):
+        raise ValueError(f"a sample block of more than {FIELD_LIMIT} fields")
+    message = _parse(SAMPLE_BLOCK, data)
+    if not math.isfinite(message.sample_rate) or message.sample_rate <= 0:
+        raise ValueError(f"sample_rate is {message.sample_rate!r} Hz")
+    samples: dict[str, np.ndarray[Any, np.dtype[np.float32]]] = {}
+    overload: dict[str, int] = {}
+    for series in message.series:
+        if series.channel in samples:
+            raise ValueError(f"channel {series.channel!r:.80} stands twice in one block")
+        samples[series.channel] = np.array(series.samples, dtype=np.float32)
+        if series.overload > len(series.samples):
+            raise ValueError(f"overload of {series.channel!r:.80} counts more samples than the block has")
+        overload[series.channel] = series.overload
+    if not samples:
+        raise ValueError("a sample block without series")
+    lengths = {len(values) for values in samples.values()}
+    if len(lengths) > 1:
+        raise ValueError(f"series of different lengths in one block: {sorted(lengths)[:4]}")
+    return SampleBlock(
+        device=device, time_ns=_time(message), first_index=message.first_index,
+        sample_rate_Hz=message.sample_rate, samples=samples, overload=overload,
+    )  # fmt: skip
+
+
+def decode_step(data: bytes) -> Step:
+    """A step; raises ValueError with the reason."""
+    message = _parse(STEP, data)
+    for name in ("frequency", "target_amplitude"):
+        value = getattr(message, name)
+        if not math.isfinite(value) or value < 0:
+            raise ValueError(f"{name} is {value!r}")
+    try:
+        state = StepState(message.state)
+    except ValueError:
+        raise ValueError(f"state {message.state} is none of the contract's") from None
+    return Step(
+        time_ns=_time(message), sweep=message.sweep, index=message.index, frequency_Hz=message.frequency,
+        target_channel=message.target_channel, target_amplitude=message.target_amplitude, state=state,
+    )  # fmt: skip
+
+
+def decode_event(data: bytes) -> Event:
+    """An event; raises ValueError with the reason."""
+    message = _parse(EVENT, data)
+    return Event(time_ns=_time(message), source=message.source, kind=message.kind, detail=message.detail)
+
+
+def decode_indicator(name: str, data: bytes) -> Indicator:
+    """An indicator of topic ``/indicators/<name>``; raises ValueError with the reason."""
+    message = _parse(INDICATOR, data)
+    return Indicator(name=name, time_ns=_time(message), value=message.value, unit=message.unit)
+
+
+def _parse(name: str, data: bytes) -> Any:
+    try:
+        return message_class(name).FromString(data)
+    except DecodeError as error:
+        raise ValueError(f"bytes that are no {name} message") from error
+
+
+def _time(message: Any) -> int:
+    """The time stamp in nanoseconds; a missing one is an error, not the year 1970."""
+    if not message.HasField("timestamp"):
+        raise ValueError("no timestamp")
+    seconds, nanos = message.timestamp.seconds, message.timestamp.nanos
+    time_ns = seconds * SECOND_NS + nanos
+    if not (0 <= nanos < SECOND_NS and 0 <= time_ns < TIME_LIMIT_NS):
+        raise ValueError(f"timestamp of {seconds} s and {nanos} ns")
+    return int(time_ns)
+
+
+def _set_time(message: Any, time_ns: int) -> None:
+    if not 0 <= time_ns < TIME_LIMIT_NS:
+        raise ValueError(f"a time of {time_ns} ns cannot be recorded")
+    message.timestamp.seconds, message.timestamp.nanos = divmod(int(time_ns), SECOND_NS)
+
+
+def _finish(message: Any, time_ns: int) -> bytes:
+    _set_time(message, time_ns)
+    return bytes(message.SerializeToString())
+
+
+def _tag(field: int, wire_type: int) -> bytes:
+    return bytes([field << 3 | wire_type])
+
+
+def _varint(value: int) -> bytes:
+    """Base-128 number, low bits first."""
+    encoded = bytearray()
+    while value > 0x7F:
+        encoded.append(value & 0x7F | 0x80)
+        value >>= 7
+    encoded.append(value)
+    return bytes(encoded)
+
+
+def _more_fields_than(data: bytes, limit: int) -> bool:
+    """Whether the message has more top-level fields than `limit`; whatever cannot be walked is left to protobuf."""
+    position = count = 0
+    while position < len(data):
+        count += 1
+        if count > limit:
+            return True
+        tag, position = _read_varint(data, position)
+        kind = tag & 7
+        if kind == _VARINT:
+            _, position = _read_varint(data, position)
+        elif kind == _LENGTH_DELIMITED:
+            length, position = _read_varint(data, position)
+            position += length
+        elif kind in (1, 5):
+            position += 8 if kind == 1 else 4
+        elif kind not in (3, 4):  # group ends have no body of their own
+            return False
+    return False
+
+
+def _read_varint(data: bytes, position: int) -> tuple[int, int]:
+    value = shift = 0
+    while position < len(data) and shift < 70:
+        byte = data[position]
+        position += 1
+        value |= (byte & 0x7F) << shift
+        if byte < 0x80:
+            break
+        shift += 7
+    return value, position
