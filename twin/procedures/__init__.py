@@ -1,0 +1,28 @@
+"""What is done with a rig: procedures as data, and the one loop that runs them on virtual and real hardware."""
+
+from twin.procedures.direct import DirectAcquisition
+from twin.procedures.recorder import RunSink
+from twin.procedures.results import ProcedureResult, StepResult
+from twin.procedures.run import check_channels, run_procedure
+from twin.procedures.store import PROCEDURE_FILES, dump_procedure, load_procedure, parse_procedure, save_procedure
+from twin.procedures.tables import Dwell, Procedure, Random, RingDown, SteppedSine, SweptSine
+
+__all__ = [
+    "PROCEDURE_FILES",
+    "DirectAcquisition",
+    "Dwell",
+    "Procedure",
+    "ProcedureResult",
+    "Random",
+    "RingDown",
+    "RunSink",
+    "StepResult",
+    "SteppedSine",
+    "SweptSine",
+    "check_channels",
+    "dump_procedure",
+    "load_procedure",
+    "parse_procedure",
+    "run_procedure",
+    "save_procedure",
+]

@@ -1,0 +1,80 @@
+"""What a procedure gives back: every step as it was measured, and how the run ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+__all__ = ["ProcedureResult", "StepResult"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepResult:
+    """One measured step.
+
+    Attributes
+    ----------
+    sweep, index, frequency_Hz, target_channel, target_amplitude
+        As in the recording's ``Step``.
+    voltage_V
+        Peak of the generator while measuring; rms for random excitation.
+    amplitude
+        What the target channel reached: peak of the fundamental, or rms for random excitation.
+    settle_s, measure_s
+        Waiting and measuring, s of the rig's time.
+    settled
+        False if the wait ended at its maximum; None if it was fixed.
+    remaining
+        The transient left at the end of the wait, relative to the response, as far as the wait showed it.
+    drift
+        Largest change of any channel between the halves of the measurement, relative to its response.
+    phasors
+        Complex fundamental of each channel, peak values, relative to the phase of the force (of the target channel
+        where there is no force).
+    std
+        Standard deviation of real and imaginary part of each phasor from the noise.
+    distortion
+        Higher harmonics over the fundamental of each channel.
+    peak
+        Largest magnitude of each channel while measuring.
+    """
+
+    sweep: str
+    index: int
+    frequency_Hz: float
+    target_channel: str
+    target_amplitude: float
+    voltage_V: float
+    amplitude: float
+    settle_s: float
+    measure_s: float
+    settled: bool | None = None
+    remaining: float | None = None
+    drift: float | None = None
+    phasors: Mapping[str, complex] = field(default_factory=dict)
+    std: Mapping[str, float] = field(default_factory=dict)
+    distortion: Mapping[str, float] = field(default_factory=dict)
+    peak: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def amplitude_error(self) -> float:
+        """Relative error of the held amplitude."""
+        if self.target_amplitude == 0.0:
+            return 0.0
+        return self.amplitude / self.target_amplitude - 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProcedureResult:
+    """How a run went.
+
+    `state` is ``done``; ``aborted`` by a guard, a silent device or a lost connection; or ``interrupted`` from outside.
+    `reason` says why it is not done.  `duration_s` is the rig's time from the first output to the last sample.
+    """
+
+    state: Literal["done", "aborted", "interrupted"]
+    reason: str
+    steps: tuple[StepResult, ...]
+    duration_s: float
+    sample_rate_Hz: float

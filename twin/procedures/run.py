@@ -1,0 +1,158 @@
+"""Running a procedure: the same code for a rehearsal and for the real rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+from recordings.errors import InputError
+from recordings.run import Channel, StepState
+from recordings.streams import Acquisition
+from twin.procedures.broadband import run_random, run_swept_sine
+from twin.procedures.recorder import Recorder, RunSink
+from twin.procedures.results import ProcedureResult, StepResult
+from twin.procedures.session import MEASURED, Session
+from twin.procedures.sine_sweeps import run_sine
+from twin.procedures.stream import GuardTrip, Stream
+from twin.procedures.tables import Procedure, Random, SweptSine
+
+__all__ = ["check_channels", "run_procedure"]
+
+
+def run_procedure(
+    procedure: Procedure,
+    acquisition: Acquisition,
+    writer: RunSink,
+    *,
+    progress: Callable[[float], None] | None = None,
+    on_step: Callable[[StepResult], None] | None = None,
+) -> ProcedureResult:
+    """Run a procedure and record it.
+
+    Whatever ends it, the generator is at zero afterwards, streaming is off, and what was measured is written.
+
+    Parameters
+    ----------
+    procedure
+        What to do.
+    acquisition
+        Virtual or real instruments, not started.
+    writer
+        Where blocks, steps, events and indicators go as they come; it stays open.  Its ``run`` record should say
+        ``stored`` = `procedure.store`.
+    progress
+        Called with the seconds of rig time that have passed, often.
+    on_step
+        Called with every measured step.
+
+    Returns
+    -------
+    ProcedureResult
+        ``aborted`` if a guard tripped, samples stopped coming or the connection was lost; ``interrupted`` after
+        KeyboardInterrupt, which is not raised again: what it stopped is in the result.
+
+    Raises
+    ------
+    InputError
+        If the procedure names channels that the rig does not have (before anything moves), or the file cannot be
+        written.
+    """
+    check_channels(procedure, acquisition.channels)
+    rate = acquisition.set_sample_rate(procedure.sample_rate)
+    _check_rate(procedure, rate)
+    ranges = {channel.name: channel.range for channel in acquisition.channels if channel.range is not None}
+    recorder = Recorder(writer, procedure.store, ranges)
+    stream = Stream(acquisition, recorder, limits=procedure.limits.peak, primary=procedure.target_channel)
+    session = Session(
+        acquisition, stream, recorder, voltage_limit_V=procedure.limits.voltage, on_step=on_step, on_time=progress
+    )
+    state: Literal["done", "aborted", "interrupted"] = "done"
+    reason = ""
+    try:
+        acquisition.start()
+        stream.wait(1)  # the first block tells the devices' time
+        if isinstance(procedure, Random):
+            run_random(procedure, session)
+        elif isinstance(procedure, SweptSine):
+            run_swept_sine(procedure, session)
+        else:
+            run_sine(procedure, session, sample_rate_Hz=rate)
+    except GuardTrip as trip:
+        state, reason = "aborted", str(trip)
+        session.note("limit", reason, source=trip.channel, time_ns=trip.time_ns)
+    except KeyboardInterrupt:
+        state, reason = "interrupted", "interrupted by the operator"
+        session.note("interrupted", reason)
+    except TimeoutError as error:
+        state, reason = "aborted", str(error) or "no samples came"
+        session.note("timeout", reason)
+    except OSError as error:
+        state, reason = "aborted", f"connection lost: {error}"
+        session.note("disconnected", reason)
+    finally:
+        _make_safe(acquisition)
+    if state != "done":
+        _mark_aborted(session)
+    return ProcedureResult(
+        state=state,
+        reason=reason,
+        steps=tuple(session.steps),
+        duration_s=session.elapsed_s,
+        sample_rate_Hz=rate,
+    )
+
+
+def check_channels(procedure: Procedure, channels: Sequence[Channel]) -> None:
+    """Refuse a procedure that asks for what a rig does not have.
+
+    Raises
+    ------
+    InputError
+        Naming the field and the rig's channels.
+    """
+    known = {channel.name: channel for channel in channels}
+    has = f"the rig has {', '.join(known)}"
+    target = known.get(procedure.target_channel)
+    if target is None:
+        raise InputError("procedure", "target_channel", f"no channel {procedure.target_channel!r}", has)
+    if target.quantity not in MEASURED:
+        raise InputError("procedure", "target_channel", f"{target.name!r} measures {target.quantity}")
+    for name in procedure.limits.peak:
+        if name not in known:
+            raise InputError("procedure", f"limits.peak.{name}", "no such channel", has)
+    control = getattr(procedure, "control", "voltage")
+    if (control == "force" and target.quantity != "force") or (control == "response" and target.quantity == "force"):
+        raise InputError(
+            "procedure", "control", f"{control!r} does not go with target_channel {target.name!r}, a {target.quantity}"
+        )
+    phase = getattr(procedure, "phase", None)
+    if phase is not None:
+        response = known.get(phase.channel)
+        if response is None or response.quantity not in ("acceleration", "velocity", "displacement"):
+            raise InputError("procedure", "phase.channel", f"{phase.channel!r} is no response channel", has)
+        if not any(channel.quantity == "force" for channel in channels):
+            raise InputError("procedure", "control", "phase resonance needs a force channel", has)
+
+
+def _check_rate(procedure: Procedure, rate_Hz: float) -> None:
+    if rate_Hz < 0.8 * procedure.sample_rate:
+        raise InputError(
+            "procedure",
+            "sample_rate",
+            f"the converter's nearest rate to {procedure.sample_rate:g} Hz is {rate_Hz:g} Hz",
+        )
+
+
+def _make_safe(acquisition: Acquisition) -> None:
+    try:
+        acquisition.stop()
+    except OSError:  # a lost connection cannot be told to stop; the instrument's own watchdog must
+        return
+
+
+def _mark_aborted(session: Session) -> None:
+    if session.place is None:
+        return
+    place, frequency_Hz = session.place
+    session.mark(place, StepState.ABORTED, session.stream.latest_ns, frequency_Hz)
+    session.recorder.close(session.stream.latest_ns)

@@ -1,0 +1,155 @@
+"""One run in progress: generator, samples and file together, for whichever procedure is running."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from recordings.run import Channel, Event, Indicator, Step, StepState
+from recordings.streams import Acquisition, Excitation
+from twin.procedures.recorder import Recorder
+from twin.procedures.results import StepResult
+from twin.procedures.sine_fit import SineFit, fit_sine
+from twin.procedures.stream import Series, Stream
+
+__all__ = ["MEASURED", "Place", "Session"]
+
+MEASURED = ("force", "acceleration", "velocity", "displacement")
+"""Quantities that follow the excitation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Which step of which sweep is running."""
+
+    sweep: str
+    index: int
+    target_channel: str
+    target_amplitude: float
+
+
+class Session:
+    """What every procedure needs while it runs.
+
+    Parameters
+    ----------
+    acquisition
+        Started.
+    stream, recorder
+        Its samples and where they are written.
+    voltage_limit_V
+        The generator saturates here.
+    on_step
+        Called after every measured step.
+    on_time
+        Called with the seconds of rig time that have passed, after every window.
+    """
+
+    def __init__(
+        self,
+        acquisition: Acquisition,
+        stream: Stream,
+        recorder: Recorder,
+        *,
+        voltage_limit_V: float,
+        on_step: Callable[[StepResult], None] | None = None,
+        on_time: Callable[[float], None] | None = None,
+    ) -> None:
+        self._acquisition, self.stream, self.recorder = acquisition, stream, recorder
+        self._limit_V, self._on_step, self._on_time = voltage_limit_V, on_step, on_time
+        self.channels: Mapping[str, Channel] = {channel.name: channel for channel in acquisition.channels}
+        self.steps: list[StepResult] = []
+        self.place: tuple[Place, float] | None = None
+        self.start_ns: int | None = None
+        self.frequency_Hz = 0.0
+        self.voltage_V = 0.0
+        self.saturated = False
+
+    @property
+    def force_channel(self) -> Channel | None:
+        """The force cell, if there is one."""
+        return next((channel for channel in self.channels.values() if channel.quantity == "force"), None)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Rig time since the first output, s."""
+        return 0.0 if self.start_ns is None else max(0, self.stream.latest_ns - self.start_ns) * 1e-9
+
+    def set_sine(self, frequency_Hz: float, voltage_V: float) -> int:
+        """Change the generator; returns the time from which samples show it, on the primary device's grid."""
+        self.saturated = voltage_V > self._limit_V
+        self.frequency_Hz, self.voltage_V = frequency_Hz, min(voltage_V, self._limit_V)
+        return self.set_output(Excitation(kind="sine", frequency_Hz=frequency_Hz, amplitude_V=self.voltage_V))
+
+    def set_output(self, excitation: Excitation) -> int:
+        """Change the generator; returns the time from which samples show it, on the primary device's grid."""
+        holds_ns = self._acquisition.set_output(excitation)
+        if self.start_ns is None:
+            self.start_ns = holds_ns
+        return self.stream.align(holds_ns)
+
+    def mark(self, place: Place, state: StepState, time_ns: int, frequency_Hz: float) -> None:
+        """Write the start of a state of a step."""
+        self.place = (place, frequency_Hz)
+        self.recorder.step(
+            Step(
+                time_ns=time_ns,
+                sweep=place.sweep,
+                index=place.index,
+                frequency_Hz=frequency_Hz,
+                target_channel=place.target_channel,
+                target_amplitude=place.target_amplitude,
+                state=state,
+            )
+        )
+
+    def note(self, kind: str, detail: str, *, source: str = "procedure", time_ns: int | None = None) -> None:
+        """Write an event of the procedure's own, now."""
+        time_ns = self.stream.latest_ns if time_ns is None else time_ns
+        self.stream.note(Event(time_ns=time_ns, source=source, kind=kind, detail=detail))
+
+    def finish_step(self, result: StepResult, time_ns: int) -> None:
+        """Keep a measured step, write its indicators and tell whoever wants to know."""
+        self.steps.append(result)
+        values = {"voltage": (result.voltage_V, "V"), "frequency": (result.frequency_Hz, "Hz")}
+        for name, phasor in result.phasors.items():
+            values[f"{name}_amplitude"] = (abs(phasor), self.channels[name].unit)
+        for name, (value, unit) in values.items():
+            self.recorder.indicator(Indicator(name=name, time_ns=time_ns, value=value, unit=unit))
+        if self._on_step is not None:
+            self._on_step(result)
+
+    def window(self, start_ns: int, duration_s: float) -> dict[str, Series]:
+        """All channels of a window; waits for it."""
+        series = self.stream.window(start_ns, duration_s)
+        self.stream.drop_before(start_ns)
+        self.tick()
+        return series
+
+    def tick(self) -> None:
+        """Tell whoever wants to know how much rig time has passed."""
+        if self._on_time is not None:
+            self._on_time(self.elapsed_s)
+
+    def fits(
+        self, series: Mapping[str, Series], *, frequency_Hz: float, harmonics: int, delay_s: float = 0.0
+    ) -> dict[str, SineFit]:
+        """Sine fits of the channels that follow the excitation and have enough samples.
+
+        Phases refer to the moment `delay_s` before the window.
+        """
+        found = {}
+        for name, one in series.items():
+            if self.channels[name].quantity not in MEASURED:
+                continue
+            try:
+                found[name] = fit_sine(
+                    one.samples,
+                    frequency_Hz=frequency_Hz,
+                    sample_rate_Hz=one.sample_rate_Hz,
+                    offset_s=one.offset_s + delay_s,
+                    harmonics=harmonics,
+                )
+            except ValueError:  # too many samples lost
+                continue
+        return found

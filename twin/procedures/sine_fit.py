@@ -1,0 +1,104 @@
+"""Least-squares fit of a sine and its harmonics over a window of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SineFit", "fit_sine"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SineFit:
+    """Complex harmonics of one channel over one window: x(t) = mean + Re sum_k harmonics[k-1] exp(2 pi i k f t).
+
+    t counts from the moment named in the call; `noise_rms` is what the fit leaves, corrected for its degrees of
+    freedom; `std` is the standard deviation that white noise of this size gives the real and imaginary part.
+    """
+
+    harmonics: NDArray[np.complex128]
+    mean: float
+    noise_rms: float
+    std: float
+    valid: int
+
+    @property
+    def phasor(self) -> complex:
+        """The fundamental, peak value and phase."""
+        return complex(self.harmonics[0])
+
+    @property
+    def distortion(self) -> float:
+        """Root sum of squares of the higher harmonics over the fundamental."""
+        return float(np.linalg.norm(self.harmonics[1:]) / max(abs(self.harmonics[0]), 1e-300))
+
+
+def fit_sine(
+    samples: NDArray[np.float32],
+    *,
+    frequency_Hz: float,
+    sample_rate_Hz: float,
+    offset_s: float = 0.0,
+    harmonics: int = 5,
+) -> SineFit:
+    """Fit mean, fundamental and harmonics.
+
+    Parameters
+    ----------
+    samples
+        Shape (n,); NaN where samples were lost.
+    frequency_Hz, sample_rate_Hz
+        Known frequencies of generator and converter.
+    offset_s
+        Time of the first sample after the moment that phases refer to.
+    harmonics
+        Highest harmonic wanted; fewer are fitted where they would pass 45 % of the sample rate.
+
+    Raises
+    ------
+    ValueError
+        If fewer samples are left than unknowns.
+    """
+    highest = max(1, min(harmonics, int(0.45 * sample_rate_Hz / frequency_Hz)))
+    values = np.asarray(samples, dtype=np.float64)
+    known = np.isfinite(values)
+    valid = int(known.sum())
+    if valid < 2 * (2 * highest + 1):
+        raise ValueError(f"{valid} samples are too few for {highest} harmonics")
+    design, inverse = _design(len(values), frequency_Hz / sample_rate_Hz, highest)
+    if valid == len(values):
+        coefficients = inverse @ values
+    else:
+        design, values = design[known], values[known]
+        coefficients = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
+    residual = values - design @ coefficients
+    noise = float(np.sqrt(residual @ residual / (valid - design.shape[1])))
+    order = np.arange(1, highest + 1)
+    raw = coefficients[1::2] - 1j * coefficients[2::2]
+    found = np.zeros(harmonics, dtype=np.complex128)
+    found[:highest] = raw * np.exp(-2j * np.pi * frequency_Hz * offset_s * order)
+    return SineFit(
+        harmonics=found,
+        mean=float(coefficients[0]),
+        noise_rms=noise,
+        std=noise * float(np.sqrt(2.0 / valid)),
+        valid=valid,
+    )
+
+
+@lru_cache(maxsize=16)
+def _design(count: int, cycles_per_sample: float, harmonics: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Design matrix [1, cos, sin, cos 2, sin 2, ...] and its pseudo-inverse by the normal equations.
+
+    Over whole cycles the columns are close to orthogonal, so the normal equations lose nothing.
+    """
+    angle = 2 * np.pi * cycles_per_sample * np.arange(count)
+    columns = [np.ones(count)]
+    for k in range(1, harmonics + 1):
+        columns += [np.cos(k * angle), np.sin(k * angle)]
+    design = np.column_stack(columns)
+    inverse = np.linalg.solve(design.T @ design, design.T)
+    return design, np.asarray(inverse, dtype=np.float64)

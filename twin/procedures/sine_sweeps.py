@@ -1,0 +1,180 @@
+"""Stepped sines, ladders, backbones, dwells and ring-downs: which steps they take, in which order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from recordings.run import StepState
+from recordings.streams import Excitation
+from twin.procedures.amplitude import AmplitudeControl, FastHold, OpenLoop, SlowHold
+from twin.procedures.grid import fixed_frequencies, step_frequencies
+from twin.procedures.phase import PhaseLock, resonance_phase
+from twin.procedures.results import StepResult
+from twin.procedures.session import Place, Session
+from twin.procedures.sine_step import SineStep, run_sine_step
+from twin.procedures.tables import Dwell, RingDown, SteppedSine
+
+__all__ = ["run_sine"]
+
+USUAL_TIME_CONSTANT_CYCLES = 70
+"""Of a bolted steel structure, Q = 220: what response and phase control assume."""
+
+Sine = SteppedSine | Dwell | RingDown
+
+
+def run_sine(procedure: Sine, session: Session, *, sample_rate_Hz: float) -> None:
+    """Run all sweeps of a sine procedure."""
+    runner = _Runner(procedure, session, sample_rate_Hz)
+    if isinstance(procedure, SteppedSine) and procedure.control != "phase-resonance" and procedure.order == "frequency":
+        runner.frequency_sweeps(procedure)
+    else:
+        runner.amplitude_sweeps()
+
+
+class _Runner:
+    def __init__(self, procedure: Sine, session: Session, sample_rate_Hz: float) -> None:
+        self._procedure, self._session, self._sample_rate_Hz = procedure, session, sample_rate_Hz
+        voltage = procedure.control == "voltage"
+        self._measured_channel = "" if voltage else procedure.target_channel
+        self._target_channel = "voltage" if voltage else procedure.target_channel
+        self._unit = "V" if voltage else session.channels[procedure.target_channel].unit.replace("^2", "2")
+        lowest = min(fixed_frequencies(procedure)) if isinstance(procedure, SteppedSine) else procedure.frequency
+        self._control = self._amplitude_control(USUAL_TIME_CONSTANT_CYCLES / lowest)
+        self._ratios: list[tuple[float, float]] = []
+
+    def frequency_sweeps(self, procedure: SteppedSine) -> None:
+        """One sweep over the frequencies for each amplitude and direction."""
+        for amplitude in procedure.amplitudes:
+            for upwards in self._directions():
+                sweep = f"{amplitude:g}{self._unit}-{_way(upwards)}"
+                results: list[StepResult] = []
+
+                def responses(results: list[StepResult] = results) -> list[tuple[float, complex]]:
+                    return [(result.frequency_Hz, self._response(result)) for result in results]
+
+                for index, frequency in enumerate(step_frequencies(procedure, upwards=upwards, responses=responses)):
+                    results.append(self._step(sweep, index, frequency, amplitude))
+                self._end(StepState.DONE)
+
+    def amplitude_sweeps(self) -> None:
+        """One sweep over the amplitudes for each frequency and direction."""
+        procedure = self._procedure
+        frequencies = fixed_frequencies(procedure) if isinstance(procedure, SteppedSine) else [procedure.frequency]
+        for frequency in frequencies:
+            start = frequency
+            for upwards in self._directions():
+                index = 0
+                for amplitude in sorted(procedure.amplitudes, reverse=not upwards):
+                    result = self._step(self._name(frequency, upwards), index, start, amplitude)
+                    if procedure.control == "phase-resonance":
+                        start = result.frequency_Hz
+                    index += 1
+                    if isinstance(procedure, RingDown):
+                        self._ring_down(procedure, self._name(frequency, upwards), index)
+                        index += 1
+                self._end(StepState.DONE)
+
+    def _name(self, frequency_Hz: float, upwards: bool) -> str:
+        kind: str = self._procedure.procedure
+        if self._procedure.control == "phase-resonance":
+            kind = "phase-resonance"
+        prefix = "" if kind == "stepped-sine" else f"{kind}-"
+        return f"{prefix}{frequency_Hz:g}Hz-{_way(upwards)}"
+
+    def _directions(self) -> Iterator[bool]:
+        if self._procedure.direction != "down":
+            yield True
+        if self._procedure.direction != "up":
+            yield False
+
+    def _step(self, sweep: str, index: int, frequency_Hz: float, amplitude: float) -> StepResult:
+        procedure = self._procedure
+        phase = procedure.phase
+        step = SineStep(
+            place=Place(sweep=sweep, index=index, target_channel=self._target_channel, target_amplitude=amplitude),
+            frequency_Hz=frequency_Hz,
+            voltage_V=self._first_voltage(frequency_Hz, amplitude),
+            measured_channel=self._measured_channel,
+            control=self._control,
+            tolerance=procedure.controller.tolerance,
+            settle=procedure.settle,
+            measure_s=self._measure_s(frequency_Hz),
+            phase=self._phase_lock(frequency_Hz),
+            phase_channel=phase.channel if phase else "",
+            phase_tolerance_rad=math.radians(phase.tolerance) if phase else math.inf,
+        )
+        result = run_sine_step(self._session, step, sample_rate_Hz=self._sample_rate_Hz)
+        if result.voltage_V > 0 and result.amplitude > 0:
+            self._ratios.append((result.frequency_Hz, result.amplitude / result.voltage_V))
+        return result
+
+    def _first_voltage(self, frequency_Hz: float, amplitude: float) -> float:
+        """From the ratio of amplitude to voltage met last at the nearest frequency; a whisper if nothing is known."""
+        if not self._measured_channel:
+            return amplitude
+        if not self._ratios:
+            return self._procedure.controller.start_voltage
+        nearest = min(reversed(self._ratios), key=lambda known: abs(math.log(known[0] / frequency_Hz)))
+        return amplitude / nearest[1]
+
+    def _measure_s(self, frequency_Hz: float) -> float:
+        if isinstance(self._procedure, Dwell):
+            return self._procedure.duration
+        return self._procedure.measure.duration_s(frequency_Hz)
+
+    def _amplitude_control(self, time_constant_s: float) -> AmplitudeControl:
+        procedure = self._procedure
+        if procedure.control == "voltage":
+            return OpenLoop()
+        deadband = 0.2 * procedure.controller.tolerance
+        if self._session.channels[procedure.target_channel].quantity == "force":
+            return FastHold(deadband=deadband)
+        return SlowHold(deadband=deadband, time_constant_s=time_constant_s)
+
+    def _phase_lock(self, frequency_Hz: float) -> PhaseLock | None:
+        phase, force = self._procedure.phase, self._session.force_channel
+        if phase is None or force is None:
+            return None
+        return PhaseLock(
+            start_Hz=frequency_Hz,
+            widest_Hz=phase.widest or 0.1 * frequency_Hz,
+            target=resonance_phase(self._session.channels[phase.channel], force),
+            deadband=math.radians(phase.tolerance) / 4,
+            time_constant_s=USUAL_TIME_CONSTANT_CYCLES / frequency_Hz,
+        )
+
+    def _response(self, result: StepResult) -> complex:
+        """What an adaptive grid looks at: the channel that moves most of those that are not held."""
+        others = [p for name, p in result.phasors.items() if name != result.target_channel]
+        return max(others or list(result.phasors.values()), key=abs, default=0j)
+
+    def _ring_down(self, procedure: RingDown, sweep: str, index: int) -> None:
+        """Generator to zero, the decay recorded as a step of its own."""
+        session = self._session
+        frequency_Hz = session.frequency_Hz
+        place = Place(sweep=sweep, index=index, target_channel=self._target_channel, target_amplitude=0.0)
+        session.stream.begin_step()
+        start_ns = session.set_output(Excitation())
+        end_ns = start_ns + round(procedure.duration * 1e9)
+        session.mark(place, StepState.MEASURING, start_ns, frequency_Hz)
+        session.recorder.open(start_ns, end_ns, session.stream.buffered)
+        session.stream.wait(end_ns)
+        session.finish_step(
+            StepResult(
+                sweep=sweep, index=index, frequency_Hz=frequency_Hz, target_channel=self._target_channel,
+                target_amplitude=0.0, voltage_V=0.0, amplitude=0.0, settle_s=0.0, measure_s=procedure.duration,
+            ),
+            end_ns,
+        )  # fmt: skip
+        session.recorder.close()
+
+    def _end(self, state: StepState) -> None:
+        session = self._session
+        assert session.place is not None
+        place, frequency_Hz = session.place
+        session.mark(place, state, session.stream.latest_ns, frequency_Hz)
+
+
+def _way(upwards: bool) -> str:
+    return "up" if upwards else "down"

@@ -1,0 +1,175 @@
+"""Samples of all devices as windows of device time, with guards on every sample that passes."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Event, SampleBlock
+from recordings.streams import Acquisition
+from twin.procedures.recorder import Recorder, sample_at
+
+__all__ = ["GuardTrip", "Series", "Stream"]
+
+SILENT_DEVICE_S = 5.0
+"""A device this far behind the others has fallen silent."""
+
+
+class GuardTrip(Exception):  # noqa: N818  (not an error of the program: the guard did its work)
+    """A sample passed a limit of the procedure."""
+
+    def __init__(self, channel: str, value: float, limit: float, time_ns: int) -> None:
+        self.channel, self.value, self.limit, self.time_ns = channel, value, limit, time_ns
+        super().__init__(f"{channel} reached {value:.4g}, its limit is {limit:.4g}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """Samples of one channel in a window; `offset_s` is the first sample's time after the window's start."""
+
+    samples: NDArray[np.float32]
+    sample_rate_Hz: float
+    offset_s: float
+
+
+class Stream:
+    """Reads an acquisition, hands every block to the recorder and keeps the latest for windows.
+
+    Parameters
+    ----------
+    acquisition
+        Started.
+    recorder
+        Gets every block and event.
+    limits
+        Largest allowed magnitude per channel.
+    primary
+        The channel whose device's samples define the time grid.
+    """
+
+    def __init__(
+        self, acquisition: Acquisition, recorder: Recorder, *, limits: Mapping[str, float], primary: str
+    ) -> None:
+        self._acquisition, self._recorder, self._limits = acquisition, recorder, dict(limits)
+        self._device_of = {channel.name: channel.device for channel in acquisition.channels}
+        self._primary = self._device_of[primary]
+        self._blocks: dict[str, deque[SampleBlock]] = {device: deque() for device in self._device_of.values()}
+        self._end_ns: dict[str, int] = dict.fromkeys(self._blocks, 0)
+        self._noted: set[tuple[str, str]] = set()
+        self.events: list[Event] = []
+        """Events of the current step."""
+
+    @property
+    def latest_ns(self) -> int:
+        """The end of the newest sample of any device."""
+        return max(self._end_ns.values())
+
+    @property
+    def buffered(self) -> Sequence[SampleBlock]:
+        """The blocks kept."""
+        return [block for blocks in self._blocks.values() for block in blocks]
+
+    def begin_step(self) -> None:
+        """Forget the events of the last step."""
+        self._noted.clear()
+        self.events = []
+
+    def note(self, event: Event) -> None:
+        """Record an event of the procedure's own."""
+        self.events.append(event)
+        self._recorder.event(event)
+
+    def drop_before(self, time_ns: int) -> None:
+        """Forget samples that no window will ask for."""
+        for blocks in self._blocks.values():
+            while blocks and _end(blocks[0]) <= time_ns:
+                blocks.popleft()
+
+    def align(self, time_ns: int) -> int:
+        """The time of the primary device's first sample at or after a time."""
+        blocks = self._blocks[self._primary]
+        if not blocks:
+            return time_ns
+        block = blocks[-1]
+        return block.time_ns + round(sample_at(block, time_ns) / block.sample_rate_Hz * 1e9)
+
+    def wait(self, until_ns: int, *, timeout_s: float = 2.0) -> None:
+        """Read until every device has passed a time.
+
+        Raises
+        ------
+        TimeoutError
+            If nothing comes, or one device stays behind the others.
+        GuardTrip
+            If a sample passes its limit.
+        """
+        while min(self._end_ns.values()) < until_ns:
+            for block in self._acquisition.read(timeout_s=timeout_s):
+                self._take(block)
+            for event in self._acquisition.take_events():
+                self._noted.add((event.kind, event.source))
+                self.note(event)
+            behind = [d for d, end in self._end_ns.items() if self.latest_ns - end > SILENT_DEVICE_S * 1e9]
+            if behind and self.latest_ns >= until_ns:
+                raise TimeoutError(f"device {behind[0]!r} gave no samples for {SILENT_DEVICE_S:g} s")
+
+    def window(self, start_ns: int, duration_s: float) -> dict[str, Series]:
+        """All channels from `start_ns` on for `duration_s`; waits for them.  Lost samples are NaN."""
+        self.wait(start_ns + round(duration_s * 1e9))
+        found = {}
+        for device, blocks in self._blocks.items():
+            names = [name for name, its in self._device_of.items() if its == device]
+            found.update(_gather(blocks, names, start_ns, duration_s))
+        return found
+
+    def _take(self, block: SampleBlock) -> None:
+        if block.device not in self._blocks or len(block) == 0:
+            return
+        self._blocks[block.device].append(block)
+        self._end_ns[block.device] = _end(block)
+        self._recorder.block(block)
+        for name, count in block.overload.items():
+            if count and ("overload", name) not in self._noted:
+                self._noted.add(("overload", name))
+                detail = f"{count} of {len(block)} samples on the converter's limit"
+                self.note(Event(time_ns=block.time_ns, source=name, kind="overload", detail=detail))
+        for name, limit in self._limits.items():
+            values = block.samples.get(name)
+            if values is None:
+                continue
+            # not numpy's nanmax: it warns of blocks that were lost whole
+            magnitude = np.abs(values)
+            beyond = np.flatnonzero(magnitude > limit)
+            if len(beyond):
+                time_ns = block.time_ns + round(int(beyond[0]) / block.sample_rate_Hz * 1e9)
+                raise GuardTrip(name, float(magnitude[beyond].max()), limit, time_ns)
+
+
+def _end(block: SampleBlock) -> int:
+    return block.time_ns + round(len(block) / block.sample_rate_Hz * 1e9)
+
+
+def _gather(blocks: Sequence[SampleBlock], names: Sequence[str], start_ns: int, duration_s: float) -> dict[str, Series]:
+    """The samples of one device in a window, placed by their indices."""
+    end_ns = start_ns + round(duration_s * 1e9)
+    parts = [block for block in blocks if _end(block) > start_ns and block.time_ns < end_ns]
+    if not parts:
+        return {}
+    rate = parts[0].sample_rate_Hz
+    origin = parts[0].first_index + sample_at(parts[0], start_ns)
+    offset_s = (parts[0].time_ns - start_ns) * 1e-9 + sample_at(parts[0], start_ns) / rate
+    count = round(duration_s * rate)
+    values = {name: np.full(count, np.nan, dtype=np.float32) for name in names}
+    for block in parts:
+        at = block.first_index - origin
+        first, last = max(0, -at), min(len(block), count - at)
+        if last > first:
+            for name in names:
+                if name in block.samples:
+                    values[name][at + first : at + last] = block.samples[name][first:last]
+    series = Series(samples=np.empty(0, dtype=np.float32), sample_rate_Hz=rate, offset_s=offset_s)
+    return {name: replace(series, samples=samples) for name, samples in values.items()}
