@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, Event, Gap, SampleBlock
@@ -19,20 +19,24 @@ CLOCK_TOLERANCE = 1e-3
 """How far a device's clock may stray from its stated rate between two blocks (relative)."""
 
 
-@dataclass(kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class _Placed:
-    """A block with the number of its first sample since the device's *first* start."""
+    """A block with the number of its first sample, counted from the device's first start."""
 
     number: int
     block: SampleBlock
+
+    @property
+    def end(self) -> int:
+        return self.number + len(self.block)
 
 
 class Assembler:
     """Collects the blocks of one device in the order of the file, then gives its samples.
 
-    Sample numbers decide where a block belongs.  A block that comes late fills its gap; one that repeats what is
-    there is dropped; one that contradicts it is refused.  Numbers that begin again at a later time are a restart
-    of the device, and what it missed is told by the time stamps.
+    Sample numbers decide where a block belongs.  A block that comes late fills its gap; what repeats samples that
+    are there already is dropped; what contradicts them is refused.  Numbers that begin again at a later time are a
+    restart of the device, and what it missed is told by the time stamps.
 
     Parameters
     ----------
@@ -44,18 +48,14 @@ class Assembler:
 
     def __init__(self, device: str, limits: Limits) -> None:
         self._device, self._limits = device, limits
-        self._placed: list[_Placed] = []
-        self._last: _Placed | None = None
+        self._placed: list[_Placed] = []  # in order of numbers, none overlapping
         self._offset = 0  # of numbers since the latest restart
+        self._late = self._repeated = 0
         self._overload: Counter[str] = Counter()
-        self.notices: list[Event] = []
-        """What somebody should know of the order and the times of the blocks."""
+        self._channels: dict[str, None] = {}
+        self._restarts_and_times: list[Event] = []
         self.values_held = 0
-
-    @property
-    def rate_Hz(self) -> float:
-        """Sample rate of the first block."""
-        return self._placed[0].block.sample_rate_Hz
+        """Samples of all channels in memory."""
 
     def add(self, block: SampleBlock) -> None:
         """Take the next block.
@@ -63,123 +63,165 @@ class Assembler:
         Raises
         ------
         ValueError
-            With the reason, if it contradicts the ones before in rate or time.
+            With the reason, if it contradicts the ones before in rate, time or values; it is then not taken.
         """
         if not len(block):
             return
-        number = block.first_index + self._offset
-        if self._last is not None:
-            if abs(block.sample_rate_Hz - self.rate_Hz) > RATE_TOLERANCE * self.rate_Hz:
-                raise ValueError(f"the sample rate changes from {self.rate_Hz} to {block.sample_rate_Hz} Hz")
-            number = self._number(block, self._last)
-        placed = _Placed(number=number, block=block)
-        self._placed.append(placed)
-        self._overload.update(block.overload)
-        self.values_held += len(block) * len(block.samples)
-        if self._last is None or number > self._last.number:
-            self._last = placed
+        number = block.first_index
+        if self._placed:
+            rate_Hz = self._placed[0].block.sample_rate_Hz
+            if abs(block.sample_rate_Hz - rate_Hz) > RATE_TOLERANCE * rate_Hz:
+                raise ValueError(f"the sample rate changes from {rate_Hz} to {block.sample_rate_Hz} Hz")
+            number = self._number(block, self._placed[-1], rate_Hz)
+        placed: _Placed | None = _Placed(number=number, block=block)
+        at = max(0, bisect_right(self._placed, number, key=_number_of) - 1)
+        while placed and at < len(self._placed) and self._placed[at].number < placed.end:
+            placed = _without_repeats(placed, self._placed[at])
+            at += 1
+        self._repeated += len(block) - (len(placed.block) if placed else 0)
+        if placed:
+            at = bisect_right(self._placed, placed.number, key=_number_of)
+            self._late += at < len(self._placed)
+            self._placed.insert(at, placed)
+            self._overload.update(block.overload)
+            self._channels.update(dict.fromkeys(block.samples))
+            self.values_held += len(placed.block) * len(block.samples)
 
-    def _number(self, block: SampleBlock, last: _Placed) -> int:
-        """The sample number of a block after the first; checks its time against the block before."""
+    def _number(self, block: SampleBlock, last: _Placed, rate_Hz: float) -> int:
+        """The sample number of a block after the first; checks its time against the furthest block so far."""
         number = block.first_index + self._offset
-        length_s = len(last.block) / self.rate_Hz
+        length_s = len(last.block) / rate_Hz
         passed_s = (block.time_ns - last.block.time_ns) * 1e-9
-        expected_s = (number - last.number) / self.rate_Hz
-        slack_s = max(2 / self.rate_Hz, 0.25 * length_s) + CLOCK_TOLERANCE * abs(passed_s)
-        if number >= last.number + len(last.block):
-            if passed_s < length_s - slack_s:
-                raise ValueError(
-                    f"its time is {passed_s:.6g} s after a block that lasts {length_s:.6g} s: the time stamps overlap"
-                )
-            if abs(passed_s - expected_s) > slack_s:
-                self._notice(block, "time", f"{expected_s:.6g} s of samples are numbered, {passed_s:.6g} s passed")
-            return number
-        if abs(passed_s - expected_s) <= slack_s:
-            return number  # late, or a duplicate
+        expected_s = (number - last.number) / rate_Hz
+        slack_s = max(2 / rate_Hz, 0.25 * length_s) + CLOCK_TOLERANCE * abs(passed_s)
+        on_time = abs(passed_s - expected_s) <= slack_s
+        if on_time:
+            return number  # the next one, after a loss, late, or a duplicate
         if passed_s < length_s - slack_s:
-            raise ValueError(f"its time and first_index {block.first_index} contradict the block before")
-        missed = max(0, round((passed_s - length_s) * self.rate_Hz))
-        number = last.number + len(last.block) + missed
-        self._offset = number - block.first_index
+            raise ValueError(
+                f"its first_index {block.first_index} and its time, {passed_s:.6g} s after that of a block of "
+                f"{length_s:.6g} s, contradict each other"
+            )
+        if number >= last.end:
+            self._notice(block, "time", f"{expected_s:.6g} s of samples are numbered, {passed_s:.6g} s passed")
+            return number
+        missed = max(0, round((passed_s - length_s) * rate_Hz))
+        self._offset = last.end + missed - block.first_index
         self._notice(block, "restart", f"sample numbers begin again at {block.first_index}; {missed} samples missed")
-        return number
+        return last.end + missed
 
     def _notice(self, block: SampleBlock, kind: str, detail: str) -> None:
-        self.notices.append(Event(time_ns=block.time_ns, source=self._device, kind=kind, detail=detail))
+        self._restarts_and_times.append(
+            Event(time_ns=block.time_ns, source=self._device, kind=kind, detail=detail)
+        )  # fmt: skip
 
-    def finish(self) -> DeviceSamples:
-        """All samples in order of their numbers, lost ones as NaN.
+    def notices(self) -> list[Event]:
+        """What somebody should know of the order and the times of the blocks, as events."""
+        found = list(self._restarts_and_times)
+        time_ns = self._placed[0].block.time_ns if self._placed else 0
+        for kind, count, detail in (
+            ("order", self._late, "blocks stood out of order in the file and were put in order"),
+            ("duplicate", self._repeated, "samples stood twice in the file and were taken once"),
+        ):
+            if count:
+                found.append(Event(time_ns=time_ns, source=self._device, kind=kind, detail=f"{count} {detail}"))
+        for name in self._channels:
+            if without := sum(name not in placed.block.samples for placed in self._placed):
+                detail = f"{without} blocks of device {self._device!r} do not have this channel"
+                found.append(Event(time_ns=time_ns, source=name, kind="lost-samples", detail=detail))
+        return found
+
+    def counts(self) -> dict[str, int]:
+        """Samples received of each channel."""
+        received: Counter[str] = Counter()
+        for placed in self._placed:
+            received.update(dict.fromkeys(placed.block.samples, len(placed.block)))
+        return dict(received)
+
+    def overload(self) -> dict[str, int]:
+        """Samples on the converter's limit, of each channel."""
+        return {name: self._overload[name] for name in self._channels}
+
+    def gaps(self) -> tuple[Gap, ...]:
+        """Stretches of samples that were never received."""
+        return tuple(
+            Gap(device=self._device, first_index=before.end, count=after.number - before.end)
+            for before, after in pairwise(self._placed)
+            if after.number > before.end
+        )
+
+    def span_ns(self) -> tuple[int, int] | None:
+        """Time of the first sample and just after the last one; None if there are none."""
+        if not self._placed:
+            return None
+        last = self._placed[-1].block
+        return self._placed[0].block.time_ns, last.time_ns + round(len(last) * 1e9 / last.sample_rate_Hz)
+
+    def finish(self) -> DeviceSamples | None:
+        """All samples in order of their numbers, lost ones as NaN; None if there are none.
 
         Raises
         ------
         ValueError
-            With the reason, if two blocks give different values for one sample, or the limit is exceeded.
+            If they exceed the limit together with the lost ones.
         """
-        in_order = sorted(self._placed, key=lambda placed: placed.number)
-        if any(a.number > b.number for a, b in zip(self._placed, self._placed[1:], strict=False)):
-            self._notice(in_order[0].block, "order", "blocks stood out of order in the file and were put in order")
-        self._placed = []
-        channels = list(dict.fromkeys(name for placed in in_order for name in placed.block.samples))
-        starts, kept, gaps, repeated, total = self._positions(in_order)
-        if total * len(channels) > self._limits.values:
-            raise ValueError(f"more than {self._limits.values} samples, the limit of this program")
-        values = {name: np.full(total, np.nan, dtype=np.float32) for name in channels}
-        for (placed, skip), start in zip(kept, starts, strict=True):
+        if not self._placed:
+            return None
+        starts, position = [0], len(self._placed[0].block)
+        for before, after in pairwise(self._placed):
+            position += min(after.number - before.end, self._limits.gap_fill)
+            starts.append(position)
+            position += len(after.block)
+        if position * len(self._channels) > self._limits.values:
+            raise ValueError(f"more than {self._limits.values} samples with the lost ones, the limit of this program")
+        values = {name: np.full(position, np.nan, dtype=np.float32) for name in self._channels}
+        for placed, start in zip(self._placed, starts, strict=True):
             for name, series in placed.block.samples.items():
-                values[name][start : start + len(series) - skip] = series[skip:]
-        first = in_order[0].block
-        for name in channels:
-            if without := sum(name not in placed.block.samples for placed, _ in kept):
-                self._notice(first, "lost-samples", f"{without} blocks do not have channel {name!r:.80}")
-        if repeated:
-            self._notice(first, "duplicate", f"{repeated} samples stood twice in the file and were taken once")
+                values[name][start : start + len(series)] = series
         return DeviceSamples(
-            device=self._device, sample_rate_Hz=in_order[0].block.sample_rate_Hz, values=values,
+            device=self._device, sample_rate_Hz=self._placed[0].block.sample_rate_Hz, values=values,
             block_start=np.array(starts, dtype=np.int64),
-            block_time_ns=np.array([_time_of(placed.block, skip) for placed, skip in kept], dtype=np.int64),
-            overload={name: self._overload[name] for name in channels}, gaps=tuple(gaps),
+            block_time_ns=np.array([placed.block.time_ns for placed in self._placed], dtype=np.int64),
+            overload=self.overload(), gaps=self.gaps(),
         )  # fmt: skip
 
-    def _positions(self, in_order: list[_Placed]) -> tuple[list[int], list[tuple[_Placed, int]], list[Gap], int, int]:
-        """Where each block goes: starts, blocks with the samples to skip, gaps, samples repeated, length."""
-        starts: list[int] = []
-        kept: list[tuple[_Placed, int]] = []
-        gaps: list[Gap] = []
-        position = repeated = 0
-        furthest = in_order[0]
-        end = furthest.number
-        for placed in in_order:
-            skip = 0
-            if placed.number > end:
-                lost = placed.number - end
-                gaps.append(Gap(device=self._device, first_index=end, count=lost))
-                position += min(lost, self._limits.gap_fill)
-            elif placed.number < end:
-                skip = min(end - placed.number, len(placed.block))
-                self._compare(furthest, placed, skip)
-                repeated += skip
-                if skip == len(placed.block):
-                    continue
-            starts.append(position)
-            kept.append((placed, skip))
-            position += len(placed.block) - skip
-            end, furthest = placed.number + len(placed.block), placed
-        return starts, kept, gaps, repeated, position
 
-    def _compare(self, earlier: _Placed, later: _Placed, count: int) -> None:
-        """Refuse a block whose first `count` samples differ from those of the block that has them already."""
-        at = later.number - earlier.number
-        same = _part(earlier.block.samples, at, count), _part(later.block.samples, 0, count)
-        if same[0] != same[1]:
-            raise ValueError(
-                f"samples {later.block.first_index} to {later.block.first_index + count - 1} are given twice with "
-                "different values"
-            )
+def _number_of(placed: _Placed) -> int:
+    return placed.number
 
 
-def _part(samples: Mapping[str, NDArray[np.float32]], start: int, count: int) -> dict[str, bytes]:
-    return {name: series[start : start + count].tobytes() for name, series in samples.items()}
+def _without_repeats(placed: _Placed, neighbour: _Placed) -> _Placed | None:
+    """A block less the samples that its neighbour has already; None if nothing is left.
+
+    Raises
+    ------
+    ValueError
+        If they differ in a sample that both have.
+    """
+    start, stop = max(placed.number, neighbour.number), min(placed.end, neighbour.end)
+    if start >= stop:
+        return placed
+    if _bytes(_part(placed, start, stop)) != _bytes(_part(neighbour, start, stop)):
+        raise ValueError(f"{stop - start} samples from number {start} on are given twice with different values")
+    if placed.number < start and stop < placed.end:
+        raise ValueError(f"the block overlaps another one of {stop - start} samples at both of its ends")
+    if stop < placed.end:
+        return _part(placed, stop, placed.end)
+    return _part(placed, placed.number, start) if placed.number < start else None
 
 
-def _time_of(block: SampleBlock, skip: int) -> int:
-    return block.time_ns + round(skip * 1e9 / block.sample_rate_Hz)
+def _part(placed: _Placed, start: int, stop: int) -> _Placed:
+    """Samples with the numbers `start` to `stop` (not included)."""
+    first, last = start - placed.number, stop - placed.number
+    block = replace(
+        placed.block,
+        time_ns=placed.block.time_ns + round(first * 1e9 / placed.block.sample_rate_Hz),
+        first_index=placed.block.first_index + first,
+        samples={name: series[first:last] for name, series in placed.block.samples.items()},
+    )
+    return _Placed(number=start, block=block)
+
+
+def _bytes(placed: _Placed) -> dict[str, bytes]:
+    """Samples for comparison: NaN equals NaN."""
+    return {name: series.tobytes() for name, series in placed.block.samples.items()}

@@ -16,8 +16,9 @@ from recordings.chunks import chunk_data, chunk_records
 from recordings.limits import Limits
 from recordings.messages import decode_block, decode_event, decode_indicator, decode_step
 from recordings.metadata import CHANNEL_PREFIX, RUN, parse_channel, parse_run
-from recordings.records import Damage, Located, scan, summary_descriptions
+from recordings.records import Located, summary_descriptions
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
+from recordings.scan import Damage, scan
 from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_problem
 
 __all__ = ["AttachmentItem", "Interpreter", "MessageItem", "MetadataItem", "Problem"]
@@ -103,6 +104,8 @@ class Interpreter:
         self._statistics: mcap.Statistics | None = None
         self._told: set[str] = set()
         self._damaged = False
+        self.records = 0
+        """Sound records found outside chunks; none in what is no MCAP file."""
         self.bytes_lost = 0
         """Bytes that are no record, or whose chunk could not be opened."""
         self.messages_lost: Counter[str] = Counter()
@@ -112,6 +115,7 @@ class Interpreter:
         after_lost_chunk = False
         try:
             for found in scan(self._stream, self._limits):
+                self.records += isinstance(found, Located)
                 if isinstance(found, Damage):
                     self._damage(f"byte {found.offset}", found.reason)
                     self.bytes_lost += found.length

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import BinaryIO
 
-from recordings.assemble import Assembler
+from recordings.collect import Collector
 from recordings.errors import InputError
-from recordings.interpret import AttachmentItem, Interpreter, MessageItem, MetadataItem, Problem
+from recordings.interpret import Interpreter, Problem
 from recordings.limits import Limits
-from recordings.metadata import RUN
-from recordings.run import Channel, Event, Indicator, Run, SampleBlock, Step
+from recordings.run import Run
 
 __all__ = ["open_input", "read_run"]
 
@@ -33,9 +32,36 @@ def read_run(path: str | Path, *, limits: Limits | None = None) -> Run:
     InputError
         With the record and the reason, if the file cannot be read, is damaged, or breaks the contract.
     """
-    path = Path(path)
+    path, limits = Path(path), limits or Limits()
+
+    def refuse(problem: Problem) -> None:
+        remedy = "'twin check --recover' gets out what is still in it" if problem.kind == "damage" else ""
+        if problem.kind != "warning":
+            raise InputError(path, problem.place, problem.reason, remedy)
+
     with open_input(path) as stream:
-        return _Collector(path, stream, limits or Limits()).run()
+        collector = Collector(limits, refuse)
+        try:
+            for item in Interpreter(stream, limits, refuse):
+                collector.take(item)
+        except OSError as error:
+            raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
+    collector.finish()
+    devices = {}
+    for name, assembler in collector.assemblers.items():
+        try:
+            samples = assembler.finish()
+        except ValueError as error:
+            raise InputError(path, f"/samples/{name}", str(error)) from error
+        if samples is not None:
+            devices[name] = samples
+    notices = [event for assembler in collector.assemblers.values() for event in assembler.notices()]
+    return Run(
+        path=str(path), info=collector.info, channels=collector.channels, devices=devices,
+        steps=tuple(sorted(collector.steps, key=lambda step: step.time_ns)),
+        events=tuple(sorted([*collector.events, *notices], key=lambda event: event.time_ns)),
+        indicators=tuple(collector.indicators), attachments=collector.attachments,
+    )  # fmt: skip
 
 
 def open_input(path: Path) -> BinaryIO:
@@ -49,103 +75,3 @@ def open_input(path: Path) -> BinaryIO:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(path, "", f"cannot read: {reason.lower()}") from error
-
-
-class _Collector:
-    """Gathers the items of one file into a `Run`."""
-
-    def __init__(self, path: Path, stream: BinaryIO, limits: Limits) -> None:
-        self._path, self._stream, self._limits = path, stream, limits
-        self._info: dict[str, str] | None = None
-        self._channels: dict[str, Channel] = {}
-        self._metadata: dict[str, dict[str, str]] = {}
-        self._attachments: dict[str, bytes] = {}
-        self._assemblers: dict[str, Assembler] = {}
-        self._device_of: dict[str, str] = {}
-        self._steps: list[Step] = []
-        self._events: list[Event] = []
-        self._indicators: list[Indicator] = []
-
-    def run(self) -> Run:
-        """Read all of it."""
-        try:
-            for item in Interpreter(self._stream, self._limits, self._refuse):
-                if isinstance(item, MessageItem):
-                    self._message(item)
-                elif isinstance(item, MetadataItem):
-                    self._take_metadata(item)
-                else:
-                    self._attachment(item)
-        except OSError as error:
-            raise InputError(self._path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
-        if self._info is None:
-            self._breach("metadata 'run'", "is missing")
-        devices = {}
-        for name, device in self._device_of.items():
-            if name not in self._channels:
-                self._breach(f"metadata 'channel/{name:.80}'", f"is missing, though /samples/{device:.80} holds it")
-            if self._channels[name].device != device:
-                stated = self._channels[name].device
-                self._breach(
-                    f"metadata 'channel/{name}'", f"says device {stated!r:.80}, its samples are of {device!r:.80}"
-                )
-        for name, assembler in self._assemblers.items():
-            try:
-                devices[name] = assembler.finish()
-            except ValueError as error:
-                self._breach(f"/samples/{name}", str(error))
-            self._events += assembler.notices
-        assert self._info is not None
-        return Run(
-            path=str(self._path), info=self._info, channels=self._channels, devices=devices,
-            steps=tuple(sorted(self._steps, key=lambda step: step.time_ns)),
-            events=tuple(sorted(self._events, key=lambda event: event.time_ns)),
-            indicators=tuple(self._indicators), attachments=self._attachments,
-        )  # fmt: skip
-
-    def _refuse(self, problem: Problem) -> None:
-        if problem.kind == "damage":
-            remedy = "'twin check --recover' gets out what is still in it"
-            raise InputError(self._path, problem.place, problem.reason, remedy)
-        if problem.kind == "contract":
-            self._breach(problem.place, problem.reason)
-
-    def _breach(self, place: str, reason: str) -> None:
-        raise InputError(self._path, place, reason)
-
-    def _take_metadata(self, item: MetadataItem) -> None:
-        if self._metadata.setdefault(item.name, item.record) != item.record:
-            self._breach(f"metadata {item.name!r:.80}", "is given twice with different content")
-        if isinstance(item.content, Channel):
-            self._channels[item.content.name] = item.content
-        elif item.name == RUN:
-            self._info = item.content
-
-    def _attachment(self, item: AttachmentItem) -> None:
-        if self._attachments.setdefault(item.name, item.data) != item.data:
-            self._breach(f"attachment {item.name!r:.80}", "is given twice with different content")
-
-    def _message(self, item: MessageItem) -> None:
-        content = item.content
-        if isinstance(content, SampleBlock):
-            self._block(content, item.place)
-        elif isinstance(content, Step):
-            self._steps.append(content)
-        elif isinstance(content, Event):
-            self._events.append(content)
-        elif isinstance(content, Indicator):
-            self._indicators.append(content)
-
-    def _block(self, block: SampleBlock, place: str) -> None:
-        for name in block.samples:
-            if self._device_of.setdefault(name, block.device) != block.device:
-                self._breach(place, f"channel {name!r:.80} is also one of device {self._device_of[name]!r:.80}")
-        if len(self._device_of) > self._limits.records:
-            self._breach(place, f"more than {self._limits.records} channels, the limit of this program")
-        assembler = self._assemblers.setdefault(block.device, Assembler(block.device, self._limits))
-        try:
-            assembler.add(block)
-        except ValueError as error:
-            self._breach(place, str(error))
-        if sum(each.values_held for each in self._assemblers.values()) > self._limits.values:
-            self._breach(place, f"more than {self._limits.values} samples, the limit of this program")

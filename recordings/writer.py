@@ -85,7 +85,13 @@ class RunWriter:
         self._writer = Writer(
             self._stream, chunk_size=CHUNK_BYTES, compression=_COMPRESSION[compression], enable_data_crcs=True
         )
-        self._guarded(lambda: self._begin(filled, records, attachments or {}))
+        try:
+            self._guarded(lambda: self._begin(filled, records, attachments or {}))
+        except InputError:
+            self._drop_stream()
+            if self.path.is_file():  # it holds nothing worth keeping
+                self.path.unlink()
+            raise
         self._flushed_at = time.monotonic()
         self._flusher = threading.Thread(target=self._flush_regularly, name="run-writer-flush", daemon=True)
         self._flusher.start()
