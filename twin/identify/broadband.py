@@ -1,0 +1,234 @@
+"""Broadband records as frequency responses in bins, each with its covariance.
+
+Within a bin, which is narrow beside the distance to the nearest resonance, the response is a reference model's plus a
+constant, found by least squares on the record's own spectral lines: no window, no leakage, because the transient of
+the record's ends is fitted with the reference model's poles and taken off.  The noise is estimated from what the
+constants leave: white noise of each channel, noise of the force (which all channels then share), and more where the
+joint's nonlinearity under broadband excitation distorts the lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.signal import find_peaks
+
+from twin.identify.spectrum import BroadbandRecord, h1
+
+__all__ = ["BinnedResponse", "bin_response", "find_resonances"]
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+
+BIN_SHARE = 0.12
+"""A bin's width beside its distance to the nearest resonance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BinnedResponse:
+    """Frequency responses with their covariance.
+
+    Attributes
+    ----------
+    frequency_Hz : ndarray, (b,)
+    H : ndarray, (b, o)
+        Response per force, in unit/N.
+    covariance : ndarray, (b, o, o)
+        Hermitian covariance of the errors of H.
+    noise_density : dict of float
+        Estimated noise of each channel, unit/sqrt(Hz).
+    distortion : ndarray, (b,)
+        Measured scatter in units of the white noise's; well above one where nonlinear distortion shows.
+    """
+
+    run: str
+    frequency_Hz: Real
+    H: Complex
+    covariance: Complex
+    channels: tuple[str, ...]
+    noise_density: dict[str, float]
+    distortion: Real
+
+    @property
+    def omega(self) -> Real:
+        """Bin centres, rad/s."""
+        return 2 * np.pi * self.frequency_Hz
+
+
+def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str, ...]) -> tuple[Real, Real]:
+    """Peaks of the summed H1 magnitude within the excited band.
+
+    Returns
+    -------
+    frequency_Hz : ndarray
+        Of the resonances.
+    band_Hz : ndarray, (2,)
+        Where the force's spectrum is within 30 dB of its median.
+    """
+    response = h1(record, force=force)
+    S = np.abs(np.fft.rfft(record.samples[force])) ** 2
+    frequency = np.fft.rfftfreq(len(record.samples[force]), 1 / record.sample_rate_Hz)
+    smooth = np.convolve(S, np.ones(61) / 61, mode="same")
+    excited = frequency[smooth > 1e-3 * np.quantile(smooth, 0.9)]
+    band = np.array([excited[0], excited[-1]])
+    level = np.log10(sum(np.abs(response.H[c]) for c in channels) + 1e-300)
+    inside = (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
+    peaks, _ = find_peaks(np.where(inside, level, level.min()), prominence=0.5)
+    return response.frequency_Hz[peaks], band
+
+
+def bin_response(
+    record: BroadbandRecord,
+    *,
+    force: str,
+    channels: tuple[str, ...],
+    reference: Callable[[Real], Complex],
+    poles: Complex,
+    resonances_Hz: Real,
+    band_Hz: Real,
+    half_width_Hz: float = 0.02,
+) -> BinnedResponse:
+    """Reduce a record to bins.
+
+    Parameters
+    ----------
+    reference
+        Frequency responses (f, o) at given omega: what is smooth about the difference to it is all that is assumed.
+    poles : ndarray
+        Complex poles (rad/s) of the reference, for the transient.
+    resonances_Hz
+        Where the response may change fast: the data's own and the reference's resonances.
+    half_width_Hz
+        Least distance to a resonance that is told apart.
+    """
+    frequency, U = record.lines(force, (float(band_Hz[0]), float(band_Hz[1])))
+    Y = np.stack([record.lines(c, (float(band_Hz[0]), float(band_Hz[1])))[1] for c in channels], axis=1)
+    omega = 2 * np.pi * frequency
+    H_reference = reference(omega)
+    R = Y - H_reference * U[:, None]
+    edges = _bins(frequency, resonances_Hz, half_width_Hz)
+    starts, counts = edges[:-1], np.diff(edges)
+    bin_of = np.repeat(np.arange(len(starts)), counts)
+    power = np.abs(U) ** 2
+    total = np.add.reduceat(power, starts)
+
+    def deviation(R: Complex) -> tuple[Complex, Complex]:
+        """Best constant difference to the reference in each bin, and what it leaves."""
+        D = np.add.reduceat(np.conj(U)[:, None] * R, starts) / total[:, None]
+        return D, R - D[bin_of] * U[:, None]
+
+    # Weighting the transient's fit wants the noise, whose estimate wants the transient taken off: two passes do.
+    noise = np.einsum("fo,fp->fop", H_reference, np.conj(H_reference)) + np.eye(len(channels)) * np.median(
+        np.abs(H_reference) ** 2
+    )
+    for _ in range(2):
+        without = R - _transient(R, omega, poles, noise)
+        D, E = deviation(without)
+        Su, Sy = _white_noise(E, H_reference, bin_of, counts)
+        noise = Su * H_reference[:, :, None] * np.conj(H_reference)[:, None, :] + np.eye(len(channels)) * Sy
+    centre = np.add.reduceat(power * frequency, starts) / total
+    smooth = reference(2 * np.pi * centre)
+    lines_per_Hz = 1.0 / (frequency[1] - frequency[0])
+    # Noise of the force makes the least-squares ratio too small by its share of the force's power.
+    H = (smooth + D) * (1 + Su * counts / total)[:, None]
+    # The reference's direction, not the noisy estimate's: else one line of weak force would set its own weight.
+    covariance = Su * smooth[:, :, None] * np.conj(smooth)[:, None, :] + np.eye(len(channels)) * Sy
+    distortion = _distortion(E, covariance, bin_of, counts, centre)
+    covariance = covariance * np.maximum(1.0, distortion)[:, None, None] / total[:, None, None]
+    # A line's amplitude is a peak value: its variance is twice the density times the resolution.
+    density = np.sqrt(np.concatenate([[Su], Sy]) * lines_per_Hz / 2)
+    return BinnedResponse(
+        run=record.run,
+        frequency_Hz=centre,
+        H=H,
+        covariance=covariance,
+        channels=channels,
+        noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
+        distortion=distortion,
+    )
+
+
+def _transient(R: Complex, omega: Real, poles: Complex, noise: Complex) -> Complex:
+    """Least-squares fit of the free decays that the record's ends cut: one residue per pole and channel.
+
+    Weighted by the lines' noise covariance (f, o, o): noise of the force moves all channels together and far more
+    than their own noise does, and unweighted it would leak into their ratio.
+    """
+    jw, scale = 1j * omega, omega[-1]
+    basis = np.stack([1 / (jw - pole) for pole in poles] + [np.ones_like(jw), jw / scale, scale / jw], axis=1)
+    basis = basis / np.linalg.norm(basis, axis=0)
+    outputs, count = R.shape[1], basis.shape[1]
+    white = np.linalg.inv(np.linalg.cholesky(noise))
+    A = (white[:, :, :, None] * basis[:, None, None, :]).reshape(len(omega) * outputs, outputs * count)
+    y = (white @ R[:, :, None]).reshape(-1)
+    norm = np.linalg.norm(A, axis=0)
+    A = A / norm
+    solution = np.linalg.lstsq(A.conj().T @ A, A.conj().T @ y, rcond=1e-13)[0] / norm
+    return basis @ solution.reshape(outputs, count).T
+
+
+def _bins(frequency: Real, resonances_Hz: Real, half_width_Hz: float) -> NDArray[np.int64]:
+    """Edges of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
+    edges = [0]
+    step = frequency[1] - frequency[0]
+    while edges[-1] < len(frequency):
+        distance = np.min(np.abs(frequency[edges[-1]] - resonances_Hz), initial=1e3) + half_width_Hz
+        width = min(BIN_SHARE * distance, 8.0)
+        edges.append(edges[-1] + max(1, int(width / step)))
+    edges[-1] = len(frequency)
+    return np.array(edges)
+
+
+def _white_noise(E: Complex, H: Complex, bin_of: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[float, Real]:
+    """White noise of force and channels from |E_o|^2 = Su |H_o|^2 + Sy_o, over bins of many lines.
+
+    Fitted to the median of the scatter, relative to its size: nonlinear distortion near resonances is no outlier then.
+    """
+    outputs = H.shape[1]
+    wide = counts[bin_of] >= 8
+    rows, sizes = [], []
+    for o in range(outputs):
+        key = np.log(np.abs(H[wide, o]))
+        order = np.argsort(key)
+        for part in np.array_split(order, 40):
+            if len(part) < 8:
+                continue
+            scatter = np.abs(E[wide, o][part]) ** 2 * (counts[bin_of[wide][part]] / (counts[bin_of[wide][part]] - 1))
+            row = np.zeros(1 + outputs)
+            row[0], row[1 + o] = np.median(np.abs(H[wide, o][part]) ** 2), 1.0
+            # The median of an exponential variable is ln 2 times its mean.
+            size = np.median(scatter) / np.log(2)
+            rows.append(row / size)
+            sizes.append(1.0)
+    if not rows:
+        return 0.0, np.full(outputs, float(np.mean(np.abs(E) ** 2)) + 1e-300)
+    A = np.array(rows)
+    norm = np.linalg.norm(A, axis=0) + 1e-300
+    solution = nnls(A / norm, np.array(sizes))[0] / norm
+    floor = 1e-6 * float(np.median(np.abs(E) ** 2)) + 1e-300
+    return float(solution[0]), np.maximum(solution[1:], floor)
+
+
+def _distortion(
+    E: Complex, covariance: Complex, bin_of: NDArray[np.int64], counts: NDArray[np.int64], centre: Real
+) -> Real:
+    """Scatter of the lines in units of the white noise, pooled over neighbouring bins."""
+    outputs = E.shape[1]
+    L = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(L[bin_of], E[:, :, None])[:, :, 0]
+    sums = np.bincount(bin_of, np.sum(np.abs(white) ** 2, axis=1), minlength=len(counts))
+    freedom = outputs * (counts - 1.0)
+    out = np.ones(len(counts))
+    for b in range(len(counts)):
+        lo, hi, have = b, b + 1, freedom[b]
+        while have < 40 and (lo > 0 or hi < len(counts)):
+            take_low = hi == len(counts) or (lo > 0 and centre[b] - centre[lo - 1] < centre[hi] - centre[b])
+            lo, hi = (lo - 1, hi) if take_low else (lo, hi + 1)
+            have = freedom[lo:hi].sum()
+        if have > 0:
+            out[b] = sums[lo:hi].sum() / have
+    return out

@@ -1,0 +1,219 @@
+"""The linear rig in the frequency domain: accelerances from the measured force to every response channel.
+
+Base parameters, which no experimenter knows well: the layer's E', G' and their loss factors, and the modal damping.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis, update_receptance
+from twin.rigs import Rig
+from twin.structure import Structure, assemble
+
+__all__ = ["DAMPED_MODES", "BaseParameters", "LinearModel", "Output", "Ports", "build_linear_model"]
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+
+DAMPED_MODES = 5
+"""Modes whose damping ratios are identified; those above keep what is believed."""
+
+
+@dataclass(frozen=True)
+class BaseParameters:
+    """E', G' (N/m2), their loss factors, modal damping ratios, and detunings.
+
+    A detuning is the relative error of one natural frequency that no parameter of the model explains: discretisation,
+    neglected rotary inertia, a length rounded to tenths of a millimetre.  Its prior is tight.
+    """
+
+    E: float
+    G: float
+    loss_E: float
+    loss_G: float
+    zeta: Real
+    detuning: Real
+
+    @property
+    def vector(self) -> Real:
+        """(log E, log G, loss_E, loss_G, log zeta ..., detuning ...): the form in which they are identified."""
+        return np.concatenate(
+            [[np.log(self.E), np.log(self.G), self.loss_E, self.loss_G], np.log(self.zeta), self.detuning]
+        )
+
+    @staticmethod
+    def from_vector(vector: Real) -> BaseParameters:
+        """Inverse of :attr:`vector`."""
+        zeta, detuning = vector[4 : 4 + DAMPED_MODES], vector[4 + DAMPED_MODES :]
+        return BaseParameters(
+            float(np.exp(vector[0])),
+            float(np.exp(vector[1])),
+            float(vector[2]),
+            float(vector[3]),
+            np.exp(zeta),
+            detuning,
+        )
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the entries of :attr:`vector`."""
+        return [
+            "log_E",
+            "log_G",
+            "loss_E",
+            "loss_G",
+            *(f"log_zeta{i + 1}" for i in range(DAMPED_MODES)),
+            *(f"detuning{i + 1}" for i in range(DAMPED_MODES)),
+        ]
+
+
+@dataclass(frozen=True)
+class Output:
+    """A response channel: what it measures, where, and in which direction."""
+
+    channel: str
+    quantity: str
+    position_m: float
+    sign: float = 1.0
+
+    def from_displacement(self, omega: Real) -> Complex:
+        """Factor from displacement to the channel's quantity."""
+        power = {"displacement": 0, "velocity": 1, "acceleration": 2}[self.quantity]
+        return self.sign * (1j * omega) ** power
+
+
+@dataclass(frozen=True)
+class Ports:
+    """Row operators of the ports, stacked, and where each kind sits in the stack.
+
+    Order: layer normal strains, layer shear strains, damped modal coordinates, drive, outputs, extra ports.
+    """
+
+    rows: Real
+    normal: slice
+    shear: slice
+    modal: slice
+    drive: int
+    outputs: slice
+    extra: slice
+
+    @property
+    def soft(self) -> slice:
+        """The ports whose stiffness base parameters change: strains and modal coordinates."""
+        return slice(0, self.modal.stop)
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """A structure, its modal basis at reference moduli, and its ports."""
+
+    structure: Structure
+    basis: ModalBasis
+    reference_E: float
+    reference_G: float
+    ports: Ports
+    outputs: tuple[Output, ...]
+
+    def with_ports(self, rows: Real) -> LinearModel:
+        """The same model with further ports, rows (p, n)."""
+        stacked = np.vstack([self.ports.rows[: self.ports.extra.start], rows])
+        extra = slice(self.ports.extra.start, len(stacked))
+        return replace(self, ports=replace(self.ports, rows=stacked, extra=extra))
+
+    def receptance(
+        self, omega: Real, base: BaseParameters, *, dE: Complex | float = 0.0, dG: Complex | float = 0.0
+    ) -> Complex:
+        """Receptances between all ports with the base parameters and further complex changes of the moduli.
+
+        Parameters
+        ----------
+        omega : ndarray, (f,)
+        dE, dG
+            Changes of E', G' beyond E (1 + j loss_E), G (1 + j loss_G): one for all, or one for each frequency.
+
+        Returns
+        -------
+        ndarray, (f, p, p)
+        """
+        basis = self.basis.with_damping(base.zeta)
+        R = basis.receptance(self.ports.rows, omega)
+        p = self.ports
+        # The sine convention exp(+j omega t) makes a loss a positive imaginary stiffness.
+        SE = base.E * (1 + 1j * base.loss_E) - self.reference_E + np.asarray(dE)
+        SG = base.G * (1 + 1j * base.loss_G) - self.reference_G + np.asarray(dG)
+        S = np.empty((len(omega), p.soft.stop), complex)
+        S[:, p.normal] = np.broadcast_to(SE, len(omega))[:, None]
+        S[:, p.shear] = np.broadcast_to(SG, len(omega))[:, None]
+        S[:, p.modal] = 2 * base.detuning * self.basis.omega[:DAMPED_MODES] ** 2
+        return update_receptance(R, p.soft, S)
+
+    def to_quantity(self, omega: Real) -> Complex:
+        """Factors (f, o) from displacements at the outputs to their channels' quantities."""
+        return np.stack([output.from_displacement(omega) for output in self.outputs], axis=1)
+
+    def response(self, R: Complex, omega: Real) -> Complex:
+        """Frequency responses (f, o) of the outputs per unit drive force, from receptances R."""
+        return R[:, self.ports.outputs, self.ports.drive] * self.to_quantity(omega)
+
+    def sensitivity(self, R: Complex, omega: Real, base: BaseParameters) -> Complex:
+        """D response / d base.vector, (f, o, parameters): products of receptances."""
+        p, factor = self.ports, self.to_quantity(omega)[:, :, None]
+        into, out = R[:, :, p.drive], R[:, p.outputs, :]
+        E = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2)[..., None]
+        G = -np.sum(out[:, :, p.shear] * into[:, None, p.shear], axis=2)[..., None]
+        columns = [
+            base.E * (1 + 1j * base.loss_E) * E,
+            base.G * (1 + 1j * base.loss_G) * G,
+            1j * base.E * E,
+            1j * base.G * G,
+        ]
+        modal = -2j * omega[:, None, None] * out[:, :, p.modal] * into[:, None, p.modal]
+        omega_r = self.basis.omega[:DAMPED_MODES]
+        stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * 2 * omega_r**2
+        return np.concatenate([*columns, modal * (base.zeta * omega_r), stiffness], axis=2) * factor
+
+
+def build_linear_model(
+    rig: Rig,
+    outputs: list[Output],
+    *,
+    preload: str | None = None,
+    structure: Structure | None = None,
+    drive_position_m: float | None = None,
+) -> LinearModel:
+    """Set up the model of `rig` at one preload.
+
+    Parameters
+    ----------
+    outputs
+        The response channels to predict.
+    structure
+        Other than the one `rig` describes: a cause that changes the beams, say.
+    drive_position_m
+        Other than the rig's.
+    """
+    structure = structure or assemble(rig)
+    moduli = rig.joint.preload[rig.preload_name(preload)]
+    K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
+    basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
+    QE, QG = layer_ports(structure)
+    drive = structure.deflection(rig.drive.position if drive_position_m is None else drive_position_m)
+    out = np.array([structure.deflection(output.position_m) for output in outputs])
+    modal = basis.Phi[:, :DAMPED_MODES].T @ structure.M
+    rows = np.vstack([QE, QG, modal, drive[None], out])
+    a, b = len(QE), len(QE) + len(QG)
+    c = b + DAMPED_MODES
+    ports = Ports(rows, slice(0, a), slice(a, b), slice(b, c), c, slice(c + 1, len(rows)), slice(len(rows), len(rows)))
+    return LinearModel(structure, basis, moduli.normal_modulus, moduli.shear_modulus, ports, tuple(outputs))
+
+
+def believed_parameters(rig: Rig, preload: str | None = None) -> BaseParameters:
+    """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
+    moduli = rig.joint.preload[rig.preload_name(preload)]
+    zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
+    zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
+    return BaseParameters(moduli.normal_modulus, moduli.shear_modulus, 0.0, 0.0, zeta, np.zeros(DAMPED_MODES))

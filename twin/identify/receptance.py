@@ -1,0 +1,107 @@
+"""Receptances between ports of the rig, with the layer's moduli free at every frequency.
+
+A port is a row c with displacement c x (and force c' f): the drive point, a sensor's place, a strain of the layer, a
+modal coordinate, a place where something may be attached.  In the modes of a reference structure the receptance
+matrix of all ports costs a product; a change of the layer's moduli, E' + dE and G' + dG, is an update of the rank of
+its strain operators (Woodbury), different at each frequency if need be::
+
+    R' = R - R_:L T R_L:,     T = S (1 + R_LL S)^-1,     S = diag(dE, ..., dG, ...)
+
+Every sensitivity is then a product of receptances: d R'_oi / dp = - R'_o: (dZ/dp) R'_:i  (2011 paper, equation 15).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.structure import Modes, Structure, normal_modes
+
+__all__ = ["ModalBasis", "layer_ports", "lowest_modes_basis", "update_receptance"]
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+
+KEPT_MODES = 30
+
+
+@dataclass(frozen=True)
+class ModalBasis:
+    """Kept modes of a structure with viscous modal damping, and the static remainder of the others.
+
+    Attributes
+    ----------
+    omega, zeta : ndarray, (m,)
+        Natural frequencies and damping ratios of the kept modes.
+    Phi : ndarray, (n, m)
+        Their mass-normalised shapes.
+    flexibility, flexibility2 : ndarray, (n, n)
+        Remainder of the other modes in powers of omega^2: sum phi phi' / omega_r^2 and sum phi phi' / omega_r^4.
+    """
+
+    omega: Real
+    zeta: Real
+    Phi: Real
+    flexibility: Real
+    flexibility2: Real
+
+    def with_damping(self, zeta: Real) -> ModalBasis:
+        """Return the same modes with other damping ratios for the first ones."""
+        return replace(self, zeta=np.concatenate([zeta, self.zeta[len(zeta) :]]))
+
+    def receptance(self, ports: Real, omega: Real) -> Complex:
+        """Receptance matrices between `ports`.
+
+        Parameters
+        ----------
+        ports : ndarray, (p, n)
+        omega : ndarray, (f,)
+
+        Returns
+        -------
+        ndarray, (f, p, p)
+        """
+        P = ports @ self.Phi
+        w = omega[:, None]
+        D = 1.0 / (self.omega**2 - w**2 + 2j * self.zeta * self.omega * w)
+        R = np.einsum("pm,fm,qm->fpq", P, D, P, optimize=True)
+        static, static2 = ports @ self.flexibility @ ports.T, ports @ self.flexibility2 @ ports.T
+        return R + static + omega[:, None, None] ** 2 * static2
+
+
+def lowest_modes_basis(M: Real, K: Real, zeta: Real, *, kept: int = KEPT_MODES) -> ModalBasis:
+    """The `kept` lowest modes of M, K with damping ratios `zeta`, and the rest as flexibility."""
+    modes: Modes = normal_modes(M, K)
+    kept = min(kept, len(modes.omega))
+    Phi, rest = modes.Phi[:, :kept], modes.Phi[:, kept:]
+    scaled = rest / modes.omega[kept:]
+    scaled2 = scaled / modes.omega[kept:]
+    return ModalBasis(
+        modes.omega[:kept], _extend(np.asarray(zeta, float), kept), Phi, scaled @ scaled.T, scaled2 @ scaled2.T
+    )
+
+
+def layer_ports(structure: Structure) -> tuple[Real, Real]:
+    """Strain operators of the layer compressed to their ranks, Q_E' Q_E = KE and Q_G' Q_G = KG."""
+    return _compress(structure.B_E), _compress(structure.B_G)
+
+
+def update_receptance(R: Complex, layer: slice, S: Complex) -> Complex:
+    """Receptances after adding stiffness S (f, r) on the ports of `layer`, one diagonal for each frequency."""
+    RL = R[:, :, layer]
+    A = np.eye(S.shape[1]) + RL[:, layer, :] * S[:, None, :]
+    T = S[:, :, None] * np.linalg.solve(A, np.broadcast_to(np.eye(S.shape[1]), A.shape))
+    return R - RL @ T @ R[:, layer, :]
+
+
+def _compress(B: Real) -> Real:
+    _, singular, Vt = np.linalg.svd(B, full_matrices=False)
+    rank = int(np.sum(singular > 1e-9 * singular[0]))
+    return singular[:rank, None] * Vt[:rank]
+
+
+def _extend(zeta: Real, count: int) -> Real:
+    zeta = np.asarray(zeta, float)[:count]
+    return np.concatenate([zeta, np.full(count - len(zeta), zeta[-1])])

@@ -1,0 +1,179 @@
+"""Steady states of a stepped sine: harmonics of every channel with their covariance, by least squares.
+
+Each measured stretch is fitted by a constant and all harmonics of the drive frequency up to the Nyquist frequency.
+The noise is estimated, not assumed: its power beside each harmonic is read off the residual's spectrum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Run
+from recordings.sweeps import Stretch, sweeps
+
+__all__ = ["SteadyState", "steady_states"]
+
+MOST_HARMONICS = 40
+NEIGHBOURS = 12
+"""Spectral lines on each side of a harmonic from which its noise is estimated."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteadyState:
+    """One measured step: x(t) = sum_h Re(Z_h exp(j h omega t)) from the stretch's start.
+
+    Attributes
+    ----------
+    run, sweep : str
+        Where it was measured.
+    index : int
+        Of the step in its sweep.
+    position : int
+        Of the step in the run, in order of time.
+    frequency_Hz, target_amplitude : float
+        As commanded.
+    time_s : float
+        Of the stretch's middle, since the run's first step.
+    amplitude : dict of ndarray
+        Complex harmonics 1 ... H of each channel, in its unit.
+    variance : dict of ndarray
+        E|error of Z_h|^2 of each channel's harmonics.
+    drift : dict of complex
+        Change of the fundamental over the stretch, relative to it.
+    drift_std : dict of float
+        Its standard deviation.
+    lost, overloaded : int
+        Samples of the stretch that are missing in some channel; samples on a converter's limit.
+    duration_s : float
+        Of the stretch.
+    """
+
+    run: str
+    sweep: str
+    index: int
+    position: int
+    frequency_Hz: float
+    target_channel: str
+    target_amplitude: float
+    time_s: float
+    amplitude: dict[str, NDArray[np.complex128]]
+    variance: dict[str, NDArray[np.float64]]
+    drift: dict[str, complex]
+    drift_std: dict[str, float]
+    lost: int
+    overloaded: int
+    duration_s: float
+
+    @property
+    def omega(self) -> float:
+        """Drive frequency in rad/s."""
+        return 2 * np.pi * self.frequency_Hz
+
+
+def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[SteadyState]:
+    """Fit every measured sine step of `run`.
+
+    Parameters
+    ----------
+    run
+        A recorded run; broadband stretches (frequency 0) are passed over.
+    channels
+        The channels to fit; all by default.
+
+    Notes
+    -----
+    A step is dropped if less than two periods or fewer than sixteen sound samples of some channel remain.
+    """
+    names = list(channels or run.channels)
+    origin = min((step.time_ns for step in run.steps), default=0)
+    measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
+    measured.sort(key=lambda stretch: stretch.start_ns)
+    states = [_fit(run, stretch, names, origin, position) for position, stretch in enumerate(measured)]
+    return [state for state in states if state is not None]
+
+
+def _fit(run: Run, stretch: Stretch, names: list[str], origin: int, position: int) -> SteadyState | None:
+    step = stretch.step
+    omega = 2 * np.pi * step.frequency_Hz
+    amplitude, variance, drift, drift_std = {}, {}, {}, {}
+    lost = overloaded = 0
+    for name in names:
+        device = run.device_of(name)
+        first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
+        samples = device.values[name][first:last].astype(float)
+        time = (device.times_ns(first, last) - stretch.start_ns) * 1e-9
+        sound = np.isfinite(samples)
+        lost = max(lost, int(np.sum(~sound)))
+        limit = run.channels[name].range
+        if limit is not None:
+            overloaded += int(np.sum(np.abs(samples[sound]) >= limit * (1 - 1e-6)))
+        if sound.sum() < 16 or len(time) < 2 or (time[-1] - time[0]) * step.frequency_Hz < 2:
+            return None
+        fit = _fit_channel(time[sound], samples[sound], omega, device.sample_rate_Hz)
+        amplitude[name], variance[name], drift[name], drift_std[name] = fit
+    return SteadyState(
+        run=run.path,
+        sweep=step.sweep,
+        index=step.index,
+        position=position,
+        frequency_Hz=step.frequency_Hz,
+        target_channel=step.target_channel,
+        target_amplitude=step.target_amplitude,
+        time_s=((stretch.start_ns + stretch.stop_ns) / 2 - origin) * 1e-9,
+        amplitude=amplitude,
+        variance=variance,
+        drift=drift,
+        drift_std=drift_std,
+        lost=lost,
+        overloaded=overloaded,
+        duration_s=(stretch.stop_ns - stretch.start_ns) * 1e-9,
+    )
+
+
+def _fit_channel(
+    time: NDArray[np.float64], samples: NDArray[np.float64], omega: float, rate_Hz: float
+) -> tuple[NDArray[np.complex128], NDArray[np.float64], complex, float]:
+    """Harmonics, their variances, and the relative drift of the fundamental with its standard deviation."""
+    count = int(min(MOST_HARMONICS, 0.98 * np.pi * rate_Hz / omega, (len(samples) - 1) // 4))
+    angle = omega * time[:, None] * np.arange(1, count + 1)
+    centred = (time - time.mean()) / (time[-1] - time[0])
+    first = np.exp(1j * angle[:, 0])
+    # The slow columns take up a decay that is still going on, which else would look like noise.
+    basis = np.hstack(
+        [np.cos(angle), -np.sin(angle), np.ones((len(time), 1)), (centred * first.real)[:, None],
+         -(centred * first.imag)[:, None]]
+    )  # fmt: skip
+    solution, *_ = np.linalg.lstsq(basis, samples, rcond=None)
+    residual = samples - basis @ solution
+    freedom = max(1, len(samples) - basis.shape[1])
+    Z = solution[:count] + 1j * solution[count : 2 * count]
+    variance = _noise_beside(residual, time, omega, count) * len(samples) / freedom
+    change = complex(solution[-2], solution[-1]) / Z[0] if Z[0] else 0j
+    # Var of a slope over a unit interval is 12 times that of the mean; half of it falls on each of the two parts.
+    return Z, variance, change, float(np.sqrt(12 * variance[0] / 2) / max(abs(Z[0]), 1e-300))
+
+
+def _noise_beside(
+    residual: NDArray[np.float64], time: NDArray[np.float64], omega: float, count: int
+) -> NDArray[np.float64]:
+    """Mean squared amplitude of the residual's spectral lines beside each harmonic.
+
+    The fit has taken the harmonics' own lines out of the residual, so lines closer than 1.5 / duration are left out.
+    """
+    duration = (time[-1] - time[0]) * len(time) / max(len(time) - 1, 1)
+    lines = np.abs(2 * np.fft.rfft(residual) / len(residual)) ** 2
+    frequency = np.arange(len(lines)) / duration
+    harmonic = np.rint(frequency * 2 * np.pi / omega) * omega / (2 * np.pi)
+    lines[np.abs(frequency - harmonic) < 1.5 / duration] = np.nan
+    lines[0] = np.nan
+    floor = np.nanmean(lines) if np.isfinite(lines).any() else 0.0
+    out = np.empty(count)
+    for h in range(1, count + 1):
+        centre = round(h * omega / (2 * np.pi) * duration)
+        near = lines[max(1, centre - NEIGHBOURS) : centre + NEIGHBOURS + 1]
+        out[h - 1] = np.nanmean(near) if np.isfinite(near).any() else floor
+    return np.maximum(out, np.finfo(float).tiny)

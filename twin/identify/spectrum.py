@@ -1,0 +1,98 @@
+"""Broadband runs: spectral lines of the whole record, and H1 with coherence for the eye."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from recordings.run import Run
+from recordings.sweeps import sweeps
+
+__all__ = ["BroadbandRecord", "FrequencyResponse", "broadband_records", "h1"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BroadbandRecord:
+    """Simultaneous samples of one broadband stretch.
+
+    Attributes
+    ----------
+    samples : dict of ndarray
+        Each channel's samples, all of one length, in its unit.
+    lost : int
+        Samples that were missing; they were filled by interpolation and are counted here.
+    """
+
+    run: str
+    sweep: str
+    sample_rate_Hz: float
+    samples: dict[str, NDArray[np.float64]]
+    lost: int
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the record."""
+        return len(next(iter(self.samples.values()))) / self.sample_rate_Hz
+
+    def lines(self, channel: str, band_Hz: tuple[float, float]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Frequencies and complex amplitudes (peak values) of the DFT lines within a band."""
+        x = self.samples[channel]
+        frequency = np.fft.rfftfreq(len(x), 1 / self.sample_rate_Hz)
+        inside = (frequency >= band_Hz[0]) & (frequency <= band_Hz[1])
+        return frequency[inside], (2 * np.fft.rfft(x) / len(x))[inside]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrequencyResponse:
+    """H1 estimate with coherence: response per force, in unit/N."""
+
+    frequency_Hz: NDArray[np.float64]
+    H: dict[str, NDArray[np.complex128]]
+    coherence: dict[str, NDArray[np.float64]]
+
+
+def broadband_records(run: Run) -> list[BroadbandRecord]:
+    """The measured broadband stretches of `run`, on the slowest channel's common clock."""
+    records = []
+    for sweep in sweeps(run):
+        for stretch in sweep.stretches:
+            if stretch.step.frequency_Hz > 0:
+                continue
+            cut = {name: run.between(name, stretch.start_ns, stretch.stop_ns).astype(float) for name in run.channels}
+            rates = {run.device_of(name).sample_rate_Hz for name in run.channels}
+            length = min(len(x) for x in cut.values())
+            if len(rates) != 1 or length < 64:
+                continue
+            lost = 0
+            for name, x in cut.items():
+                x = x[:length]
+                missing = ~np.isfinite(x)
+                lost += int(missing.sum())
+                if missing.any() and not missing.all():
+                    x[missing] = np.interp(np.flatnonzero(missing), np.flatnonzero(~missing), x[~missing])
+                cut[name] = x
+            records.append(
+                BroadbandRecord(run=run.path, sweep=sweep.name, sample_rate_Hz=rates.pop(), samples=cut, lost=lost)
+            )
+    return records
+
+
+def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> FrequencyResponse:
+    """H1 = S_fx / S_ff by Welch's method with a Hann window."""
+    length = int(min(len(record.samples[force]), record.sample_rate_Hz / resolution_Hz))
+    options = {"fs": record.sample_rate_Hz, "nperseg": length, "window": "hann"}
+    f = record.samples[force]
+    frequency, S_ff = signal.welch(f, **options)
+    H, coherence = {}, {}
+    for name, x in record.samples.items():
+        if name == force:
+            continue
+        S_fx = signal.csd(f, x, **options)[1]
+        S_xx = signal.welch(x, **options)[1]
+        H[name] = S_fx / np.maximum(S_ff, np.finfo(float).tiny)
+        coherence[name] = np.abs(S_fx) ** 2 / np.maximum(S_ff * S_xx, np.finfo(float).tiny)
+    return FrequencyResponse(frequency_Hz=frequency, H=H, coherence=coherence)
