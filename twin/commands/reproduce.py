@@ -1,0 +1,130 @@
+"""``twin reproduce``: the papers' tables side by side with this project's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from twin.commands.output import console, json_option, print_json
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from twin.papers.reproduction import Reproduction
+
+__all__ = ["command"]
+
+STUDIES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
+
+
+@click.command(short_help="The papers' tables side by side with this project's.")
+@click.argument("names", metavar="[" + "|".join(STUDIES) + "]...", nargs=-1, type=click.Choice(STUDIES))
+@json_option
+def command(names: tuple[str, ...], as_json: bool) -> None:
+    """Recompute the papers' tables from their measured frequencies; all three studies unless some are named."""
+    from rich.console import Console
+
+    from twin.papers.studies import reproduce
+
+    chosen = list(dict.fromkeys(names)) or list(STUDIES)
+    results = {}
+    for name in chosen:
+        with console.status(f"{name}: fitting the measured frequencies"):
+            results[name] = reproduce(name)
+    if as_json:
+        print_json({name: asdict(result) for name, result in results.items()})
+        return
+    out = Console(highlight=False)
+    for name, result in results.items():
+        out.rule(f"{name}")
+        out.print(f"[dim]{result.source}[/dim]")
+        for table in _tables(result):
+            out.print(table)
+        for note in result.notes:
+            out.print(f"- {note}")
+
+
+def _tables(result: Reproduction) -> Iterator[Table]:
+    yield _frequencies(result)
+    yield _parameters(result)
+    if result.candidates:
+        yield _candidates(result)
+    if result.residual_percent:
+        yield _residuals(result)
+
+
+def _frequencies(result: Reproduction) -> Table:
+    from rich.table import Table
+
+    table = Table(title=f"Natural frequencies (Hz), {result.free_parameters} free parameters here")
+    for heading in ("", "mode", "measured", "paper", "error %", "here", "error %"):
+        table.add_column(heading, justify="left" if not heading else "right")
+    for condition, here in result.this_model.items():
+        for i, frequency in enumerate(here):
+            paper = result.published_model.get(condition, [])
+            table.add_row(
+                condition if i == 0 else "",
+                str(i + 1),
+                f"{result.measured[condition][i]:.2f}",
+                f"{paper[i]:.2f}" if paper else "",
+                f"{result.error_percent['published_model'][condition][i]:+.3f}" if paper else "",
+                f"{frequency:.2f}",
+                f"{result.error_percent['this_model'][condition][i]:+.3f}",
+                end_section=i == len(here) - 1,
+            )
+    return table
+
+
+def _parameters(result: Reproduction) -> Table:
+    from rich.table import Table
+
+    table = Table(title="Parameters")
+    for heading in ("parameter", "here", "std", "95 % interval", "paper"):
+        table.add_column(heading, justify="left" if heading == "parameter" else "right")
+    intervals = result.identifiability.get("profile_95", {})
+    for name, entry in result.parameters.items():
+        low, high = intervals.get(name, (None, None))
+        interval = "" if name not in intervals else f"{_open(low)} .. {_open(high)}"
+        paper = result.published_parameters.get(name)
+        std = entry["std"] if entry["std"] < abs(entry["value"]) else None
+        table.add_row(
+            name, f"{entry['value']:.4g}", "open" if std is None else f"{std:.2g}", interval,
+            "" if paper is None else f"{paper:.4g}",
+        )  # fmt: skip
+    return table
+
+
+def _open(bound: float | None) -> str:
+    return f"{bound:.3g}" if bound and math.isfinite(bound) else "open"
+
+
+def _candidates(result: Reproduction) -> Table:
+    from rich.table import Table
+
+    chosen: list[Any] = [cause["cause"] for cause in result.causes]
+    table = Table(title="Causes tried (BIC: lower is better supported)")
+    for heading in ("cause", "parameters", "free", "rms %", "worst %", "BIC"):
+        table.add_column(heading, justify="left" if heading in ("cause", "parameters") else "right")
+    for item in sorted(result.candidates, key=lambda c: c.bic):
+        parameters = ", ".join(f"{key} {entry['value']:.4g}" for key, entry in item.parameters.items())
+        table.add_row(
+            item.cause, parameters, str(item.free_parameters), f"{item.rms_percent:.3f}",
+            f"{item.worst_percent:.3f}", f"{item.bic:.1f}", style="bold" if item.cause in chosen[:1] else None,
+        )  # fmt: skip
+    return table
+
+
+def _residuals(result: Reproduction) -> Table:
+    from rich.table import Table
+
+    table = Table(title="Nonlinear sweeps: residual (%)")
+    for heading in ("sweep", "paper", "here"):
+        table.add_column(heading, justify="left" if heading == "sweep" else "right")
+    for sweep, entry in result.residual_percent.items():
+        paper = entry.get("published")
+        table.add_row(sweep, "" if paper is None else f"{paper:.2f}", f"{entry['this_model']:.2f}")
+    return table

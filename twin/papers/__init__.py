@@ -1,0 +1,1 @@
+"""The papers: their printed tables, and this project's numbers beside them."""

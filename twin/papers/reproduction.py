@@ -1,0 +1,67 @@
+"""What a reproduced study reports: the printed numbers, this project's, and what was freed to get there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from twin.identify.eigensensitivity import FrequencyUpdate
+from twin.identify.identifiability import Profile, weak_directions
+
+__all__ = ["Candidate", "Reproduction", "describe_update"]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cause that was tried: what it adds, and the misfit it leaves."""
+
+    cause: str
+    parameters: dict[str, dict[str, float]]
+    free_parameters: int
+    chi2: float
+    bic: float
+    rms_percent: float
+    worst_percent: float
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """One study side by side: fields as ``twin reproduce --json`` prints them.
+
+    Frequencies in Hz by condition; errors in percent of the measured value; `parameters` with standard deviations;
+    `causes` the effects added to the model; `residual_percent` of nonlinear sweeps, where there are any.
+    """
+
+    source: str
+    measured: dict[str, list[float]]
+    published_model: dict[str, list[float]]
+    this_model: dict[str, list[float]]
+    error_percent: dict[str, dict[str, list[float]]]
+    rms_percent: dict[str, float]
+    free_parameters: int
+    parameters: dict[str, dict[str, float]]
+    published_parameters: dict[str, float]
+    causes: list[dict[str, Any]]
+    candidates: list[Candidate]
+    identifiability: dict[str, Any]
+    assumed_std_percent: float
+    notes: list[str] = field(default_factory=list)
+    details: dict[str, Any] = field(default_factory=dict)
+    residual_percent: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+def describe_update(update: FrequencyUpdate, profiles: list[Profile]) -> dict[str, Any]:
+    """Identifiability of an update in plain types: singular values, weak directions, profile intervals."""
+    return {
+        "singular_values": update.singular_values.tolist(),
+        "directions": [
+            {"singular_value": d.singular_value, "relative_std": d.relative_std, "combination": d.combination}
+            for d in weak_directions(update)
+        ],
+        "profile_95": {p.name: [p.lower, p.upper] for p in profiles},
+        "undetermined": [p.name for p in profiles if not p.determined],
+        "chi2": update.chi2,
+        "degrees_of_freedom": update.dof,
+        "residual_factor": update.residual_factor,
+        "iterations": len(update.history) - 1,
+    }

@@ -1,0 +1,45 @@
+"""The papers' printed tables: one TOML file a study, read into arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+from recordings.toml_input import read_toml
+
+__all__ = ["Condition", "Study", "load_study", "percent_error"]
+
+
+class Condition(BaseModel):
+    """What a paper prints of one condition: frequencies in Hz, moduli in N/m2."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    measured: list[float]
+    published_model: list[float] = []
+    printed_error_percent: list[float] = []
+    published: dict[str, float] = {}
+
+
+class Study(BaseModel):
+    """A paper's table with its source, what it states besides, and what is odd in it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    name: str
+    source: str
+    note: list[str] = []
+    stated: dict[str, float] = {}
+    condition: dict[str, Condition]
+
+
+def load_study(name: str) -> Study:
+    """The shipped tables of one study, such as ``steel-lap-joint``."""
+    return read_toml(Path(__file__).parent / f"{name}.toml", Study)
+
+
+def percent_error(measured: list[float] | NDArray[np.float64], model: list[float] | NDArray[np.float64]) -> list[float]:
+    """100 (measured - model) / measured, the papers' sign."""
+    f = np.asarray(measured, float)
+    return (100 * (f - np.asarray(model, float)) / f).tolist()

@@ -1,0 +1,46 @@
+"""What transverse shear in both beams changes in the assembled matrices, with the derivative by the shear ratio."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import Rig
+from twin.structure.assembly import Structure
+from twin.structure.beam import beam_mass, beam_stiffness
+from twin.structure.timoshenko import (
+    timoshenko_mass,
+    timoshenko_mass_derivative,
+    timoshenko_stiffness_derivative,
+)
+
+__all__ = ["shear_change"]
+
+Matrix = NDArray[np.float64]
+
+
+def shear_change(rig: Rig, structure: Structure, shear_ratio: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """What both beams of an Euler-Bernoulli `structure` gain when their E/(kappa G) is `shear_ratio`.
+
+    Returns
+    -------
+    M_change, K_change, dM, dK : ndarray, (n, n)
+        To be added to M and K0, and their derivatives with respect to `shear_ratio`.
+    """
+    mesh = structure.mesh
+    size = 3 * mesh.nodes
+    total = np.zeros((4, size, size))
+    for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
+        EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * beam.second_moment
+        m, radius2 = beam.density * beam.area, beam.second_moment / beam.area
+        for e, length in enumerate(np.diff(x)):
+            dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
+            section = {"mass_per_length": m, "radius2": radius2, "length": length, "shear_ratio": shear_ratio}
+            bending = {"EI": EI, "radius2": radius2, "length": length, "shear_ratio": shear_ratio}
+            thick = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=shear_ratio)
+            total[0][dofs] += timoshenko_mass(**section) - beam_mass(mass_per_length=m, length=length)
+            total[1][dofs] += thick - beam_stiffness(EA=EA, EI=EI, length=length)
+            total[2][dofs] += timoshenko_mass_derivative(**section)
+            total[3][dofs] += timoshenko_stiffness_derivative(**bending)
+    free = np.ix_(structure.free, structure.free)
+    return total[0][free], total[1][free], total[2][free], total[3][free]
