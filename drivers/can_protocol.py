@@ -1,0 +1,226 @@
+"""Messages of the acquisition node on CAN FD: identifiers and layouts, the same as in ``rig.dbc``.
+
+Samples travel as int16 with the scale range / 32767, 30 in a frame behind a uint32 count of the first one; a time-sync
+frame every 100 ms of the node's time says when a sample was taken.  A frame at the end of a stream may be shorter.
+All fields are little-endian.  The database shipped as ``drivers/rig.dbc`` is what other programs read; a test holds the
+two equal.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from importlib import resources
+
+import numpy as np
+
+from recordings.run import Channel
+
+__all__ = [
+    "CHANNELS_LIMIT",
+    "FULL_SCALE",
+    "PULSE_INTERVAL_NS",
+    "QUANTITIES",
+    "SAMPLES_PER_FRAME",
+    "SAMPLE_FRAME",
+    "ChannelInfo",
+    "Command",
+    "Heartbeat",
+    "MessageId",
+    "NodeState",
+    "Opcode",
+    "Reply",
+    "Status",
+    "TimeSync",
+    "frame_sizes",
+    "read_dbc",
+]
+
+CHANNELS_LIMIT = 4
+FULL_SCALE = 32767
+SAMPLES_PER_FRAME = 30
+PULSE_INTERVAL_NS = 100_000_000
+SAMPLE_FRAME = np.dtype([("counter", "<u4"), ("samples", "<i2", SAMPLES_PER_FRAME)])
+QUANTITIES = ("force", "acceleration", "velocity", "displacement", "voltage", "current", "temperature", "preload")
+
+
+class MessageId(IntEnum):
+    """Arbitration identifiers, the smaller the more urgent; channel k's samples have SAMPLES + k."""
+
+    TIME_SYNC = 0x080
+    SAMPLES = 0x100
+    HEARTBEAT = 0x180
+    STATUS = 0x181
+    CHANNEL_INFO = 0x182
+    COMMAND = 0x200
+    REPLY = 0x201
+
+
+class NodeState(IntEnum):
+    """What the node is doing; armed waits for the trigger line."""
+
+    IDLE = 0
+    ARMED = 1
+    STREAMING = 2
+
+
+class Opcode(IntEnum):
+    """What a command frame asks for; the value is a rate for SET_RATE, a channel for DESCRIBE."""
+
+    START = 1
+    ARM = 2
+    STOP = 3
+    SET_RATE = 4
+    DESCRIBE = 5
+
+
+@dataclass(frozen=True, slots=True)
+class TimeSync:
+    """Sample `counter` was taken at `time_ns` of the node's clock, when pulse number `pulse` came."""
+
+    counter: int
+    time_ns: int
+    pulse: int
+    sample_rate_Hz: float
+    _layout = struct.Struct("<IqId")
+
+    def pack(self) -> bytes:
+        """Payload."""
+        return self._layout.pack(self.counter & 0xFFFFFFFF, self.time_ns, self.pulse, self.sample_rate_Hz)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> TimeSync:
+        """From a payload; raises struct.error if it is too short."""
+        return cls(*cls._layout.unpack_from(data))
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """Sent every second of real time."""
+
+    state: int
+    channels: int
+    uptime_ms: int
+    _layout = struct.Struct("<BB2xI")
+
+    def pack(self) -> bytes:
+        """Payload."""
+        return self._layout.pack(self.state, self.channels, self.uptime_ms & 0xFFFFFFFF)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Heartbeat:
+        """From a payload; raises struct.error if it is too short."""
+        return cls(*cls._layout.unpack_from(data))
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Counts since the start of the stream: samples the bus did not carry, samples on each converter's limit."""
+
+    overrun: int
+    overload: tuple[int, ...]
+    _layout = struct.Struct(f"<I{CHANNELS_LIMIT}I")
+
+    def pack(self) -> bytes:
+        """Payload."""
+        counts = (*self.overload, *(0,) * CHANNELS_LIMIT)[:CHANNELS_LIMIT]
+        return self._layout.pack(self.overrun & 0xFFFFFFFF, *(count & 0xFFFFFFFF for count in counts))
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Status:
+        """From a payload; raises struct.error if it is too short."""
+        overrun, *overload = cls._layout.unpack_from(data)
+        return cls(overrun, tuple(overload))
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelInfo:
+    """What one channel measures."""
+
+    index: int
+    channels: int
+    channel: Channel
+    _layout = struct.Struct("<BBBbff24s8s")
+
+    def pack(self) -> bytes:
+        """Payload, 48 bytes."""
+        channel = self.channel
+        quantity = QUANTITIES.index(channel.quantity) if channel.quantity in QUANTITIES else 255
+        position = float("nan") if channel.position_m is None else channel.position_m
+        return self._layout.pack(
+            self.index, self.channels, quantity, -1 if channel.direction.startswith("-") else 1,
+            channel.range or 0.0, position, channel.name.encode(), channel.unit.encode(),
+        ).ljust(48, b"\0")  # fmt: skip
+
+    @classmethod
+    def unpack(cls, data: bytes) -> ChannelInfo:
+        """From a payload; raises struct.error if it is too short, ValueError if it makes no sense."""
+        index, channels, quantity, direction, limit, position, name, unit = cls._layout.unpack_from(data)
+        if not 0 < channels <= CHANNELS_LIMIT or index >= channels:
+            raise ValueError(f"channel {index} of {channels}")
+        if not (np.isfinite(limit) and limit > 0):
+            raise ValueError(f"a range of {limit}")
+        return cls(
+            index,
+            channels,
+            Channel(
+                name=name.rstrip(b"\0").decode(),
+                quantity=QUANTITIES[quantity] if quantity < len(QUANTITIES) else "unknown",
+                unit=unit.rstrip(b"\0").decode(),
+                position_m=None if np.isnan(position) else round(position, 6),
+                direction="-y" if direction < 0 else "+y",
+                range=float(limit),
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """From the host to the node."""
+
+    opcode: int
+    value: float = 0.0
+    _layout = struct.Struct("<B3xd")
+
+    def pack(self) -> bytes:
+        """Payload."""
+        return self._layout.pack(self.opcode, self.value)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Command:
+        """From a payload; raises struct.error if it is too short."""
+        return cls(*cls._layout.unpack_from(data))
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The node's answer to a command: result 0 is done, 1 refused; the rate is the one in force."""
+
+    opcode: int
+    result: int
+    sample_rate_Hz: float
+    _layout = struct.Struct("<BB2xd")
+
+    def pack(self) -> bytes:
+        """Payload."""
+        return self._layout.pack(self.opcode, self.result, self.sample_rate_Hz)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Reply:
+        """From a payload; raises struct.error if it is too short."""
+        return cls(*cls._layout.unpack_from(data))
+
+
+def frame_sizes(count: int) -> list[int]:
+    """Samples in each of the frames that carry the last `count` of a stream: CAN FD has few lengths."""
+    sizes = []
+    for size in (30, 22, 14, 10, 8, 6, 4, 2, 1):
+        sizes += [size] * (count // size)
+        count %= size
+    return sizes
+
+
+def read_dbc() -> str:
+    """Text of the CAN database shipped with the package."""
+    return resources.files("drivers").joinpath("rig.dbc").read_text(encoding="ascii")

@@ -1,0 +1,280 @@
+"""Several devices as one acquisition on one time base, with every loss accounted for."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.host.can_client import CanClient
+from drivers.host.daq import DaqClient
+from drivers.host.device import Device, Mailbox
+from drivers.host.reassembly import Piece
+from drivers.host.watch import ChannelWatch
+from drivers.instruments import Instruments, read_instruments
+from recordings.errors import InputError
+from recordings.run import Channel, Event, SampleBlock
+from recordings.streams import Excitation
+
+__all__ = ["RigAcquisition", "open_instruments"]
+
+NUDGE_S = 0.25
+SILENT_S = 1.0
+
+
+def choose_block_length(sample_rate_Hz: float) -> int:
+    """About four blocks a second, and whole CAN frames: 30 times a power of two."""
+    return int(30 * 2 ** min(8, max(0, round(math.log2(max(1.0, sample_rate_Hz / 4 / 30))))))
+
+
+def open_instruments(source: Instruments | str | Path) -> RigAcquisition:
+    """Connect to every device of an instruments file.
+
+    Raises
+    ------
+    recordings.errors.InputError
+        If the file is wrong or a device does not answer; those already open are closed again.
+    """
+    instruments = source if isinstance(source, Instruments) else read_instruments(source)
+    return RigAcquisition(instruments)
+
+
+class RigAcquisition:
+    """An :class:`recordings.streams.Acquisition` on hardware, real or virtual.
+
+    The device with the generator gives the time base and, where it can wait, is kept from running ahead by more than
+    two blocks.  Blocks of all devices are handed out together: one block of each, from the same sample on.
+    """
+
+    def __init__(self, instruments: Instruments) -> None:
+        self._instruments = instruments
+        self._mailbox = Mailbox()
+        self._devices: list[Device] = []
+        self._generator: DaqClient
+        self._running = False
+        self._consumed = 0
+        self._block_length = 240
+        self._rate_Hz = 0.0
+        self._acknowledged = 0
+        self._lost: dict[str, tuple[int, int, int]] = {}
+        self._silent: set[str] = set()
+        self._warned: set[str] = set()
+        options = {"timeout_s": instruments.timeout_s, "reconnect_s": instruments.reconnect_s}
+        try:
+            for settings in instruments.device:
+                if settings.parsed_address.kind == "can":
+                    self._devices.append(CanClient(settings, self._mailbox, **options))
+                    continue
+                daq = DaqClient(settings, self._mailbox, **options)
+                self._devices.append(daq)
+                if settings.generator:
+                    self._generator = daq
+            names = [channel.name for channel in self.channels]
+            twice = {name for name in names if names.count(name) > 1}
+            if twice:
+                raise InputError("instruments", min(twice), "is the name of two channels", "rename one of them")
+        except BaseException:
+            self.close()
+            raise
+        self._watches = {channel.name: ChannelWatch(channel.name, self._mailbox) for channel in self.channels}
+        self._rate_Hz = float(self._generator.query("ACQ:RATE?"))
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """All channels, in the order of the devices."""
+        return [channel for device in self._devices for channel in device.channels]
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        """Choose the rate of every device; gives the one obtained.
+
+        Raises
+        ------
+        InputError
+            If the devices do not agree on one.
+        """
+        rates = {device.name: device.set_sample_rate(sample_rate_Hz) for device in self._devices}
+        if len(set(rates.values())) > 1:
+            given = ", ".join(f"{name} {rate:g} Hz" for name, rate in rates.items())
+            raise InputError("instruments", "sample rate", f"the devices do not agree: {given}")
+        self._rate_Hz = rates[self._generator.name]
+        return self._rate_Hz
+
+    def start(self) -> None:
+        """Start streaming, the generator's device last: it triggers the others."""
+        self._block_length = choose_block_length(self._rate_Hz)
+        self._consumed = 0
+        self._acknowledged = 0
+        self._lost.clear()
+        self._silent.clear()
+        self._warned.clear()
+        self._mailbox.now_ns = 0
+        self._running = True
+        for device in sorted(self._devices, key=lambda device: device is self._generator):
+            device.start(block_length=self._block_length)
+
+    def stop(self) -> None:
+        """Generator to zero, streaming off; never raises."""
+        if not self._running:
+            return
+        self._running = False
+        self._generator.stop()
+        for device in self._devices:
+            if device is not self._generator:
+                device.stop()
+            self._report_loss(device.name)
+
+    def close(self) -> None:
+        """Stop, and give all lines up."""
+        if self._devices:
+            self.stop()
+        for device in self._devices:
+            device.close()
+        self._devices.clear()
+
+    def __enter__(self) -> RigAcquisition:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def set_output(self, excitation: Excitation) -> int:
+        """Change the generator's output; gives the device time (ns) from which it holds.
+
+        Raises
+        ------
+        InputError
+            If the instrument refuses the setting.
+        TimeoutError
+            If it does not answer.
+        """
+        return self._generator.set_output(excitation)[1]
+
+    def take_events(self) -> Sequence[Event]:
+        """What went wrong since the last call."""
+        return self._mailbox.take_events()
+
+    def read(self, *, timeout_s: float = 2.0) -> Sequence[SampleBlock]:
+        """One block of every device, from the same sample on; fewer where samples were lost.
+
+        Raises
+        ------
+        TimeoutError
+            If nothing came.
+        """
+        began = time.monotonic()
+        progress = began
+        while True:
+            if self._consumed != self._acknowledged:
+                # What was handed out before has been dealt with by now.
+                self._acknowledged = self._consumed
+                self._generator.acknowledge(self._consumed)
+            target = self._consumed + self._block_length
+            with self._mailbox.changed:
+                complete = self._mailbox.changed.wait_for(lambda: self._is_complete(target), NUDGE_S)  # noqa: B023
+                late = time.monotonic() - progress > SILENT_S
+                if complete or (late and self._give_up_silent(target)):
+                    blocks = self._take(target)
+                    self._consumed = target
+                    if blocks:
+                        return blocks
+                    progress = time.monotonic()
+                    continue
+            if time.monotonic() - began >= timeout_s and not any(device.recovering for device in self._devices):
+                raise TimeoutError(self._why_nothing(timeout_s))
+            if self._generator.inbox.ended:
+                raise TimeoutError("the instrument has ended the stream")
+            # An acknowledgement may have been lost, or everything in the window has been.
+            self._generator.acknowledge(self._consumed)
+
+    def _is_complete(self, target: int) -> bool:
+        for device in self._devices:
+            if device.inbox.samples.ready >= target:
+                self._silent.discard(device.name)
+            elif device.name not in self._silent:
+                return False
+        return len(self._silent) < len(self._devices)
+
+    def _give_up_silent(self, target: int) -> bool:
+        """Go on without devices that have sent nothing for a while; whether any is left."""
+        for device in self._devices:
+            if device.inbox.samples.ready < target and device.name not in self._silent:
+                self._silent.add(device.name)
+                self._mailbox.report(device.name, "silent", f"no samples for {SILENT_S:g} s")
+        return len(self._silent) < len(self._devices)
+
+    def _why_nothing(self, timeout_s: float) -> str:
+        reasons = [f"{device.name} at {device.address}: {device.failure}" for device in self._devices if device.failure]
+        return f"no samples within {timeout_s:g} s" + (f" ({'; '.join(reasons)})" if reasons else "")
+
+    def _take(self, target: int) -> list[SampleBlock]:
+        """Blocks of all devices up to a sample."""
+        blocks: list[SampleBlock] = []
+        for device in self._devices:
+            inbox = device.inbox
+            rate_Hz = inbox.sample_rate_Hz or self._rate_Hz
+            pieces, overload = inbox.take(target)
+            for piece in pieces:
+                time_ns = self._align(device, inbox.times.time_ns(piece.first_index, rate_Hz))
+                if piece.values is None:
+                    self._lose(device.name, piece, time_ns)
+                    continue
+                self._report_loss(device.name)
+                blocks.append(self._block(device, piece.first_index, piece.values, time_ns, rate_Hz, overload))
+                overload = np.zeros_like(overload)
+            inbox.times.forget_before(target)
+        return blocks
+
+    def _align(self, device: Device, time_ns: int) -> int:
+        """A device's time in the generator's clock."""
+        if device is self._generator:
+            return time_ns
+        if not device.inbox.clock.synchronised:
+            if device.name not in self._warned:
+                self._warned.add(device.name)
+                self._mailbox.report(device.name, "unsynchronised", "no pulse was seen by both it and the generator")
+            return time_ns
+        return device.inbox.clock.to_reference(time_ns)
+
+    def _lose(self, device: str, piece: Piece, time_ns: int) -> None:
+        """Note lost samples; stretches that follow each other become one event."""
+        first, count, since_ns = self._lost.get(device, (piece.first_index, 0, time_ns))
+        if first + count != piece.first_index:
+            self._report_loss(device)
+            first, count, since_ns = piece.first_index, 0, time_ns
+        self._lost[device] = first, count + piece.count, since_ns
+
+    def _report_loss(self, device: str) -> None:
+        if device in self._lost:
+            first, count, since_ns = self._lost.pop(device)
+            detail = f"{count} samples, {first} to {first + count - 1}"
+            self._mailbox.report(device, "lost-samples", detail, time_ns=since_ns)
+
+    def _block(
+        self,
+        device: Device,
+        first_index: int,
+        values: NDArray[np.float32],
+        time_ns: int,
+        rate_Hz: float,
+        overload: NDArray[np.int64],
+    ) -> SampleBlock:
+        counts = {}
+        for channel, row, count in zip(device.channels, values, overload, strict=True):
+            self._watches[channel.name].look(row, int(count), time_ns, rate_Hz)
+            if count:
+                counts[channel.name] = int(count)
+        return SampleBlock(
+            device=device.name,
+            time_ns=time_ns,
+            first_index=first_index,
+            sample_rate_Hz=rate_Hz,
+            samples={channel.name: row for channel, row in zip(device.channels, values, strict=True)},
+            overload=counts,
+        )

@@ -1,0 +1,276 @@
+"""Host side of the acquisition node on CAN FD, over any interface of python-can."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import threading
+import time
+from collections.abc import Sequence
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.bus import open_bus
+from drivers.can_protocol import (
+    CHANNELS_LIMIT,
+    FULL_SCALE,
+    SAMPLE_FRAME,
+    SAMPLES_PER_FRAME,
+    ChannelInfo,
+    Command,
+    Heartbeat,
+    MessageId,
+    NodeState,
+    Opcode,
+    Reply,
+    Status,
+    TimeSync,
+)
+from drivers.host.device import DeviceInbox, Mailbox, Wiring, configure_channels
+from drivers.instruments import DeviceSettings
+from recordings.errors import InputError
+from recordings.run import Channel
+
+__all__ = ["CanClient"]
+
+ATTEMPTS = 4
+BATCH_FRAMES = 512
+NO_PULSE = 0xFFFFFFFF
+SILENCE_S = 3.0
+"""Three heartbeats."""
+
+
+class CanClient:
+    """Commands the node and takes its frames in a thread of its own.
+
+    Parameters are those of :class:`drivers.host.daq.DaqClient`.
+
+    Raises
+    ------
+    InputError
+        If the bus cannot be opened or no node answers.
+    """
+
+    def __init__(
+        self, settings: DeviceSettings, mailbox: Mailbox, *, timeout_s: float = 2.0, reconnect_s: float = 10.0
+    ) -> None:
+        self.name = settings.name
+        self.address = str(settings.parsed_address)
+        self._start_opcode = Opcode.ARM if settings.start == "trigger" else Opcode.START
+        self._mailbox = mailbox
+        self._timeout_s = timeout_s
+        self.failure = ""
+        self._answer: tuple[int, object] | None = None
+        self._answered = threading.Condition()
+        self._streaming = False
+        self._state = NodeState.IDLE
+        self._heard_s = time.monotonic()
+        self._stopping = threading.Event()
+        self.channels: Sequence[Channel] = ()
+        self.recovering = False
+        self.inbox = DeviceInbox(CHANNELS_LIMIT, Wiring([], None), tolerance=0)
+        self._bus = open_bus(settings.parsed_address, bitrate=settings.bitrate, data_bitrate=settings.data_bitrate)
+        self._thread = threading.Thread(target=self._receive, name=f"reader of {self.name}", daemon=True)
+        self._thread.start()
+        try:
+            self._command(Opcode.STOP)
+            found = self._read_catalogue()
+            self.channels, self._wiring = configure_channels(
+                found, settings.channel, device=self.name, source=self.address
+            )
+        except (TimeoutError, InputError) as error:
+            self.close()
+            if isinstance(error, InputError):
+                raise
+            raise InputError(
+                self.address, "", str(error), "is the node on, the bus terminated, the bit rate right?"
+            ) from error
+        self._node_channels = len(found)
+        self._scale = [np.float32(channel.range / FULL_SCALE) for channel in found if channel.range]
+
+    # --- commands -----------------------------------------------------------------------------------------------
+
+    def _command(self, opcode: Opcode, value: float = 0.0) -> object:
+        """Send a command until it is answered; commands may be repeated without harm."""
+        message = can.Message(
+            arbitration_id=MessageId.COMMAND,
+            data=Command(opcode, value).pack(),
+            is_extended_id=False,
+            is_fd=True,
+            bitrate_switch=True,
+        )
+        with self._answered:
+            for _ in range(ATTEMPTS):
+                self._answer = None
+                with contextlib.suppress(can.CanError):
+                    self._bus.send(message, timeout=self._timeout_s / ATTEMPTS)
+                done = self._answered.wait_for(
+                    lambda: self._answer is not None and self._answer[0] == opcode, self._timeout_s / ATTEMPTS
+                )
+                if done and self._answer is not None:
+                    return self._answer[1]
+        reason = f" ({self.failure})" if self.failure else ""
+        raise TimeoutError(f"no answer from the node within {self._timeout_s:g} s{reason}")
+
+    def _read_catalogue(self) -> list[Channel]:
+        found: list[Channel] = []
+        count = 1
+        while len(found) < count:
+            answer = self._command(Opcode.DESCRIBE, len(found))
+            if not isinstance(answer, ChannelInfo) or answer.index != len(found):
+                raise InputError(self.address, f"channel {len(found)}", "the node does not describe it")
+            count = answer.channels
+            found.append(answer.channel)
+        return found
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        """Choose the rate; gives the one obtained."""
+        answer = self._command(Opcode.SET_RATE, sample_rate_Hz)
+        if not isinstance(answer, Reply) or answer.result:
+            raise InputError(self.address, "sample rate", f"the node refuses {sample_rate_Hz:g} Hz")
+        return answer.sample_rate_Hz
+
+    def start(self, *, block_length: int) -> None:
+        """Stream from sample 0, at once or at the trigger."""
+        with self._mailbox.changed:
+            self.inbox = DeviceInbox(self._node_channels, self._wiring, tolerance=2 * SAMPLES_PER_FRAME)
+            self._mailbox.register_clock(self.name, self.inbox.clock)
+            self._highest = 0
+            self._overrun = 0
+            self._streaming = True
+        self._heard_s = time.monotonic()
+        answer = self._command(self._start_opcode)
+        if not isinstance(answer, Reply) or answer.result:
+            raise InputError(self.address, "", "the node refuses to start")
+
+    def stop(self) -> None:
+        """End the stream; never raises."""
+        if self._streaming:
+            with contextlib.suppress(TimeoutError):
+                self._command(Opcode.STOP)
+        self._streaming = False
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._stopping.set()
+        self._thread.join(self._timeout_s)
+        self._bus.shutdown()
+
+    # --- frames -------------------------------------------------------------------------------------------------
+
+    def _receive(self) -> None:
+        """Body of the thread: frames from the bus to the inbox."""
+        while not self._stopping.is_set():
+            pending: list[list[bytes]] = [[] for _ in range(CHANNELS_LIMIT)]
+            control: list[tuple[int, bytes]] = []
+            try:
+                message = self._bus.recv(0.05)
+                for _ in range(BATCH_FRAMES):
+                    if message is None:
+                        break
+                    channel = message.arbitration_id - MessageId.SAMPLES
+                    if message.is_error_frame or message.is_extended_id or message.is_remote_frame:
+                        self._mailbox.report(self.name, "checksum", "an error frame on the bus")
+                    elif 0 <= channel < CHANNELS_LIMIT:
+                        pending[channel].append(bytes(message.data))
+                    else:
+                        control.append((message.arbitration_id, bytes(message.data)))
+                    message = self._bus.recv(0)
+            except (can.CanError, OSError, ValueError) as error:
+                if not self._lose(str(error)):
+                    return
+                continue
+            self._watch(bool(control) or any(pending))
+            if control or any(pending):
+                self._digest(control, pending)
+
+    def _lose(self, reason: str) -> bool:
+        """The bus has failed; whether to go on listening."""
+        if not self.failure:
+            self.failure = f"disconnected: {reason}"
+            self._mailbox.report(self.name, "disconnected", reason)
+        return not self._stopping.wait(0.1)
+
+    def _watch(self, heard: bool) -> None:
+        """Notice a node that has fallen silent, or speaks again."""
+        now = time.monotonic()
+        if heard:
+            if self.failure:
+                self.failure = ""
+                self._mailbox.report(self.name, "reconnected")
+            self._heard_s = now
+        elif self._streaming and not self.failure and now - self._heard_s > SILENCE_S:
+            self.failure = f"silent for {SILENCE_S:g} s"
+            self._mailbox.report(self.name, "disconnected", f"neither samples nor heartbeats for {SILENCE_S:g} s")
+
+    def _digest(self, control: list[tuple[int, bytes]], pending: list[list[bytes]]) -> None:
+        with self._mailbox.changed:
+            for identifier, data in control:
+                try:
+                    self._take_control(identifier, data)
+                except (struct.error, ValueError) as error:
+                    self._mailbox.report(self.name, "protocol", f"frame {identifier:#x}: {error}")
+            if self._streaming:
+                for channel, frames in enumerate(pending[: self._node_channels]):
+                    if frames:
+                        self._take_samples(channel, frames)
+            self._mailbox.changed.notify_all()
+
+    def _take_control(self, identifier: int, data: bytes) -> None:
+        inbox = self.inbox
+        if identifier == MessageId.TIME_SYNC:
+            sync = TimeSync.unpack(data)
+            inbox.sample_rate_Hz = sync.sample_rate_Hz
+            inbox.times.add(self._unwrap(sync.counter), sync.time_ns)
+            if sync.pulse != NO_PULSE:
+                inbox.clock.add_local(sync.pulse, sync.time_ns)
+        elif identifier in (MessageId.REPLY, MessageId.CHANNEL_INFO):
+            answer: Reply | ChannelInfo = (
+                Reply.unpack(data) if identifier == MessageId.REPLY else ChannelInfo.unpack(data)
+            )
+            opcode = answer.opcode if isinstance(answer, Reply) else Opcode.DESCRIBE
+            with self._answered:
+                self._answer = opcode, answer
+                self._answered.notify_all()
+        elif identifier == MessageId.HEARTBEAT:
+            beat = Heartbeat.unpack(data)
+            if self._streaming and beat.state == NodeState.IDLE and self._state == NodeState.STREAMING:
+                self.failure = "the node has restarted"
+                self._mailbox.report(self.name, "device-restart", "its heartbeat says it is idle")
+            self._state = NodeState(beat.state) if beat.state in set(NodeState) else NodeState.IDLE
+        elif identifier == MessageId.STATUS:
+            status = Status.unpack(data)
+            if status.overrun > self._overrun:
+                self._mailbox.report(self.name, "overrun", f"{status.overrun} samples lost in the node so far")
+            self._overrun = status.overrun
+
+    def _unwrap(self, counter: int) -> int:
+        """The full number of a sample whose lowest 32 bits were sent: the one nearest to the latest."""
+        return self._highest + ((counter - self._highest + 0x80000000) & 0xFFFFFFFF) - 0x80000000
+
+    def _take_samples(self, channel: int, frames: list[bytes]) -> None:
+        """Samples of one channel; runs of full frames that follow each other go in one piece."""
+        whole = [frame for frame in frames if len(frame) == SAMPLE_FRAME.itemsize]
+        if whole:
+            table = np.frombuffer(b"".join(whole), SAMPLE_FRAME)
+            breaks = np.flatnonzero(np.diff(table["counter"]) != SAMPLES_PER_FRAME) + 1
+            for run in np.split(table, breaks):
+                self._put(channel, int(run["counter"][0]), run["samples"].reshape(-1))
+        for frame in frames:
+            if 4 < len(frame) < SAMPLE_FRAME.itemsize:
+                values = np.frombuffer(frame, "<i2", offset=4, count=(len(frame) - 4) // 2)
+                self._put(channel, int.from_bytes(frame[:4], "little"), values)
+
+    def _put(self, channel: int, counter: int, raw: NDArray[np.int16]) -> None:
+        first = self._unwrap(counter)
+        if first < 0:
+            self._mailbox.report(self.name, "protocol", f"sample number {counter} before the start")
+            return
+        values = raw.astype(np.float32) * self._scale[channel]
+        if self.inbox.samples.put(slice(channel, channel + 1), first, values[None]):
+            self.inbox.overload[channel] += int(np.count_nonzero(np.abs(raw.astype(np.int32)) >= FULL_SCALE))
+        else:
+            self._mailbox.report(self.name, "duplicate", f"samples {first} again or too late")
+        self._highest = max(self._highest, first)

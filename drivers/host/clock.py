@@ -1,0 +1,99 @@
+"""Device clocks brought to one time base by pulses that every device stamps with its own clock."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+
+import numpy as np
+
+__all__ = ["ClockFit", "TimeLine"]
+
+PAIRS = 600
+"""Pulses in the fit: a minute at one every 100 ms."""
+
+
+class ClockFit:
+    """Offset and drift between a device's clock and the reference's.
+
+    The times of the same pulses are fitted by a straight line, least squares over the latest minute.
+    """
+
+    def __init__(self) -> None:
+        self._reference: dict[int, int] = {}
+        self._local: dict[int, int] = {}
+        self._pairs: deque[tuple[int, int]] = deque(maxlen=PAIRS)  # local time, reference minus local
+        self._origin_ns = 0
+        self._offset_ns = 0.0
+        self._drift = 0.0
+
+    @property
+    def drift_ppm(self) -> float:
+        """How much faster the reference runs."""
+        return 1e6 * self._drift
+
+    @property
+    def synchronised(self) -> bool:
+        """Whether a pulse was seen by both."""
+        return bool(self._pairs)
+
+    def add_reference(self, pulse: int, time_ns: int) -> None:
+        """The reference saw a pulse."""
+        self._match(self._reference, self._local, pulse, time_ns)
+
+    def add_local(self, pulse: int, time_ns: int) -> None:
+        """The device saw a pulse."""
+        self._match(self._local, self._reference, pulse, time_ns)
+
+    def _match(self, mine: dict[int, int], other: dict[int, int], pulse: int, time_ns: int) -> None:
+        mine[pulse] = time_ns
+        if pulse in other:
+            local, reference = self._local.pop(pulse), self._reference.pop(pulse)
+            self._pairs.append((local, reference - local))
+            self._fit()
+        while len(mine) > PAIRS:  # the other one has missed them
+            del mine[next(iter(mine))]
+
+    def _fit(self) -> None:
+        local = np.array([pair[0] for pair in self._pairs])
+        difference = np.array([pair[1] for pair in self._pairs])
+        self._origin_ns = int(local[-1])
+        base = int(difference[-1])
+        spread = (difference - base).astype(float)
+        if len(local) < 2 or not spread.any():
+            self._offset_ns, self._drift = float(base), 0.0
+            return
+        elapsed = (local - self._origin_ns).astype(float)
+        self._drift, intercept = np.polyfit(elapsed, spread, 1)
+        self._offset_ns = base + intercept
+
+    def to_reference(self, time_ns: int) -> int:
+        """A time of the device in the reference's clock."""
+        return time_ns + round(self._offset_ns + self._drift * (time_ns - self._origin_ns))
+
+
+class TimeLine:
+    """When each sample of a device was taken, from time stamps of some of them."""
+
+    def __init__(self) -> None:
+        self._indices: list[int] = []
+        self._times_ns: list[int] = []
+
+    def add(self, index: int, time_ns: int) -> None:
+        """Sample `index` was taken at `time_ns`; later indices only, others are ignored."""
+        if not self._indices or index > self._indices[-1]:
+            self._indices.append(index)
+            self._times_ns.append(time_ns)
+
+    def time_ns(self, index: int, sample_rate_Hz: float) -> int:
+        """Time of a sample, counted from the stamp before it."""
+        if not self._indices:
+            return round(index * 1e9 / sample_rate_Hz)
+        at = max(0, bisect_right(self._indices, index) - 1)
+        return self._times_ns[at] + round((index - self._indices[at]) * 1e9 / sample_rate_Hz)
+
+    def forget_before(self, index: int) -> None:
+        """Samples before this one are not asked for any more."""
+        at = max(0, bisect_right(self._indices, index) - 1)
+        del self._indices[:at]
+        del self._times_ns[:at]

@@ -1,0 +1,326 @@
+"""Host side of the acquisition-and-generator instrument, over a serial port or TCP."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import queue
+import re
+import threading
+import time
+from collections.abc import Sequence
+
+from drivers.frames import Decoder, Frame, FrameKind, unpack_samples
+from drivers.host.device import DeviceInbox, Mailbox, configure_channels
+from drivers.host.transport import LineLostError, Transport, open_transport
+from drivers.instruments import DeviceSettings
+from recordings.errors import InputError
+from recordings.run import Channel
+from recordings.streams import Excitation
+
+__all__ = ["DaqClient"]
+
+QUIET_S = 0.05
+RETRY_S = 0.25
+ANSWER_LIMIT = 1 << 20
+_WITH_ERROR = re.compile(r'(.*);(-?\d+),"[^"]*"')
+
+
+class DaqClient:
+    """Talks SCPI to the instrument and takes its frames in a thread of its own while it streams.
+
+    Parameters
+    ----------
+    settings
+        Of the device, from the instruments file.
+    mailbox
+        Where samples and events are announced.
+    timeout_s
+        Longest wait for an answer.
+    reconnect_s
+        How long to look for the device again when the line is lost.
+
+    Raises
+    ------
+    InputError
+        If nothing answers at the address, or what does is no such instrument.
+    """
+
+    def __init__(
+        self, settings: DeviceSettings, mailbox: Mailbox, *, timeout_s: float = 2.0, reconnect_s: float = 10.0
+    ) -> None:
+        self.name = settings.name
+        self.address = str(settings.parsed_address)
+        self._settings = settings
+        self._mailbox = mailbox
+        self._timeout_s = timeout_s
+        self._reconnect_s = reconnect_s
+        self._line: Transport = self._open()
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+        self._replies: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self.failure = ""
+        self.recovering = False
+        try:
+            self.identity = self._ask_identity()
+            found = self._read_catalogue()
+            self.channels: Sequence[Channel]
+            self._device_channels = len(found)
+            self.channels, self._wiring = configure_channels(
+                found, settings.channel, device=self.name, source=self.address
+            )
+        except (LineLostError, TimeoutError) as error:
+            self._line.close()
+            raise self._no_instrument(str(error)) from error
+        except InputError:
+            self._line.close()
+            raise
+        self.inbox = DeviceInbox(self._device_channels, self._wiring, tolerance=0)
+
+    def _open(self) -> Transport:
+        return open_transport(self._settings.parsed_address, baud=self._settings.baud, timeout_s=self._timeout_s)
+
+    def _no_instrument(self, reason: str) -> InputError:
+        return InputError(self.address, "", reason, "is it the right port, the right baud rate, the instrument on?")
+
+    # --- text ---------------------------------------------------------------------------------------------------
+
+    def _silence(self) -> None:
+        """End what an earlier client may have left running, and throw away what still comes."""
+        self._line.write(b"\n:ACQ:STOP\n")
+        deadline = time.monotonic() + self._timeout_s
+        while self._line.read(QUIET_S) and time.monotonic() < deadline:
+            pass
+
+    def _ask_identity(self) -> str:
+        self._silence()
+        identity = self._query_line("*CLS;*IDN?")
+        if identity.count(",") != 3:
+            raise self._no_instrument(f"answers *IDN? with {identity[:40]!r}, which is no IEEE 488.2 instrument")
+        return identity
+
+    def _query_line(self, text: str) -> str:
+        """Ask while the line carries plain text."""
+        self._line.write(text.encode() + b"\n")
+        answer = bytearray()
+        deadline = time.monotonic() + self._timeout_s
+        while not answer.endswith(b"\n"):
+            left = deadline - time.monotonic()
+            if left <= 0 or len(answer) > ANSWER_LIMIT:
+                raise TimeoutError(f"no answer to {text!r} within {self._timeout_s:g} s")
+            answer += self._line.read(left)
+        return answer.decode("latin-1").strip()
+
+    def query(self, text: str) -> str:
+        """Ask, streaming or not.
+
+        Raises
+        ------
+        TimeoutError
+            If no answer came, although it was asked twice.
+        """
+        if self._thread is None:
+            return self._query_line(text)
+        deadline = time.monotonic() + self._timeout_s
+        while not self._replies.empty():
+            self._replies.get_nowait()
+        while time.monotonic() < deadline:
+            self._write(text)
+            try:
+                return self._replies.get(timeout=max(RETRY_S, self._timeout_s / 2)).decode("latin-1").strip()
+            except queue.Empty:
+                if self.failure:
+                    break
+        raise TimeoutError(f"{self.name} at {self.address}: no answer to {text!r}" + self._because())
+
+    def _because(self) -> str:
+        return f" ({self.failure})" if self.failure else ""
+
+    def _write(self, text: str) -> None:
+        with contextlib.suppress(LineLostError):  # the reader notices it, reports it and reconnects
+            self._line.write(text.encode() + b"\n")
+
+    def _read_catalogue(self) -> list[Channel]:
+        count = self._query_line("CHAN:COUN?")
+        if not count.isdigit() or not 0 < int(count) <= 64:
+            raise self._no_instrument(f"answers CHAN:COUN? with {count[:40]!r}")
+        channels = []
+        for number in range(1, int(count) + 1):
+            text = self._query_line(f"CHAN{number}:DESC?")
+            try:
+                name, quantity, unit, position, direction, limit = next(csv.reader([text]))
+                channels.append(
+                    Channel(
+                        name=name,
+                        quantity=quantity,
+                        unit=unit,
+                        position_m=None if float(position) > 1e37 else float(position),
+                        direction=direction,
+                        range=float(limit) or None,
+                        device=self.name,
+                    )
+                )
+            except (ValueError, StopIteration) as error:
+                raise self._no_instrument(f"describes channel {number} as {text[:60]!r}") from error
+        return channels
+
+    # --- control ------------------------------------------------------------------------------------------------
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        """Choose the rate; gives the one obtained."""
+        return float(self._checked(f"ACQ:RATE {sample_rate_Hz!r};RATE?"))
+
+    def _checked(self, text: str) -> str:
+        """Ask, and raise InputError if the instrument refuses."""
+        answer = self.query(text + ";:SYST:ERR?")
+        match = _WITH_ERROR.fullmatch(answer)
+        if match is None or match[2] != "0":
+            self.query("*CLS;*OPC?")
+            raise InputError(f"{self.name} at {self.address}", text, f"refused with {answer[-100:]}")
+        return match[1]
+
+    def set_output(self, excitation: Excitation) -> tuple[int, int]:
+        """Change the generator; gives the sample and the device time from which it holds."""
+        if excitation.kind == "off":
+            text = "OUTP OFF"
+        elif excitation.kind == "sine":
+            text = f"SOUR:FUNC SIN;FREQ {excitation.frequency_Hz!r};VOLT {excitation.amplitude_V!r};:OUTP ON"
+        else:
+            low, high = excitation.band_Hz
+            text = (
+                f"SOUR:FUNC RAND;NOIS:BAND {low!r},{high!r};:SOUR:NOIS:SEED {excitation.seed};"
+                f":SOUR:VOLT {excitation.amplitude_V!r};:OUTP ON"
+            )
+        answer = self._checked(text + ";:OUTP:EFF?")
+        index, _, time_ns = answer.partition(",")
+        return int(index), int(time_ns)
+
+    def acknowledge(self, index: int) -> None:
+        """Samples before this one have been dealt with: the instrument may run on, where it waits at all."""
+        self._write(f":ACQ:ACKN {index}")
+
+    def start(self, *, block_length: int) -> None:
+        """Stream from sample 0, and trigger the others."""
+        with self._mailbox.changed:
+            self.inbox = DeviceInbox(self._device_channels, self._wiring, tolerance=block_length)
+            if not self._settings.generator:
+                self._mailbox.register_clock(self.name, self.inbox.clock)
+        self.failure = ""
+        self._checked(f"ACQ:BLOC {block_length};WIND {2 * block_length};BLOC?")
+        self._stopping.clear()
+        self._line.write(b":ACQ:STAR\n")
+        self._thread = threading.Thread(target=self._receive, name=f"reader of {self.name}", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Generator to zero, end of the stream; never raises."""
+        thread, self._thread = self._thread, None
+        self._write(":OUTP OFF;:ACQ:STOP")
+        if thread is not None:
+            thread.join(self._timeout_s if not self.failure else 0)
+            self._stopping.set()
+            thread.join(self._timeout_s)
+            if not self.failure:
+                try:
+                    self._silence()
+                except LineLostError as error:
+                    self.failure = str(error)
+
+    def close(self) -> None:
+        """Give the line up."""
+        self._line.close()
+
+    # --- samples ------------------------------------------------------------------------------------------------
+
+    def _receive(self) -> None:
+        """Body of the thread: frames from the line to the inbox, until the end frame."""
+        decoder = Decoder()
+        seen = (0, 0)
+        while not self._stopping.is_set() and not self.inbox.ended:
+            try:
+                data = self._line.read(0.1)
+            except LineLostError as error:
+                if self._stopping.is_set() or not self._reconnect(str(error)):
+                    return
+                decoder = Decoder()
+                seen = (0, 0)
+                continue
+            if not data:
+                continue
+            frames = decoder.feed(data)
+            with self._mailbox.changed:
+                for frame in frames:
+                    self._take(frame)
+                self._mailbox.changed.notify_all()
+            counts = (decoder.bad_headers + decoder.bad_payloads, decoder.lost_frames)
+            if counts != seen:
+                if counts[0] > seen[0]:
+                    self._mailbox.report(self.name, "checksum", f"{counts[0] - seen[0]} frame(s) refused")
+                if counts[1] > seen[1]:
+                    self._mailbox.report(self.name, "lost-frames", f"{counts[1] - seen[1]} frame(s) missing")
+                seen = counts
+
+    def _take(self, frame: Frame) -> None:
+        inbox = self.inbox
+        if frame.kind == FrameKind.SAMPLES:
+            try:
+                values, overload = unpack_samples(frame)
+            except ValueError as error:
+                self._mailbox.report(self.name, "protocol", str(error))
+                return
+            if len(values) != self._device_channels:
+                self._mailbox.report(self.name, "protocol", f"a frame with {len(values)} channels")
+                return
+            inbox.sample_rate_Hz = frame.sample_rate_Hz
+            inbox.times.add(frame.first_index, frame.time_ns)
+            if self._settings.generator:
+                self._mailbox.now_ns = frame.time_ns
+            if inbox.samples.put(slice(None), frame.first_index, values):
+                inbox.overload += overload
+            else:
+                self._mailbox.report(self.name, "duplicate", f"samples {frame.first_index} again or too late")
+        elif frame.kind == FrameKind.TEXT:
+            self._replies.put(frame.payload)
+        elif frame.kind == FrameKind.PULSE and len(frame.payload) == 4:
+            pulse = int.from_bytes(frame.payload, "little")
+            if self._settings.generator:
+                self._mailbox.reference_pulse(pulse, frame.time_ns)
+            else:
+                inbox.clock.add_local(pulse, frame.time_ns)
+        elif frame.kind == FrameKind.COUNTERS and len(frame.payload) == 8:
+            lost = int.from_bytes(frame.payload, "little")
+            self._mailbox.report(self.name, "overrun", f"{lost} samples lost in the instrument so far")
+        elif frame.kind == FrameKind.END:
+            inbox.ended = True
+
+    def _reconnect(self, reason: str) -> bool:
+        """Look for the instrument again, and go on with its stream; whether that was possible."""
+        self._mailbox.report(self.name, "disconnected", reason)
+        self.failure = f"disconnected: {reason}"
+        self._line.close()
+        self.recovering = True
+        try:
+            return self._find_again()
+        finally:
+            self.recovering = False
+
+    def _find_again(self) -> bool:
+        deadline = time.monotonic() + self._reconnect_s
+        while time.monotonic() < deadline and not self._stopping.is_set():
+            time.sleep(0.1)
+            try:
+                self._line = self._open()
+                self._line.write(b"\n")
+                state = self._query_line("*CLS;:ACQ:STAT?")
+                if state != "INTERRUPTED":
+                    self.failure = "the instrument has restarted"
+                    self._mailbox.report(self.name, "device-restart", f"it is {state} and has forgotten the stream")
+                    return False
+                self._line.write(b":ACQ:CONT\n")
+            except (InputError, LineLostError, TimeoutError):
+                self._line.close()
+                continue
+            self.failure = ""
+            self._mailbox.report(self.name, "reconnected")
+            return True
+        return False

@@ -1,0 +1,157 @@
+"""What the acquisition needs of every device, and what the devices tell it through one mailbox."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.host.clock import ClockFit, TimeLine
+from drivers.host.reassembly import Piece, Reassembler
+from drivers.instruments import ChannelSettings
+from recordings.errors import InputError
+from recordings.run import Channel, Event
+
+__all__ = ["Device", "DeviceInbox", "Mailbox", "Wiring", "configure_channels"]
+
+
+class Mailbox:
+    """Shared by the readers of all devices: a condition that is notified when something came, and events."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self._events: list[Event] = []
+        self._clocks: dict[str, ClockFit] = {}
+        self.now_ns = 0
+
+    def register_clock(self, device: str, clock: ClockFit) -> None:
+        """A device's clock is to be compared with the reference."""
+        self._clocks[device] = clock
+
+    def reference_pulse(self, pulse: int, time_ns: int) -> None:
+        """The reference saw a pulse."""
+        for clock in self._clocks.values():
+            clock.add_reference(pulse, time_ns)
+
+    def report(self, source: str, kind: str, detail: str = "", *, time_ns: int | None = None) -> None:
+        """Note an event; at the latest device time if none is given."""
+        with self.changed:
+            at = self.now_ns if time_ns is None else time_ns
+            self._events.append(Event(time_ns=at, source=source, kind=kind, detail=detail))
+
+    def take_events(self) -> list[Event]:
+        """Events since the last call."""
+        with self.changed:
+            events, self._events = self._events, []
+        return events
+
+
+class Wiring(NamedTuple):
+    """Which of a device's channels are wanted, and factors from its unit to theirs (None: samples as they are)."""
+
+    rows: list[int]
+    factors: NDArray[np.float32] | None
+
+
+class DeviceInbox:
+    """What a device has sent of the running stream; guarded by the mailbox's condition."""
+
+    def __init__(self, channels: int, wiring: Wiring, *, tolerance: int) -> None:
+        self._wiring = wiring
+        self.samples = Reassembler(channels, tolerance=tolerance)
+        self.times = TimeLine()
+        self.clock = ClockFit()
+        self.sample_rate_Hz = 0.0
+        self.overload = np.zeros(channels, np.int64)
+        self.ended = False
+
+    def take(self, stop: int) -> tuple[list[Piece], NDArray[np.int64]]:
+        """The wanted channels before sample `stop`, and how many samples of each are on the converter's limit."""
+        overload, self.overload = self.overload, np.zeros_like(self.overload)
+        rows, factors = self._wiring
+        pieces = []
+        for piece in self.samples.take(stop):
+            if piece.values is not None:
+                values = piece.values[rows]
+                piece = Piece(piece.first_index, piece.count, values if factors is None else values * factors)
+            pieces.append(piece)
+        return pieces, overload[rows]
+
+
+class Device(Protocol):
+    """A connected device."""
+
+    name: str
+    address: str
+    channels: Sequence[Channel]
+    inbox: DeviceInbox
+    failure: str
+    """Why it is not there at the moment; empty if it is."""
+
+    @property
+    def recovering(self) -> bool:
+        """Whether it was lost and is being looked for."""
+        ...
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        """Choose the rate; gives the one obtained."""
+        ...
+
+    def start(self, *, block_length: int) -> None:
+        """Stream from sample 0, or arm."""
+        ...
+
+    def stop(self) -> None:
+        """End the stream; never raises."""
+        ...
+
+    def close(self) -> None:
+        """Give the line up."""
+        ...
+
+
+def configure_channels(
+    found: Sequence[Channel], wanted: Sequence[ChannelSettings], *, device: str, source: str
+) -> tuple[list[Channel], Wiring]:
+    """Join what a device says of its channels with what the instruments file says.
+
+    Returns
+    -------
+    tuple
+        Channels in the wanted order, and how they come about.
+
+    Raises
+    ------
+    InputError
+        If the file names a channel that the device does not have.
+    """
+    names = [channel.name for channel in found]
+    if not wanted:
+        wanted = [ChannelSettings(source=name) for name in names]
+    channels, numbers, factors = [], [], []
+    for settings in wanted:
+        if settings.source not in names:
+            raise InputError(
+                source, f"device {device}", f"has no channel {settings.source!r}", "it has " + ", ".join(names)
+            )
+        numbers.append(names.index(settings.source))
+        original = found[numbers[-1]]
+        factor = 1.0 if settings.sensitivity is None else 1.0 / settings.sensitivity
+        factors.append(factor)
+        limit = settings.range or (original.range * abs(factor) if original.range else None)
+        channels.append(
+            Channel(
+                name=settings.name or original.name,
+                quantity=settings.quantity or original.quantity,
+                unit=settings.unit or original.unit,
+                position_m=original.position_m if settings.position_m is None else settings.position_m,
+                direction=settings.direction or original.direction,
+                range=limit,
+                device=device,
+            )
+        )
+    scaled = any(factor != 1.0 for factor in factors)
+    return channels, Wiring(numbers, np.array(factors, np.float32)[:, None] if scaled else None)

@@ -1,0 +1,21 @@
+"""SCPI and IEEE 488.2: messages, parameters with units, status registers, a declarative command table."""
+
+from drivers.scpi.commands import CommandTable, command
+from drivers.scpi.errors import ErrorQueue, ScpiError
+from drivers.scpi.instrument import Deferred, Instrument, Interpreter
+from drivers.scpi.values import Boolean, Choice, Integer, Number, definite_block
+
+__all__ = [
+    "Boolean",
+    "Choice",
+    "CommandTable",
+    "Deferred",
+    "ErrorQueue",
+    "Instrument",
+    "Integer",
+    "Interpreter",
+    "Number",
+    "ScpiError",
+    "command",
+    "definite_block",
+]

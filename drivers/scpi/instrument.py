@@ -1,0 +1,226 @@
+"""An SCPI instrument: the IEEE 488.2 common commands, the status registers, and the interpreter of its messages."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from drivers.scpi.commands import CommandTable, command, command_table
+from drivers.scpi.errors import ErrorQueue, ScpiError
+from drivers.scpi.parser import Unit, parse_message
+from drivers.scpi.values import Integer, format_result
+
+__all__ = ["Deferred", "Instrument", "Interpreter"]
+
+LINE_LIMIT = 4096
+QUEUE_LIMIT = 256
+OPERATION_COMPLETE, QUERY_ERROR, DEVICE_ERROR, EXECUTION_ERROR, COMMAND_ERROR, POWER_ON = 1, 4, 8, 16, 32, 128
+STATUS_ERROR, STATUS_EVENT, STATUS_SERVICE = 4, 32, 64
+
+
+class Deferred:
+    """The answer of a query that takes time: what comes after it waits until `result` is there."""
+
+    def __init__(self) -> None:
+        self.result: object = None
+        self.done = False
+
+    def finish(self, result: object) -> None:
+        """Give the answer; an ScpiError is queued as an error instead."""
+        self.result, self.done = result, True
+
+
+class Instrument:
+    """Registers, error queue and common commands; a subclass adds its own with :func:`drivers.scpi.command`."""
+
+    identity = ("", "", "0", "0")
+
+    def __init__(self) -> None:
+        self.errors = ErrorQueue()
+        self._events = POWER_ON
+        self._event_enable = 0
+        self._service_enable = 0
+
+    @classmethod
+    def table(cls) -> CommandTable:
+        """The command table of the class, built once."""
+        found = cls.__dict__.get("_table")
+        if found is None:
+            found = command_table(cls)
+            cls._table = found  # type: ignore[attr-defined]
+        assert isinstance(found, CommandTable)
+        return found
+
+    def report(self, error: ScpiError) -> None:
+        """Queue an error and set its bit in the event register."""
+        self.errors.push(error)
+        bits = {1: COMMAND_ERROR, 2: EXECUTION_ERROR, 3: DEVICE_ERROR, 4: QUERY_ERROR}
+        self._events |= bits.get(-error.number // 100, 0)
+
+    def reset(self) -> None:
+        """Settings to their defaults (``*RST``); a subclass overrides it."""
+
+    def end_message(self) -> None:
+        """Called after the last command of a message; a subclass may apply what it has gathered."""
+
+    @command("*IDN?")
+    def _identify(self) -> str:
+        """Maker, model, serial number, version."""
+        return ",".join(self.identity)
+
+    @command("*RST")
+    def _reset(self) -> None:
+        """Settings to their defaults; registers and errors stay."""
+        self.reset()
+
+    @command("*CLS")
+    def _clear(self) -> None:
+        """Clear the error queue and the event register."""
+        self.errors.clear()
+        self._events = 0
+
+    @command("*ESE", Integer(maximum=255))
+    def _set_event_enable(self, value: int) -> None:
+        """Which events show in bit 5 of the status byte."""
+        self._event_enable = value
+
+    @command("*ESE?")
+    def _get_event_enable(self) -> int:
+        """The event enable register."""
+        return self._event_enable
+
+    @command("*ESR?")
+    def _take_events(self) -> int:
+        """The event register, cleared by reading."""
+        events, self._events = self._events, 0
+        return events
+
+    @command("*SRE", Integer(maximum=255))
+    def _set_service_enable(self, value: int) -> None:
+        """Which bits of the status byte request service."""
+        self._service_enable = value & ~STATUS_SERVICE
+
+    @command("*SRE?")
+    def _get_service_enable(self) -> int:
+        """The service request enable register."""
+        return self._service_enable
+
+    @command("*STB?")
+    def _status(self) -> int:
+        """The status byte: 4 errors wait, 32 an enabled event, 64 service requested."""
+        status = STATUS_ERROR if len(self.errors) else 0
+        if self._events & self._event_enable:
+            status |= STATUS_EVENT
+        return status | (STATUS_SERVICE if status & self._service_enable else 0)
+
+    @command("*OPC")
+    def _operation_complete(self) -> None:
+        """Set bit 0 of the event register when all is done; commands run one after the other, so at once."""
+        self._events |= OPERATION_COMPLETE
+
+    @command("*OPC?")
+    def _is_operation_complete(self) -> int:
+        """1 when all commands before it are done."""
+        return 1
+
+    @command("*WAI")
+    def _wait(self) -> None:
+        """Wait for the commands before it, which run one after the other anyway."""
+
+    @command("*TST?")
+    def _self_test(self) -> int:
+        """Self test: 0 is passed."""
+        return 0
+
+    @command("SYSTem:ERRor[:NEXT]?")
+    def _next_error(self) -> str:
+        """The oldest error, taken out of the queue."""
+        return self.errors.pop().text
+
+    @command("SYSTem:ERRor:COUNt?")
+    def _error_count(self) -> int:
+        """How many errors wait."""
+        return len(self.errors)
+
+    @command("SYSTem:VERSion?")
+    def _version(self) -> str:
+        """The SCPI version followed."""
+        return "1999.0"
+
+    @command("SYSTem:HELP:HEADers?")
+    def _help(self) -> bytes:
+        """The command table, as a definite-length block."""
+        return self.table().describe().encode()
+
+
+class Interpreter:
+    """One client's conversation: bytes in, replies out, in order, one command at a time."""
+
+    def __init__(self, instrument: Instrument) -> None:
+        self._instrument = instrument
+        self._line = bytearray()
+        self._overlong = False
+        self._units: deque[Unit | ScpiError | None] = deque()  # None ends a message
+        self._answers: list[bytes] = []
+        self._waiting: Deferred | None = None
+
+    @property
+    def room(self) -> bool:
+        """Whether more input should be taken."""
+        return len(self._units) < QUEUE_LIMIT
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes from the client; lines end with LF or CR LF, and an over-long one becomes error -363."""
+        *lines, rest = data.split(b"\n")
+        for line in lines:
+            self._line += line
+            if self._overlong or len(self._line) > LINE_LIMIT:
+                self._units.append(ScpiError(-363, f"a line of more than {LINE_LIMIT} bytes"))
+            else:
+                self._units.extend(parse_message(self._line.decode("latin-1")))
+            self._units.append(None)
+            self._line.clear()
+            self._overlong = False
+        self._line += rest
+        if len(self._line) > LINE_LIMIT:
+            self._line.clear()
+            self._overlong = True
+
+    def run(self) -> list[bytes]:
+        """Do what can be done now; the replies, one a message, each ending with a newline."""
+        replies = []
+        while True:
+            if self._waiting is not None:
+                if not self._waiting.done:
+                    break
+                result, self._waiting = self._waiting.result, None
+                self._answer(result)
+            if not self._units:
+                break
+            unit = self._units.popleft()
+            if unit is None:
+                self._instrument.end_message()
+                if self._answers:
+                    replies.append(b";".join(self._answers) + b"\n")
+                    self._answers.clear()
+            elif isinstance(unit, ScpiError):
+                self._instrument.report(unit)
+            else:
+                self._execute(unit)
+        return replies
+
+    def _execute(self, unit: Unit) -> None:
+        try:
+            found, suffixes = self._instrument.table().find(unit.header)
+            result = found.call(self._instrument, suffixes, unit.arguments)
+        except ScpiError as error:
+            result = error
+        if isinstance(result, Deferred):
+            self._waiting = result
+        else:
+            self._answer(result)
+
+    def _answer(self, result: object) -> None:
+        if isinstance(result, ScpiError):
+            self._instrument.report(result)
+        elif result is not None:
+            self._answers.append(format_result(result))

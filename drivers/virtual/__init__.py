@@ -1,0 +1,24 @@
+"""Virtual instruments: handed a source of samples, they speak on a serial line, TCP and CAN like hardware."""
+
+from drivers.virtual.assembly import Addresses, VirtualRig
+from drivers.virtual.can_node import CanNode
+from drivers.virtual.daq import AcquisitionInstrument
+from drivers.virtual.faults import FaultPlan, parse_fault
+from drivers.virtual.feed import SampleFeed
+from drivers.virtual.ports import Port, PtyPort, SerialPort, TcpPort
+from drivers.virtual.server import serve
+
+__all__ = [
+    "AcquisitionInstrument",
+    "Addresses",
+    "CanNode",
+    "FaultPlan",
+    "Port",
+    "PtyPort",
+    "SampleFeed",
+    "SerialPort",
+    "TcpPort",
+    "VirtualRig",
+    "parse_fault",
+    "serve",
+]

@@ -1,0 +1,212 @@
+"""A source of samples and some addresses become the virtual instruments of a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import can
+import numpy as np
+
+from drivers.addresses import Address, parse_can, parse_tcp
+from drivers.bus import open_bus
+from drivers.virtual.can_node import CanNode
+from drivers.virtual.daq import AcquisitionInstrument
+from drivers.virtual.faults import Fault, FaultPlan
+from drivers.virtual.feed import SampleFeed
+from drivers.virtual.ports import Port, PtyPort, SerialPort, TcpPort
+from drivers.virtual.server import VirtualDevice, serve
+from recordings.errors import InputError
+from recordings.run import Channel
+from recordings.streams import SampleSource
+
+__all__ = ["Addresses", "VirtualRig"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Addresses:
+    """Where the instruments are to listen, as on the command line.
+
+    `serial` is ``auto`` for a new pseudo-terminal, a serial port of this machine, or a name that does not exist yet,
+    which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `can` is
+    ``INTERFACE:CHANNEL``; `can_channels` are the channels that go over CAN instead of the line.
+    """
+
+    serial: str | None = None
+    tcp: str | None = None
+    can: str | None = None
+    can_channels: tuple[str, ...] = ()
+
+
+class VirtualRig:
+    """The instruments of one source, ready to be served.
+
+    Parameters
+    ----------
+    source
+        What stands behind them.
+    addresses
+        Where they listen; a pseudo-terminal if nothing is said.
+    speed
+        Multiple of real time; None for as fast as the clients take it.
+    faults, seed
+        What goes wrong, and the seed of it.
+
+    Raises
+    ------
+    InputError
+        If an address cannot be used, or a channel or fault does not fit.
+    """
+
+    def __init__(
+        self,
+        source: SampleSource,
+        addresses: Addresses,
+        *,
+        speed: float | None = None,
+        faults: Sequence[Fault] = (),
+        seed: int = 0,
+    ) -> None:
+        self._speed = speed
+        self._feed = SampleFeed(source, flow_controlled=speed is None)
+        on_line, on_can = split_channels(source.channels, addresses)
+        names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
+        self._faults = FaultPlan(faults, seed=seed, devices=names, channels=source.channels)
+        self._devices: list[VirtualDevice] = []
+        self.ready: list[dict[str, str]] = []
+        try:
+            if on_line:
+                self._add_line(addresses, on_line)
+            if on_can:
+                self._add_can(addresses, on_can)
+        except BaseException:
+            self.close()
+            raise
+
+    def _add_line(self, addresses: Addresses, channels: list[str]) -> None:
+        ports: list[Port] = []
+        try:
+            if addresses.serial is not None or (addresses.tcp is None and addresses.can is None):
+                ports.append(open_serial(addresses.serial or "auto"))
+                self.ready.append({"device": "daq", "serial": ports[-1].address})
+            if addresses.tcp is not None:
+                where = _parsed(parse_tcp, "--tcp", addresses.tcp)
+                ports.append(TcpPort(where.host, where.port))
+                self.ready.append({"device": "daq", "tcp": ports[-1].address})
+        except BaseException:
+            for port in ports:
+                port.close()
+            raise
+        self._devices.append(
+            AcquisitionInstrument(
+                self._feed,
+                channels=channels,
+                ports=ports,
+                lossless=self._speed is None,
+                faults=self._faults.link("daq"),
+            )
+        )
+
+    def _add_can(self, addresses: Addresses, channels: list[str]) -> None:
+        assert addresses.can is not None
+        bus = open_bus(_parsed(parse_can, "--can", addresses.can))
+        try:
+            self._devices.append(
+                CanNode(
+                    self._feed,
+                    bus,
+                    channels=channels,
+                    lossless=self._speed is None,
+                    faults=self._faults.link("can", flip_message),
+                    clock=self._faults.clock("can"),
+                )
+            )
+        except BaseException:
+            bus.shutdown()
+            raise
+        self.ready.append({"device": "can", "can": addresses.can})
+
+    def serve(self, stopping: Callable[[], bool]) -> int:
+        """Serve until told to stop, then close; how often the machine was too slow for the wanted speed."""
+        return serve(self._feed, self._devices, speed=self._speed, faults=self._faults, stopping=stopping)
+
+    def close(self) -> None:
+        """Close what was opened, where it is not served."""
+        for device in self._devices:
+            device.close()
+        self._devices.clear()
+
+    @property
+    def instruments_toml(self) -> str:
+        """The instruments file of a client of this rig.
+
+        Raises
+        ------
+        InputError
+            If no device has the generator.
+        """
+        lines = []
+        for entry in self.ready:
+            device = entry["device"]
+            if any(f'name = "{device}"' in line for line in lines):
+                continue  # a second address of the same device
+            kind = next(key for key in entry if key != "device")
+            lines += ["[[device]]", f'name = "{device}"', f'address = "{kind}:{entry[kind]}"']
+            lines += ["generator = true", ""] if device == "daq" else [""]
+        if "generator = true" not in lines:
+            raise InputError("--instruments-out", "", "a CAN node alone has no generator", "add --serial or --tcp")
+        return "\n".join(lines)
+
+
+def _parsed(parse: Callable[[str], Address], option: str, text: str) -> Address:
+    try:
+        return parse(text)
+    except ValueError as error:
+        raise InputError(option, "", str(error)) from error
+
+
+def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[list[str], list[str]]:
+    """Names of the channels on the line and on CAN.
+
+    If nothing is said, the last acceleration goes over CAN where there is both; a CAN bus alone carries all.
+    """
+    names = [channel.name for channel in channels]
+    if addresses.can is None:
+        if addresses.can_channels:
+            raise InputError("--can-channels", "", "there is no --can for them")
+        return names, []
+    unknown = [name for name in addresses.can_channels if name not in names]
+    if unknown:
+        raise InputError("--can-channels", unknown[0], "no such channel", "there are " + ", ".join(names))
+    if addresses.serial is None and addresses.tcp is None:
+        return [], list(addresses.can_channels or names)
+    on_can = list(addresses.can_channels)
+    if not on_can:
+        on_can = [channel.name for channel in channels if channel.quantity == "acceleration"][-1:] or names[-1:]
+    on_line = [name for name in names if name not in on_can]
+    if not on_line:
+        raise InputError("--can-channels", "", "nothing is left for the line", "leave --serial and --tcp out")
+    return on_line, on_can
+
+
+def open_serial(where: str) -> PtyPort | SerialPort:
+    """A new pseudo-terminal, one with a name of its own, or a serial port that is there."""
+    path = Path(where)
+    if where == "auto":
+        return PtyPort()
+    if path.is_symlink() or not path.exists():
+        return PtyPort(path)
+    if not path.is_char_device():
+        raise InputError("--serial", where, "exists and is no serial port", "give a name that is free, or auto")
+    return SerialPort(where)
+
+
+def flip_message(message: can.Message, generator: np.random.Generator) -> can.Message:
+    """A frame with one bit of its data turned over: what a bus with a broken checksum would let through."""
+    data = bytearray(message.data)
+    bit = int(generator.integers(8 * len(data)))
+    data[bit // 8] ^= 1 << (bit % 8)
+    return can.Message(
+        arbitration_id=message.arbitration_id, data=data, is_extended_id=False, is_fd=True, bitrate_switch=True
+    )

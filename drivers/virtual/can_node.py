@@ -1,0 +1,249 @@
+"""The acquisition node on CAN FD: int16 samples, time sync, heartbeat, status, commands."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import time
+from collections import deque
+from collections.abc import Sequence
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.can_protocol import (
+    CHANNELS_LIMIT,
+    FULL_SCALE,
+    ChannelInfo,
+    Command,
+    Heartbeat,
+    MessageId,
+    NodeState,
+    Opcode,
+    Reply,
+    Status,
+    TimeSync,
+    frame_sizes,
+)
+from drivers.virtual.faults import ClockFault, LinkFaults
+from drivers.virtual.feed import SampleFeed
+from recordings.errors import InputError
+from recordings.run import SampleBlock
+
+__all__ = ["CanNode"]
+
+QUEUE_FRAMES = 4096
+"""Memory of the node for frames the bus has not taken; beyond it samples are lost and counted."""
+NO_PULSE = 0xFFFFFFFF
+HEARTBEAT_S = 1.0
+_COMMANDS_A_TURN = 64
+
+
+class CanNode:
+    """Some channels on a CAN FD bus.
+
+    Parameters
+    ----------
+    feed
+        Where samples come from.
+    bus
+        Any python-can bus that carries FD frames.
+    channels
+        Names of the feed's channels this node carries, at most four; each needs a range.
+    lossless
+        Let the feed wait for the bus; otherwise a full queue is an overrun.
+    """
+
+    def __init__(
+        self,
+        feed: SampleFeed,
+        bus: can.BusABC,
+        *,
+        name: str = "can",
+        channels: Sequence[str],
+        lossless: bool,
+        faults: LinkFaults | None = None,
+        clock: ClockFault | None = None,
+    ) -> None:
+        self.name = name
+        known = {channel.name: channel for channel in feed.channels}
+        self._channels = tuple(known[channel] for channel in channels)
+        if not 0 < len(self._channels) <= CHANNELS_LIMIT:
+            raise InputError(
+                "CAN node", "channels", f"{len(self._channels)} channels, it carries 1 to {CHANNELS_LIMIT}"
+            )
+        for channel in self._channels:
+            if not channel.range:
+                raise InputError("CAN node", channel.name, "has no range, which scales its 16-bit samples")
+        self._scale = np.array([[FULL_SCALE / float(channel.range or 1.0)] for channel in self._channels])
+        self._feed = feed
+        self._bus = bus
+        self._lossless = lossless
+        self._faults = faults or LinkFaults()
+        self._clock = clock or ClockFault()
+        self._state = NodeState.IDLE
+        self._queue: deque[can.Message] = deque()
+        self._born = time.monotonic()
+        self._next_heartbeat = self._born
+        self._begin()
+
+    def _begin(self) -> None:
+        self._origin = self._feed.index
+        self._rest = np.empty((len(self._channels), 0), np.int16)
+        self._sent = 0
+        self._status = Status(0, (0,) * len(self._channels))
+        self._reported = self._status
+        self._announced = False
+
+    @property
+    def listening(self) -> bool:
+        """Whether it streams; a bus does not tell who reads it."""
+        return self._state == NodeState.STREAMING
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the bus has taken what came before."""
+        return not self._queue
+
+    def descriptors(self) -> list[tuple[int, bool]]:
+        """What to wait for; -1 where the bus must be asked again and again."""
+        try:
+            return [(self._bus.fileno(), False)]
+        except NotImplementedError:
+            return [(-1, bool(self._queue))]
+
+    def service(self) -> bool:
+        """Obey commands, keep the heartbeat, send what the bus takes; whether anything moved."""
+        moved = False
+        for _ in range(_COMMANDS_A_TURN):
+            message = self._receive()
+            if message is None:
+                break
+            moved = True
+            if message.arbitration_id == MessageId.COMMAND and not message.is_error_frame:
+                with contextlib.suppress(struct.error):  # too short: noise, as if it had not come
+                    self._obey(Command.unpack(bytes(message.data)))
+        now = time.monotonic()
+        if now >= self._next_heartbeat:
+            self._next_heartbeat = now + HEARTBEAT_S
+            beat = Heartbeat(self._state, len(self._channels), int(1000 * (now - self._born)))
+            if len(self._queue) < QUEUE_FRAMES:
+                self._put(MessageId.HEARTBEAT, beat.pack())
+        return self._flush() or moved
+
+    def _receive(self) -> can.Message | None:
+        try:
+            return self._bus.recv(0)
+        except (can.CanOperationError, ValueError):
+            return None  # a frame that cannot be read, or a bus whose hub has gone
+
+    def _obey(self, command: Command) -> None:
+        refused = 0
+        if command.opcode == Opcode.START and self._state != NodeState.STREAMING:
+            self._feed.disarm(self._start)
+            self._start()
+        elif command.opcode == Opcode.ARM and self._state != NodeState.STREAMING:
+            self._feed.arm(self._start)
+            self._state = NodeState.ARMED
+        elif command.opcode == Opcode.STOP:
+            self._stop()
+        elif command.opcode == Opcode.SET_RATE and self._state == NodeState.IDLE and 1.0 <= command.value <= 1e6:
+            self._feed.set_sample_rate(command.value)
+        elif command.opcode == Opcode.DESCRIBE and 0 <= command.value < len(self._channels):
+            index = int(command.value)
+            info = ChannelInfo(index, len(self._channels), self._channels[index])
+            self._put(MessageId.CHANNEL_INFO, info.pack())
+            return
+        else:
+            refused = 1
+        self._put(MessageId.REPLY, Reply(command.opcode, refused, self._feed.sample_rate_Hz).pack())
+
+    def _start(self) -> None:
+        self._begin()
+        self._state = NodeState.STREAMING
+
+    def _stop(self) -> None:
+        self._feed.disarm(self._start)
+        if self._state == NodeState.STREAMING:
+            position = 0
+            for size in frame_sizes(self._rest.shape[1]):
+                self._put_samples(self._rest[:, position : position + size])
+                position += size
+            for message in self._faults.flush():
+                self._queue.append(message)
+        self._state = NodeState.IDLE
+
+    def accept(self, block: SampleBlock) -> None:
+        """Take a block of the feed, and queue its frames."""
+        if self._state != NodeState.STREAMING:
+            return
+        if not self._announced:
+            # Samples need a time before the first pulse comes.
+            self._announced = True
+            self._put_sync(block, block.first_index, NO_PULSE)
+        for number, index in self._feed.pulses(block):
+            self._put_sync(block, index, number)
+        raw = self._quantise(block)
+        values = np.concatenate((self._rest, raw), axis=1)
+        whole = values.shape[1] // 30 * 30
+        for start in range(0, whole, 30):
+            self._put_samples(values[:, start : start + 30])
+        self._rest = values[:, whole:]
+        if self._status != self._reported and len(self._queue) < QUEUE_FRAMES:
+            self._reported = self._status
+            self._put(MessageId.STATUS, self._status.pack())
+        if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
+            # The node loses its power: it comes back idle, and says nothing of what it had.
+            self._queue.clear()
+            self._state = NodeState.IDLE
+            self._born = time.monotonic()
+
+    def _quantise(self, block: SampleBlock) -> NDArray[np.int16]:
+        values = np.stack([block.samples[channel.name] for channel in self._channels])
+        steps = np.rint(values * self._scale)
+        clipped = np.count_nonzero(~(np.abs(steps) < FULL_SCALE), axis=1)
+        overload = tuple(
+            total + max(int(count), block.overload.get(channel.name, 0))
+            for total, count, channel in zip(self._status.overload, clipped, self._channels, strict=True)
+        )
+        if overload != self._status.overload:
+            self._status = Status(self._status.overrun, overload)
+        return np.nan_to_num(np.clip(steps, -FULL_SCALE, FULL_SCALE)).astype(np.int16)
+
+    def _put_samples(self, values: NDArray[np.int16]) -> None:
+        """One frame a channel, of the next samples."""
+        counter = struct.pack("<I", self._sent & 0xFFFFFFFF)
+        self._sent += values.shape[1]
+        if not self._lossless and len(self._queue) >= QUEUE_FRAMES:
+            self._status = Status(self._status.overrun + values.shape[1], self._status.overload)
+            return
+        for k, samples in enumerate(np.ascontiguousarray(values)):
+            self._put(MessageId.SAMPLES + k, counter + samples.astype("<i2").tobytes())
+
+    def _put_sync(self, block: SampleBlock, index: int, pulse: int) -> None:
+        time_ns = block.time_ns + round((index - block.first_index) * 1e9 / block.sample_rate_Hz)
+        sync = TimeSync(index - self._origin, self._clock.show(time_ns), pulse, block.sample_rate_Hz)
+        self._put(MessageId.TIME_SYNC, sync.pack())
+
+    def _put(self, identifier: int, data: bytes) -> None:
+        message = can.Message(
+            arbitration_id=identifier, data=data, is_extended_id=False, is_fd=True, bitrate_switch=True
+        )
+        streamed = MessageId.SAMPLES <= identifier < MessageId.SAMPLES + CHANNELS_LIMIT
+        self._queue.extend(self._faults.pass_on(message) if streamed else [message])
+
+    def _flush(self) -> bool:
+        moved = False
+        while self._queue and not self._faults.stalled:
+            try:
+                self._bus.send(self._queue[0], timeout=0)
+            except can.CanError:
+                break  # the bus is full, off, or its hub has gone: frames wait, then overrun
+            self._queue.popleft()
+            moved = True
+        return moved
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()

@@ -1,0 +1,459 @@
+"""The acquisition-and-generator instrument: SCPI for control, frames for samples."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.frames import MAX_PAYLOAD, Frame, FrameKind, encode, encode_samples
+from drivers.scpi import Boolean, Choice, Deferred, Instrument, Integer, Interpreter, Number, ScpiError, command
+from drivers.virtual.faults import LinkFaults
+from drivers.virtual.feed import SampleFeed
+from drivers.virtual.ports import Port
+from drivers.virtual.session import Session
+from recordings.run import SampleBlock
+from recordings.streams import Excitation
+
+__all__ = ["AcquisitionInstrument"]
+
+FIFO_BYTES = 1 << 20
+"""Memory of the instrument for samples the line has not taken; beyond it they are lost and counted."""
+READ_LIMIT = 65536
+_BLOCK_LIMIT = 8192
+
+
+@dataclass
+class _Stream:
+    """A client's stream: where it started, what has been sent."""
+
+    session: Session | None
+    origin: int
+    sequence: int = 0
+    overrun: int = 0
+    reported_overrun: int = 0
+
+
+@dataclass
+class _Reading:
+    """A READ? that waits for its samples."""
+
+    count: int
+    answer: Deferred
+    parts: list[NDArray[np.float32]]
+
+
+class AcquisitionInstrument(Instrument):
+    """A generator and some channels behind one or more ports.
+
+    Parameters
+    ----------
+    feed
+        Where samples come from.
+    channels
+        Names of the feed's channels this instrument carries.
+    ports
+        Lines it listens on.
+    lossless
+        Let the feed wait for the line; otherwise a full buffer is an overrun, as on a UART.
+    """
+
+    identity = ("Virtual Test Rig", "DAQ-GEN", "1", "1.0")
+
+    def __init__(
+        self,
+        feed: SampleFeed,
+        *,
+        name: str = "daq",
+        channels: Sequence[str],
+        ports: Sequence[Port],
+        lossless: bool,
+        faults: LinkFaults | None = None,
+    ) -> None:
+        super().__init__()
+        self.name = name
+        self._feed = feed
+        known = {channel.name: channel for channel in feed.channels}
+        self._channels = tuple(known[channel] for channel in channels)
+        self._lossless = lossless
+        self._faults = faults or LinkFaults()
+        self._sessions = [Session(self, port) for port in ports]
+        self._stream: _Stream | None = None
+        self._reading: _Reading | None = None
+        self._recent: deque[NDArray[np.float32]] = deque()
+        self._recent_count = 0
+        self._window = 0
+        self._speaking: Session | None = None
+        self._output_on = False
+        self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
+        self._applied = Excitation()
+        self._effective = (0, 0)
+
+    # --- what the server asks -------------------------------------------------------------------------------------
+
+    @property
+    def sessions(self) -> Sequence[Session]:
+        """Its conversations, one a port."""
+        return self._sessions
+
+    @property
+    def listening(self) -> bool:
+        """Whether a client waits for samples."""
+        return self._reading is not None or (self._stream is not None and self._stream.session is not None)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the line has taken what came before."""
+        stream = self._stream
+        return stream is None or stream.session is None or stream.session.queued_bytes < FIFO_BYTES // 16
+
+    @property
+    def stalled(self) -> bool:
+        """Whether a fault keeps it from sending."""
+        return self._faults.stalled
+
+    def streams_to(self, session: Session) -> bool:
+        """Whether a session's line carries frames."""
+        return self._stream is not None and self._stream.session is session
+
+    def client_left(self, session: Session) -> None:
+        """A client that hangs up may come back and continue; what is due meanwhile is lost."""
+        if self._stream is not None and self._stream.session is session:
+            self._stream.session = None
+            # Where nothing may be lost the rig waits for the client to come back.
+            self._feed.limit = self._feed.index if self._feed.limit is None else self._feed.limit
+        if self._reading is not None:
+            self._reading = None
+
+    def converse(self, session: Session, interpreter: Interpreter) -> list[bytes]:
+        """Run a client's commands."""
+        self._speaking = session
+        return interpreter.run()
+
+    def service(self) -> bool:
+        """Talk to the clients; whether anything moved."""
+        return sum(session.service() for session in self._sessions) > 0
+
+    def descriptors(self) -> list[tuple[int, bool]]:
+        """What to wait for: descriptors, and whether to wait for room as well."""
+        return [(session.port.fileno(), session.wants_to_write) for session in self._sessions]
+
+    def accept(self, block: SampleBlock) -> None:
+        """Take a block of the feed and send it to who listens."""
+        values = np.stack([block.samples[channel.name] for channel in self._channels]).astype(np.float32, copy=False)
+        self._remember(values)
+        if self._reading is not None:
+            self._read_on(values)
+        if self._stream is None:
+            return
+        overload = np.array([block.overload.get(channel.name, 0) for channel in self._channels], np.uint32)
+        most = (MAX_PAYLOAD - overload.nbytes) // (4 * len(values))
+        for start in range(0, len(block), most):
+            self._send_samples(self._stream, block, values[:, start : start + most], overload, start)
+            overload = np.zeros_like(overload)
+        self._send_pulses(self._stream, block)
+        if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
+            for session in self._sessions:
+                session.port.reopen()
+
+    def close(self) -> None:
+        """Hang up everywhere."""
+        for session in self._sessions:
+            session.port.close()
+
+    # --- streaming ------------------------------------------------------------------------------------------------
+
+    def _emit(self, stream: _Stream, frame: bytes) -> None:
+        assert stream.session is not None
+        stream.sequence += 1
+        stream.session.send(self._faults.pass_on(frame))
+
+    def _send_samples(
+        self,
+        stream: _Stream,
+        block: SampleBlock,
+        values: NDArray[np.float32],
+        overload: NDArray[np.uint32],
+        start: int,
+    ) -> None:
+        session = stream.session
+        if session is None or (not self._lossless and session.queued_bytes + values.nbytes > FIFO_BYTES):
+            stream.overrun += values.shape[1]
+            return
+        if stream.overrun != stream.reported_overrun:
+            self._send_counters(stream)
+        frame = encode_samples(
+            values,
+            overload=overload,
+            first_index=block.first_index + start - stream.origin,
+            time_ns=block.time_ns + round(start * 1e9 / block.sample_rate_Hz),
+            sample_rate_Hz=block.sample_rate_Hz,
+            sequence=stream.sequence,
+        )
+        self._emit(stream, frame)
+
+    def _send_pulses(self, stream: _Stream, block: SampleBlock) -> None:
+        if stream.session is None:
+            return
+        for number, index in self._feed.pulses(block):
+            self._emit(
+                stream,
+                encode(
+                    Frame(
+                        kind=FrameKind.PULSE,
+                        sequence=stream.sequence,
+                        first_index=index - stream.origin,
+                        time_ns=block.time_ns + round((index - block.first_index) * 1e9 / block.sample_rate_Hz),
+                        sample_rate_Hz=block.sample_rate_Hz,
+                        payload=number.to_bytes(4, "little"),
+                    )
+                ),
+            )
+
+    def _send_counters(self, stream: _Stream) -> None:
+        stream.reported_overrun = stream.overrun
+        payload = stream.overrun.to_bytes(8, "little")
+        self._emit(stream, encode(Frame(kind=FrameKind.COUNTERS, sequence=stream.sequence, payload=payload)))
+
+    def _remember(self, values: NDArray[np.float32]) -> None:
+        """Keep the latest samples for FETCh?."""
+        self._recent.append(values)
+        self._recent_count += values.shape[1]
+        while self._recent_count - self._recent[0].shape[1] >= READ_LIMIT:
+            self._recent_count -= self._recent.popleft().shape[1]
+
+    def _read_on(self, values: NDArray[np.float32]) -> None:
+        reading = self._reading
+        assert reading is not None
+        reading.parts.append(values[:, : reading.count])
+        reading.count -= reading.parts[-1].shape[1]
+        if reading.count == 0:
+            self._reading = None
+            reading.answer.finish(np.concatenate(reading.parts, axis=1).astype("<f4").tobytes())
+
+    # --- generator ------------------------------------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Generator off, defaults, stream off."""
+        self._end_stream()
+        self._output_on = False
+        self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
+        self._window = 0
+        self._feed.block_length = 240
+
+    def end_message(self) -> None:
+        """Apply the generator's settings of one message at one sample."""
+        wanted = self._excitation if self._output_on else Excitation()
+        if wanted != self._applied:
+            self._effective = self._feed.schedule_output(wanted)
+            self._applied = wanted
+
+    def _set(self, **changes: object) -> None:
+        self._excitation = replace(self._excitation, **changes)  # type: ignore[arg-type]
+
+    @command("SOURce:FUNCtion[:SHAPe]", Choice(("SINusoid", "RANDom")))
+    def _set_function(self, name: str) -> None:
+        """Sine, or Gaussian noise in a band."""
+        self._set(kind="sine" if name == "SIN" else "random")
+
+    @command("SOURce:FUNCtion[:SHAPe]?")
+    def _get_function(self) -> str:
+        """SIN or RAND."""
+        return "SIN" if self._excitation.kind == "sine" else "RAND"
+
+    @command("SOURce:FREQuency", Number(minimum=1e-3, maximum=1e5, unit="Hz"))
+    def _set_frequency(self, value: float) -> None:
+        """Frequency of the sine; changes without a jump of phase."""
+        self._set(frequency_Hz=value)
+
+    @command("SOURce:FREQuency?")
+    def _get_frequency(self) -> float:
+        """In Hz."""
+        return self._excitation.frequency_Hz
+
+    @command("SOURce:VOLTage[:AMPLitude]", Number(minimum=0.0, maximum=10.0, unit="V"))
+    def _set_voltage(self, value: float) -> None:
+        """Peak value of the sine, rms value of the noise."""
+        self._set(amplitude_V=value)
+
+    @command("SOURce:VOLTage[:AMPLitude]?")
+    def _get_voltage(self) -> float:
+        """In V."""
+        return self._excitation.amplitude_V
+
+    @command(
+        "SOURce:NOISe:BAND",
+        Number(minimum=0.0, maximum=1e5, unit="Hz"),
+        Number(minimum=0.0, maximum=1e5, unit="Hz"),
+    )
+    def _set_band(self, low: float, high: float) -> None:
+        """Lower and upper end of the noise."""
+        if not low < high:
+            raise ScpiError(-224, "the band's upper end is not above its lower one")
+        self._set(band_Hz=(low, high))
+
+    @command("SOURce:NOISe:BAND?")
+    def _get_band(self) -> tuple[float, float]:
+        """In Hz."""
+        return self._excitation.band_Hz
+
+    @command("SOURce:NOISe:SEED", Integer(maximum=2**63 - 1))
+    def _set_seed(self, value: int) -> None:
+        """Seed of the noise."""
+        self._set(seed=value)
+
+    @command("SOURce:NOISe:SEED?")
+    def _get_seed(self) -> int:
+        """The seed."""
+        return self._excitation.seed
+
+    @command("OUTPut[:STATe]", Boolean())
+    def _set_output(self, on: bool) -> None:
+        """Switch the generator; it and the settings of the same line hold from the same sample."""
+        self._output_on = on
+
+    @command("OUTPut[:STATe]?")
+    def _get_output(self) -> bool:
+        """Whether it is on."""
+        return self._output_on
+
+    @command("OUTPut:EFFective?")
+    def _get_effective(self) -> tuple[int, int]:
+        """Sample of the stream, and time in ns, from which the latest change of the output holds."""
+        self.end_message()
+        index, time_ns = self._effective
+        return index - (self._stream.origin if self._stream else 0), time_ns
+
+    # --- channels and samples -------------------------------------------------------------------------------------
+
+    @command("CHANnel:COUNt?")
+    def _channel_count(self) -> int:
+        """How many channels it has."""
+        return len(self._channels)
+
+    @command("CHANnel:CATalog?")
+    def _catalogue(self) -> str:
+        """Their names."""
+        return ",".join(f'"{channel.name}"' for channel in self._channels)
+
+    @command("CHANnel#:DESCription?")
+    def _describe_channel(self, number: int) -> str:
+        """Name, quantity, unit, position in m (9.91E37 if unknown), direction, range (0 if none) of a channel."""
+        if not 1 <= number <= len(self._channels):
+            raise ScpiError(-114, f"there are {len(self._channels)} channels")
+        channel = self._channels[number - 1]
+        position = "9.91E37" if channel.position_m is None else repr(float(channel.position_m))
+        limit = repr(float(channel.range or 0.0))
+        return f'"{channel.name}","{channel.quantity}","{channel.unit}",{position},"{channel.direction}",{limit}'
+
+    @command("ACQuire:RATE", Number(minimum=1.0, maximum=1e6, unit="Hz"))
+    def _set_rate(self, rate_Hz: float) -> None:
+        """Samples a second; the converter takes the nearest it has."""
+        self._refuse_while_streaming()
+        self._feed.set_sample_rate(rate_Hz)
+
+    @command("ACQuire:RATE?")
+    def _get_rate(self) -> float:
+        """The rate in force, in Hz."""
+        return float(self._feed.sample_rate_Hz)
+
+    @command("ACQuire:BLOCk", Integer(minimum=1, maximum=_BLOCK_LIMIT))
+    def _set_block(self, samples: int) -> None:
+        """Samples in a frame, at most."""
+        self._refuse_while_streaming()
+        self._feed.block_length = samples
+
+    @command("ACQuire:BLOCk?")
+    def _get_block(self) -> int:
+        """Samples in a frame, at most."""
+        return self._feed.block_length
+
+    @command("ACQuire:WINDow", Integer(maximum=1 << 24))
+    def _set_window(self, samples: int) -> None:
+        """How far to run ahead of the acknowledged sample; 0 is free running, and so is an instrument in real time."""
+        self._refuse_while_streaming()
+        self._window = samples
+
+    @command("ACQuire:WINDow?")
+    def _get_window(self) -> int:
+        """The window in samples."""
+        return self._window
+
+    @command("ACQuire:ACKNowledge", Integer())
+    def _acknowledge(self, index: int) -> None:
+        """The client is done with the samples before this one."""
+        stream = self._stream
+        if stream is not None and self._window and self._feed.limit is not None:
+            self._feed.limit = max(self._feed.limit, stream.origin + index + self._window)
+
+    @command("ACQuire:STARt")
+    def _start(self) -> None:
+        """Stream from sample 0, and start what waits for the trigger; from here on the line carries frames."""
+        if self.listening:
+            raise ScpiError(-213, "already acquiring")
+        self.end_message()
+        self._feed.trigger()
+        self._stream = _Stream(self._speaking, self._feed.index)
+        self._faults.start(self._feed.index)
+        self._continue()
+
+    @command("ACQuire:CONTinue")
+    def _continue(self) -> None:
+        """Go on with a stream whose client had left; its samples count on."""
+        stream = self._stream
+        if stream is None or stream.session not in (None, self._speaking):
+            raise ScpiError(-221, "no interrupted stream")
+        stream.session = self._speaking
+        self._feed.limit = self._feed.index + self._window if self._window else None
+
+    @command("ACQuire:STOP")
+    def _stop(self) -> None:
+        """Send what is left, an end frame, then plain text again."""
+        self._end_stream()
+
+    @command("ACQuire:STATe?")
+    def _state(self) -> str:
+        """IDLE, RUN or INTERRUPTED."""
+        if self._stream is None:
+            return "IDLE"
+        return "RUN" if self._stream.session is not None else "INTERRUPTED"
+
+    @command("ACQuire:OVERrun?")
+    def _overrun(self) -> int:
+        """Samples of this stream that were lost because the line did not keep up."""
+        return self._stream.overrun if self._stream else 0
+
+    @command("READ?", Integer(minimum=1, maximum=READ_LIMIT))
+    def _read(self, count: int) -> Deferred:
+        """The next samples, channel after channel, as a definite-length block of little-endian float32."""
+        if self.listening:
+            raise ScpiError(-221, "already acquiring")
+        self.end_message()
+        self._reading = _Reading(count, Deferred(), [])
+        return self._reading.answer
+
+    @command("FETCh?", Integer(minimum=1, maximum=READ_LIMIT), optional=1)
+    def _fetch(self, count: int = READ_LIMIT) -> bytes:
+        """The latest samples already taken, in the form of READ?."""
+        self._refuse_while_streaming()
+        if not self._recent:
+            raise ScpiError(-221, "nothing has been acquired")
+        return np.concatenate(list(self._recent), axis=1)[:, -count:].astype("<f4").tobytes()
+
+    def _refuse_while_streaming(self) -> None:
+        if self._stream is not None and self._stream.session is not None:
+            raise ScpiError(-221, "not while streaming")
+
+    def _end_stream(self) -> None:
+        stream = self._stream
+        if stream is not None and stream.session is not None:
+            if stream.overrun != stream.reported_overrun:
+                self._send_counters(stream)
+            session = stream.session
+            end = encode(Frame(kind=FrameKind.END, sequence=stream.sequence))
+            session.send([*self._faults.flush(), end])
+        self._stream = None
+        self._feed.limit = None

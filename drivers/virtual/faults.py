@@ -1,0 +1,251 @@
+"""Faults on purpose: what goes wrong on a line, in a sensor, in a clock; seeded, so that each run repeats.
+
+A fault is written ``KIND:key=value,...``; keys that are left out have defaults, and times are seconds of the device's
+time since it was made.
+
+=========== ============================================ ==========================================================
+kind        keys                                         does
+=========== ============================================ ==========================================================
+drop        device, probability, after_s                 leaves frames out
+flip        device, probability, after_s                 turns one bit of a frame over
+duplicate   device, probability, after_s                 sends frames twice
+reorder     device, probability, after_s                 sends a frame after the one that follows it
+stall       device, at_s, seconds                        sends nothing for a while of real time
+disconnect  device, at_s                                 hangs up; the client may come back
+stuck       channel, at_s, seconds                       a sensor keeps its last value
+overload    channel, at_s, seconds, factor               multiplies a signal so that the converter clips
+clock       device, ppm, offset_s                        the device's clock is fast and ahead
+=========== ============================================ ==========================================================
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from recordings.errors import InputError
+from recordings.run import Channel, SampleBlock
+
+__all__ = ["ClockFault", "Fault", "FaultPlan", "LinkFaults", "parse_fault"]
+
+_DEFAULTS: dict[str, dict[str, float | str]] = {
+    "drop": {"device": "daq", "probability": 0.01, "after_s": 0.0},
+    "flip": {"device": "daq", "probability": 0.01, "after_s": 0.0},
+    "duplicate": {"device": "daq", "probability": 0.01, "after_s": 0.0},
+    "reorder": {"device": "daq", "probability": 0.01, "after_s": 0.0},
+    "stall": {"device": "daq", "at_s": 1.0, "seconds": 1.0},
+    "disconnect": {"device": "daq", "at_s": 1.0},
+    "stuck": {"channel": "acc1", "at_s": 1.0, "seconds": math.inf},
+    "overload": {"channel": "acc1", "at_s": 1.0, "seconds": math.inf, "factor": 1e3},
+    "clock": {"device": "can", "ppm": 20.0, "offset_s": 0.0},
+}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A kind of fault and its numbers."""
+
+    kind: str
+    values: dict[str, float | str] = field(default_factory=dict)
+
+    def number(self, key: str) -> float:
+        """One of its numbers."""
+        return float(self.values[key])
+
+
+def parse_fault(text: str) -> Fault:
+    """Read ``KIND:key=value,...``.
+
+    Raises
+    ------
+    InputError
+        If the kind or a key is unknown or a value is no number.
+    """
+    kind, _, rest = text.partition(":")
+    if kind not in _DEFAULTS:
+        raise InputError(
+            "--fault", text[:60], f"no such kind of fault: {kind[:30]!r}", "one of " + ", ".join(_DEFAULTS)
+        )
+    values = dict(_DEFAULTS[kind])
+    for part in filter(None, rest.split(",")):
+        key, separator, value = part.partition("=")
+        if key not in values or not separator:
+            raise InputError("--fault", text[:60], f"{key[:30]!r} is not a key of {kind}", "keys: " + ", ".join(values))
+        if isinstance(values[key], str):
+            values[key] = value
+            continue
+        try:
+            values[key] = float(value)
+        except ValueError:
+            raise InputError("--fault", text[:60], f"{key} is not a number: {value[:30]!r}") from None
+        if math.isnan(float(values[key])) or (key == "probability" and not 0 <= float(values[key]) <= 1):
+            raise InputError("--fault", text[:60], f"{key} is out of range: {value[:30]}")
+    return Fault(kind, values)
+
+
+class LinkFaults:
+    """What goes wrong between one device and its client.
+
+    Parameters
+    ----------
+    faults
+        Those of this device.
+    generator
+        Decides which frames are hit.
+    flip
+        Turns over one bit, drawn from the generator, of a frame; for bytes if left out.
+    """
+
+    def __init__(
+        self,
+        faults: Sequence[Fault] = (),
+        generator: np.random.Generator | None = None,
+        flip: Callable[[Any, np.random.Generator], Any] | None = None,
+    ) -> None:
+        self._random = [f for f in faults if f.kind in ("drop", "flip", "duplicate", "reorder")]
+        self._timed = [f for f in faults if f.kind in ("stall", "disconnect")]
+        self._generator = generator or np.random.default_rng(0)
+        self._flip = flip or _flip_bytes
+        self._held: Any = None
+        self._time_s = 0.0
+        self._stalled_until = 0.0
+
+    def start(self, index: int) -> None:
+        """A stream starts: nothing is held back from an earlier one."""
+        self._held = None
+
+    def pass_on(self, item: Any) -> list[Any]:
+        """The frames that leave in place of `item`."""
+        if not self._random:
+            return [item]
+        items = [item]
+        for fault in self._random:
+            if self._time_s < fault.number("after_s") or self._generator.random() >= fault.number("probability"):
+                continue
+            if fault.kind == "drop":
+                items = []
+            elif fault.kind == "duplicate":
+                items = items * 2
+            elif fault.kind == "flip":
+                items = [self._flip(one, self._generator) for one in items]
+            elif self._held is None and items:
+                self._held = items.pop()
+                return items
+        return items + self.flush() if items else items
+
+    def flush(self) -> list[Any]:
+        """What was held back to be sent late."""
+        held, self._held = self._held, None
+        return [] if held is None else [held]
+
+    def advance(self, time_s: float) -> bool:
+        """Device time goes on; whether the line is to be hung up now."""
+        self._time_s = time_s
+        due = [fault for fault in self._timed if time_s >= fault.number("at_s")]
+        for fault in due:
+            self._timed.remove(fault)
+            if fault.kind == "stall":
+                self._stalled_until = time.monotonic() + fault.number("seconds")
+        return any(fault.kind == "disconnect" for fault in due)
+
+    @property
+    def stalled(self) -> bool:
+        """Whether nothing may be sent now."""
+        return self._stalled_until > 0.0 and time.monotonic() < self._stalled_until
+
+
+def _flip_bytes(frame: bytes, generator: np.random.Generator) -> bytes:
+    """One bit of a frame turned over."""
+    damaged = bytearray(frame)
+    if damaged:
+        bit = int(generator.integers(8 * len(damaged)))
+        damaged[bit // 8] ^= 1 << (bit % 8)
+    return bytes(damaged)
+
+
+@dataclass(frozen=True)
+class ClockFault:
+    """A clock that shows ``time * (1 + ppm 1e-6) + offset``."""
+
+    ppm: float = 0.0
+    offset_s: float = 0.0
+
+    def show(self, time_ns: int) -> int:
+        """What the clock shows at a time."""
+        return time_ns + round(time_ns * self.ppm * 1e-6) + round(self.offset_s * 1e9)
+
+
+class FaultPlan:
+    """All faults of a run, dealt to where they happen.
+
+    Parameters
+    ----------
+    faults
+        As parsed.
+    seed
+        Of all that is drawn.
+    devices, channels
+        What there is to blame.
+
+    Raises
+    ------
+    InputError
+        If a fault names a device or channel that is not there.
+    """
+
+    def __init__(
+        self, faults: Sequence[Fault], *, seed: int, devices: Sequence[str], channels: Sequence[Channel]
+    ) -> None:
+        self._faults = list(faults)
+        self._seed = seed
+        self._channels = {channel.name: channel for channel in channels}
+        self._last: dict[str, np.float32] = {}
+        for fault in faults:
+            for key, known in (("device", list(devices)), ("channel", list(self._channels))):
+                if key in fault.values and fault.values[key] not in known:
+                    name = str(fault.values[key])
+                    raise InputError("--fault", fault.kind, f"there is no {key} {name!r}", "one of " + ", ".join(known))
+
+    def link(self, device: str, flip: Callable[[Any, np.random.Generator], Any] | None = None) -> LinkFaults:
+        """Faults between a device and its client."""
+        mine = [fault for fault in self._faults if fault.values.get("device") == device]
+        return LinkFaults(mine, np.random.default_rng([self._seed, *device.encode()]), flip)
+
+    def clock(self, device: str) -> ClockFault:
+        """The clock of a device."""
+        for fault in self._faults:
+            if fault.kind == "clock" and fault.values["device"] == device:
+                return ClockFault(fault.number("ppm"), fault.number("offset_s"))
+        return ClockFault()
+
+    def spoil(self, block: SampleBlock) -> SampleBlock:
+        """What the sensors and the converter make of a block."""
+        for fault in self._faults:
+            if fault.kind not in ("stuck", "overload"):
+                continue
+            name = str(fault.values["channel"])
+            times = block.time_ns * 1e-9 + np.arange(len(block)) / block.sample_rate_Hz
+            start = fault.number("at_s")
+            hit = (times >= start) & (times < start + fault.number("seconds"))
+            samples = block.samples[name]
+            if not hit.any():
+                self._last[name] = samples[-1]
+                continue
+            spoilt = samples.copy()
+            overload = dict(block.overload)
+            if fault.kind == "stuck":
+                first = int(np.argmax(hit))
+                value = samples[first - 1] if first else self._last.setdefault(name, samples[0])
+                spoilt[hit] = value
+                self._last[name] = value
+            else:
+                limit = np.float32(self._channels[name].range or 1.0)
+                spoilt[hit] = np.clip(samples[hit] * np.float32(fault.number("factor")), -limit, limit)
+                overload[name] = overload.get(name, 0) + int(np.count_nonzero(np.abs(spoilt[hit]) >= limit))
+            block = replace(block, samples={**block.samples, name: spoilt}, overload=overload)
+        return block

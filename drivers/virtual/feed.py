@@ -1,0 +1,137 @@
+"""One source of samples for all instruments of a rig: what has been made, what may be made next, when outputs change.
+
+The instruments share the converter's clock, a trigger line (a start on one starts those that are armed) and a pulse
+line (a pulse every 100 ms, which every instrument stamps with its own clock so that a host can align them).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+
+from recordings.run import Channel, SampleBlock
+from recordings.streams import Excitation, SampleSource
+
+__all__ = ["SampleFeed"]
+
+PULSES_PER_S = 10
+
+
+class SampleFeed:
+    """Advances a source block by block.
+
+    Parameters
+    ----------
+    source
+        The rig, a recorded run or a test signal.
+    flow_controlled
+        Whether the feed waits for acknowledgements where a client has asked for a window; a rig in real time
+        does not wait for anybody.
+
+    Attributes
+    ----------
+    index
+        Samples made so far.
+    finished
+        Whether a finite source has come to its end.
+    block_length
+        Samples to make at a time.
+    limit
+        Sample beyond which a client's window forbids to go, or None.
+    """
+
+    def __init__(self, source: SampleSource, *, flow_controlled: bool) -> None:
+        self._source = source
+        self._flow_controlled = flow_controlled
+        self._rate_Hz = source.sample_rate_Hz
+        self._next_time_ns = 0
+        self._scheduled: deque[tuple[int, Excitation]] = deque()
+        self._armed: list[Callable[[], None]] = []
+        self._pulse_origin = 0
+        self.index = 0
+        self.finished = False
+        self.block_length = 240
+        self.limit: int | None = None
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """Channels of the source."""
+        return self._source.channels
+
+    @property
+    def sample_rate_Hz(self) -> float:
+        """Rate of the next block."""
+        return self._rate_Hz
+
+    @property
+    def next_time_ns(self) -> int:
+        """Time of sample `index`."""
+        return self._next_time_ns
+
+    @property
+    def may_advance(self) -> bool:
+        """Whether neither the end of the source nor a client's window is reached."""
+        return not self.finished and (not self._flow_controlled or self.limit is None or self.index < self.limit)
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        """Choose the rate of the converter; gives the one obtained."""
+        self._rate_Hz = self._source.set_sample_rate(sample_rate_Hz)
+        return self._rate_Hz
+
+    def schedule_output(self, excitation: Excitation) -> tuple[int, int]:
+        """Change the generator's output as soon as possible; gives the sample and the time from which it holds.
+
+        With a window it is the window's end, wherever the feed has got to: a rehearsal as fast as the machine can
+        then repeats sample by sample, however its processes are scheduled.
+        """
+        at = self.index
+        if self._flow_controlled and self.limit is not None:
+            at = max(at, self.limit)
+        self._scheduled.append((at, excitation))
+        return at, self._next_time_ns + round((at - self.index) * 1e9 / self._rate_Hz)
+
+    def advance(self, longest: int) -> SampleBlock | None:
+        """The next block, of at most `longest` samples; None when a finite source has ended."""
+        while self._scheduled and self._scheduled[0][0] <= self.index:
+            self._source.set_output(self._scheduled.popleft()[1])
+        count = min(self.block_length, longest)
+        if self._flow_controlled and self.limit is not None:
+            count = min(count, max(1, self.limit - self.index))
+        if self._scheduled:
+            count = min(count, self._scheduled[0][0] - self.index)
+        block = self._source.read(count)
+        if len(block) < count:
+            self.finished = True
+        if not len(block):
+            return None
+        self._rate_Hz = block.sample_rate_Hz
+        self.index = block.first_index + len(block)
+        self._next_time_ns = block.time_ns + round(len(block) * 1e9 / self._rate_Hz)
+        return block
+
+    def arm(self, start: Callable[[], None]) -> None:
+        """Call `start` at the next trigger."""
+        if start not in self._armed:
+            self._armed.append(start)
+
+    def disarm(self, start: Callable[[], None]) -> None:
+        """Do not call it after all."""
+        if start in self._armed:
+            self._armed.remove(start)
+
+    def trigger(self) -> None:
+        """Start every armed instrument with the next sample; pulses count from here."""
+        self._pulse_origin = self.index
+        armed, self._armed = self._armed, []
+        for start in armed:
+            start()
+
+    def pulses(self, block: SampleBlock) -> Iterator[tuple[int, int]]:
+        """Number and sample index of each pulse in a block: the first sample at or after every 100 ms."""
+        interval = block.sample_rate_Hz / PULSES_PER_S
+        offset = block.first_index - self._pulse_origin
+        number = max(0, int(offset / interval) - 1)
+        while (at := int(-(-number * interval // 1))) < offset + len(block):
+            if at >= offset:
+                yield number, self._pulse_origin + at
+            number += 1

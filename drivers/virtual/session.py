@@ -1,0 +1,93 @@
+"""One client of the acquisition instrument: its conversation and what waits to be sent to it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from drivers.frames import Frame, FrameKind, encode
+from drivers.scpi import Interpreter
+from drivers.virtual.ports import Port
+
+if TYPE_CHECKING:
+    from drivers.virtual.daq import AcquisitionInstrument
+
+__all__ = ["Session"]
+
+
+class Session:
+    """Bytes of one port to the instrument and back.
+
+    Replies overtake the samples that wait, as a client that wants to know something should not wait for those.
+    """
+
+    def __init__(self, instrument: AcquisitionInstrument, port: Port) -> None:
+        self.port = port
+        self._instrument = instrument
+        self._present = False
+        self._clear()
+
+    def _clear(self) -> None:
+        self._interpreter = Interpreter(self._instrument)
+        self._queue: deque[bytes] = deque()
+        self._sent_of_first = 0
+        self.queued_bytes = 0
+
+    def send(self, chunks: Iterable[bytes]) -> None:
+        """Queue behind everything."""
+        for chunk in chunks:
+            self._queue.append(chunk)
+            self.queued_bytes += len(chunk)
+
+    def reply(self, text: bytes) -> None:
+        """Queue a reply: a line as it is or, while streaming, a frame ahead of the samples."""
+        if not self._instrument.streams_to(self):
+            self.send([text])
+            return
+        chunk = encode(Frame(kind=FrameKind.TEXT, sequence=0, payload=text))
+        position = 1 if self._sent_of_first else 0
+        self._queue.insert(position, chunk)
+        self.queued_bytes += len(chunk)
+
+    def service(self) -> bool:
+        """Take what has come, answer, send what the line takes; whether anything moved."""
+        self.port.poll()
+        if self.port.connected != self._present:
+            self._present = self.port.connected
+            if not self._present:
+                self._instrument.client_left(self)
+            self._clear()
+        if not self._present:
+            return False
+        moved = False
+        if self._interpreter.room:
+            data = self.port.read()
+            if data:
+                moved = True
+                self._interpreter.feed(data)
+        for reply in self._instrument.converse(self, self._interpreter):
+            moved = True
+            self.reply(reply)
+        return self._flush() or moved
+
+    def _flush(self) -> bool:
+        moved = False
+        while self._queue and not self._instrument.stalled:
+            first = self._queue[0]
+            sent = self.port.write(memoryview(first)[self._sent_of_first :])
+            if sent == 0:
+                break
+            moved = True
+            self._sent_of_first += sent
+            self.queued_bytes -= sent
+            if self._sent_of_first < len(first):
+                break
+            self._queue.popleft()
+            self._sent_of_first = 0
+        return moved
+
+    @property
+    def wants_to_write(self) -> bool:
+        """Whether something waits for room on the line."""
+        return bool(self._queue) and not self._instrument.stalled

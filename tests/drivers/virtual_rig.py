@@ -1,0 +1,139 @@
+"""A rig without physics for tests of the wire: a sine through a one-pole filter, with noise; and a way to serve it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import can
+import numpy as np
+
+from drivers.instruments import Instruments
+from drivers.virtual import AcquisitionInstrument, CanNode, FaultPlan, PtyPort, SampleFeed, TcpPort, parse_fault, serve
+from recordings.run import Channel, SampleBlock
+from recordings.streams import Excitation
+
+CHANNELS = (
+    Channel(name="force", quantity="force", unit="N", position_m=0.05, range=50.0),
+    Channel(name="acc1", quantity="acceleration", unit="m/s^2", position_m=0.30, range=490.0),
+    Channel(name="acc2", quantity="acceleration", unit="m/s^2", position_m=0.42, range=490.0),
+)
+
+
+@dataclass
+class FilteredSine:
+    """Every channel is the drive through its own gain and phase, plus noise; remembers all it ever gave."""
+
+    rate_Hz: float = 1024.0
+    length: int | None = None
+    index: int = 0
+    phase: float = 0.0
+    excitation: Excitation = field(default_factory=Excitation)
+    given: list[np.ndarray] = field(default_factory=list)
+    changes: list[int] = field(default_factory=list)
+
+    channels = CHANNELS
+
+    def __post_init__(self) -> None:
+        self._noise = np.random.default_rng(1)
+
+    @property
+    def sample_rate_Hz(self) -> float:
+        return self.rate_Hz
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        self.rate_Hz = float(min((512.0, 1024.0, 2048.0, 5120.0, 25600.0), key=lambda r: abs(r - sample_rate_Hz)))
+        return self.rate_Hz
+
+    def set_output(self, excitation: Excitation) -> None:
+        self.excitation = excitation
+        self.changes.append(self.index)
+
+    def read(self, count: int) -> SampleBlock:
+        if self.length is not None:
+            count = min(count, self.length - self.index)
+        steps = 2 * np.pi * self.excitation.frequency_Hz / self.rate_Hz * np.arange(count)
+        volts = self.excitation.amplitude_V * (self.excitation.kind == "sine")
+        values = np.stack([gain * volts * np.sin(self.phase + steps + lag) for gain, lag in ((5, 0), (40, 1), (60, 2))])
+        values = (values + 0.01 * self._noise.standard_normal((3, count))).astype(np.float32)
+        self.phase += 2 * np.pi * self.excitation.frequency_Hz / self.rate_Hz * count
+        block = SampleBlock(
+            device="rig",
+            time_ns=round(self.index * 1e9 / self.rate_Hz),
+            first_index=self.index,
+            sample_rate_Hz=self.rate_Hz,
+            samples={channel.name: row for channel, row in zip(CHANNELS, values, strict=True)},
+        )
+        self.index += count
+        self.given.append(values)
+        return block
+
+    @property
+    def everything(self) -> np.ndarray:
+        return np.concatenate(self.given, axis=1)
+
+
+@dataclass
+class Served:
+    """Addresses of the virtual instruments of a source."""
+
+    source: FilteredSine
+    serial: str | None
+    tcp: str | None
+    can: str | None
+
+    def instruments(self, **options: object) -> Instruments:
+        """What the instruments file would say."""
+        address = f"serial:{self.serial}" if self.serial else f"tcp:{self.tcp}"
+        devices: list[dict[str, object]] = [{"name": "daq", "address": address, "generator": True}]
+        if self.can:
+            devices.append({"name": "can", "address": f"can:{self.can}"})
+        return Instruments.model_validate({"device": devices, **options})
+
+
+@contextmanager
+def served(
+    source: FilteredSine,
+    *,
+    serial: bool = False,
+    tcp: bool = False,
+    can_bus: str | None = None,
+    speed: float | None = None,
+    faults: Sequence[str] = (),
+    link: Path | None = None,
+) -> Iterator[Served]:
+    """Virtual instruments in a thread of this process."""
+    feed = SampleFeed(source, flow_controlled=speed is None)
+    devices = ["daq", *(["can"] if can_bus else [])]
+    plan = FaultPlan([parse_fault(text) for text in faults], seed=3, devices=devices, channels=source.channels)
+    ports = [*([PtyPort(link)] if serial else []), *([TcpPort(port=0)] if tcp else [])]
+    on_daq = [c.name for c in source.channels if not (can_bus and c.name == "acc2")]
+    daq = AcquisitionInstrument(feed, channels=on_daq, ports=ports, lossless=speed is None, faults=plan.link("daq"))
+    instruments: list[AcquisitionInstrument | CanNode] = [daq]
+    if can_bus:
+        interface, _, channel = can_bus.partition(":")
+        bus = can.Bus(interface=interface, channel=channel, fd=True)
+        instruments.append(
+            CanNode(
+                feed, bus, channels=["acc2"], lossless=speed is None, faults=plan.link("can"), clock=plan.clock("can")
+            )
+        )
+    stop = threading.Event()
+    thread = threading.Thread(
+        target=serve, args=(feed, instruments), kwargs={"speed": speed, "faults": plan, "stopping": stop.is_set}
+    )
+    thread.start()
+    try:
+        yield Served(
+            source,
+            ports[0].address if serial else None,
+            ports[-1].address if tcp else None,
+            can_bus,
+        )
+    finally:
+        stop.set()
+        thread.join(10)
+        assert not thread.is_alive()
