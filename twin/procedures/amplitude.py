@@ -16,8 +16,14 @@ class AmplitudeControl(Protocol):
         """A new step: phases of earlier windows are void."""
         ...
 
-    def update(self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float) -> float:
-        """The next voltage (peak, V), unlimited; the same as `voltage_V` if the amplitude is held well enough."""
+    def update(
+        self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float, nearness: float | None
+    ) -> float:
+        """The next voltage (peak, V), unlimited; the same as `voltage_V` if the amplitude is held well enough.
+
+        `measured` and `std` are of the held channel in the last window; `nearness` is 1 at phase resonance, 0 far off,
+        None while it is not known.
+        """
         ...
 
 
@@ -27,7 +33,9 @@ class OpenLoop:
     def begin(self) -> None:
         """Nothing to forget."""
 
-    def update(self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float) -> float:
+    def update(
+        self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float, nearness: float | None
+    ) -> float:
         """Always the target."""
         return target
 
@@ -56,7 +64,9 @@ class FastHold:
         """Forget the last window; keep the reaction."""
         self._last = None
 
-    def update(self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float) -> float:
+    def update(
+        self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float, nearness: float | None
+    ) -> float:
         """See :class:`AmplitudeControl`."""
         size = abs(measured)
         if size <= 3 * std or voltage_V <= 0.0:  # nothing seen yet: feel the way up
@@ -92,8 +102,9 @@ class FastHold:
 class SlowHold:
     """Holds a response, which follows the voltage with the resonance's time constant tau.
 
-    A proportional-integral law on the logarithm of the amplitude whose zero cancels tau (internal model control):
-    d ln V = (tau/lambda) [e_k - e_(k-1) + (T/tau) e_k], e = ln(target/|X|), with lambda the closed loop's time.
+    At resonance x = ln |X| obeys x' = (ln V - x)/tau, and the law ln V = P e + I (integral of e), e = ln target - x,
+    places both poles nearly critically damped at half of a = (1 + P)/tau.  Away from it the amplitude beats at the
+    detuning, where that gain would be unstable: P fades and I falls to 0.5/tau, below which the beat stays damped.
 
     Parameters
     ----------
@@ -106,12 +117,15 @@ class SlowHold:
     def __init__(self, *, deadband: float, time_constant_s: float) -> None:
         self._deadband, self._tau_s = deadband, time_constant_s
         self._last_error: float | None = None
+        self._nearness = 0.0
 
     def begin(self) -> None:
-        """Forget the last window."""
+        """Forget the last window; keep where the resonance was."""
         self._last_error = None
 
-    def update(self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float) -> float:
+    def update(
+        self, measured: complex, *, std: float, target: float, voltage_V: float, window_s: float, nearness: float | None
+    ) -> float:
         """See :class:`AmplitudeControl`."""
         size = max(abs(measured), std, 1e-3 * target)
         error = math.log(target / size)
@@ -120,8 +134,12 @@ class SlowHold:
         # a change of error is acted upon inside the deadband too: it is what stops an overshoot
         if abs(error) <= self._deadband and abs(error - last) <= self._deadband:
             return voltage_V
-        closed_s = max(self._tau_s / 2.0, 2.0 * window_s)
-        change = (self._tau_s / closed_s) * (error - last + window_s / self._tau_s * error)
+        self._nearness = self._nearness if nearness is None else nearness
+        decay = 1.0 / max(self._tau_s / 2.5, 2.0 * window_s)
+        near, far = self._tau_s * (decay / 1.6) ** 2, 0.5 / self._tau_s
+        proportional = self._nearness * max(0.0, self._tau_s * decay - 1.0)
+        integral = far + self._nearness * max(0.0, near - far)
+        change = proportional * (error - last) + integral * window_s * error
         return voltage_V * math.exp(min(max(change, -0.5), 0.5))
 
 

@@ -21,10 +21,9 @@ def resonance_phase(response: Channel, force: Channel) -> float:
 class PhaseLock:
     """Chooses the frequency of the next window.
 
-    Near a resonance of time constant tau the phase follows the frequency like a first-order lag with the gain
-    -2 pi tau, whatever the amplitude, so a proportional-integral law whose zero cancels tau needs no other knowledge of
-    the rig: df = [e_k - e_(k-1) + (T/tau) e_k] / (2 pi lambda), e the phase above its target, lambda the closed loop's
-    time.
+    Near a resonance the phase e above its target obeys e' = -e/tau - 2 pi (f - f_resonance), whatever the amplitude
+    and the rig: only tau is to be known, and that roughly.  The law f = P e + I (integral of e) places both poles of
+    the loop at half of a = 1/tau + 2 pi P, nearly critically damped (0.8).
 
     Parameters
     ----------
@@ -56,7 +55,9 @@ class PhaseLock:
         self._last_error = self.error
         if abs(self.error) <= self._deadband and abs(self.error - last) <= self._deadband:
             return frequency_Hz
-        closed_s = max(self._tau_s / 3.0, 2.0 * window_s)
-        change = (wrapped(self.error - last) + window_s / self._tau_s * self.error) / (2 * math.pi * closed_s)
+        proportional = 1.0 / (2 * math.pi * max(self._tau_s / 3.0, 2.0 * window_s))
+        decay = 1.0 / self._tau_s + 2 * math.pi * proportional
+        integral = (decay / 1.6) ** 2 / (2 * math.pi)
+        change = proportional * wrapped(self.error - last) + integral * window_s * self.error
         bound = 0.002 * frequency_Hz
         return min(max(frequency_Hz + min(max(change, -bound), bound), self._low_Hz), self._high_Hz)

@@ -132,7 +132,13 @@ class Session:
             self._on_time(self.elapsed_s)
 
     def fits(
-        self, series: Mapping[str, Series], *, frequency_Hz: float, harmonics: int, delay_s: float = 0.0
+        self,
+        series: Mapping[str, Series],
+        *,
+        frequency_Hz: float,
+        harmonics: int,
+        modulation: int = 0,
+        delay_s: float = 0.0,
     ) -> dict[str, SineFit]:
         """Sine fits of the channels that follow the excitation and have enough samples.
 
@@ -149,6 +155,7 @@ class Session:
                     sample_rate_Hz=one.sample_rate_Hz,
                     offset_s=one.offset_s + delay_s,
                     harmonics=harmonics,
+                    modulation=modulation,
                 )
             except ValueError:  # too many samples lost
                 continue

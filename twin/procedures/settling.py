@@ -7,37 +7,42 @@ from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["SettlingDetector"]
 
 USUAL_DECAY = math.exp(-1.0 / 7.0)
 """Decay from window to window before the data tell: Q = 220 and windows of ten cycles."""
+SLOWEST_DECAY = 0.98
+"""Slower than this is not told from standing still within a few windows."""
 
 
 class SettlingDetector:
     """Watches the phasors of equally long windows.
 
-    Near its end a transient is one mode's: p_k = p + c mu^k with complex mu (decay and beating).  The change between
-    the means of the last and the previous `half` windows is then proportional to what remains, c mu^k; the factor
-    follows from mu, which is estimated from the successive differences while they stand out of the noise.  Means of
-    several windows see a transient of the noise's own size, single differences would not.
+    Near its end a transient is one mode's: p_k = p + c mu^k with complex mu, decay and beating.  mu is estimated from
+    the successive differences while they stand out of the noise, and kept; then c, what is left in the newest window
+    (k = 0), is a linear fit over all windows kept, good down to the noise, and with a known uncertainty.
 
     Parameters
     ----------
     tolerance
         What may remain of the transient, relative to the response of each channel.
-    half
-        Windows in each of the two means.
+    windows
+        How many windows are looked at.
     """
 
-    def __init__(self, tolerance: float, *, half: int = 4) -> None:
-        self._tolerance, self._half = tolerance, half
-        self._windows: deque[dict[str, complex]] = deque(maxlen=2 * half)
-        self._stds: deque[dict[str, float]] = deque(maxlen=2 * half)
+    def __init__(self, tolerance: float, *, windows: int = 8) -> None:
+        self._tolerance, self._count = tolerance, windows
+        self._windows: deque[dict[str, complex]] = deque(maxlen=windows)
+        self._stds: deque[dict[str, float]] = deque(maxlen=windows)
         self._decay: complex = USUAL_DECAY
 
     def add(self, phasors: Mapping[str, complex], stds: Mapping[str, float]) -> None:
         """Take the phasors of one window and their standard deviations, in a frame where a settled response rests."""
+        if self._windows and phasors.keys() != self._windows[-1].keys():  # a channel came or went: begin again
+            self._windows.clear()
+            self._stds.clear()
         self._windows.append(dict(phasors))
         self._stds.append(dict(stds))
         self._estimate_decay()
@@ -54,43 +59,58 @@ class SettlingDetector:
         return bool(judged) and all(left <= max(self._tolerance, 3 * noise) for left, noise in judged)
 
     def _judge(self) -> list[tuple[float, float]]:
-        """Remaining transient and its noise of each channel."""
-        half = self._half
-        if len(self._windows) < 2 * half:
+        """Remaining transient and its standard deviation, both relative, of each channel that measures something."""
+        if len(self._windows) < self._count:
             return []
-        powers = self._decay ** -np.arange(half)
-        change = abs(powers.sum() * (1 - self._decay**-half)) / half
-        gain = max(1.0, 1.0 / max(change, 1e-6))
+        weights = self._weights()[1]
+        spread = float(np.linalg.norm(weights))
         judged = []
         for channel in self._windows[-1]:
             values = np.array([window[channel] for window in self._windows])
-            size = abs(values[half:].mean())
-            noise = float(np.mean([stds[channel] for stds in self._stds])) * math.sqrt(2.0 / half)
-            if size <= 5 * noise:  # nothing but noise: a channel that measures nothing must not stop the test
-                continue
-            left = gain * abs(values[half:].mean() - values[:half].mean())
-            judged.append((left / size, gain * noise / size))
+            size = abs(values.mean())
+            # the smallest: a fast transient looks like noise to the fit of a window
+            std = min(stds[channel] for stds in self._stds)
+            if size > 5 * std:  # a channel of nothing but noise must not stop the test
+                judged.append((float(abs(weights @ values)) / size, math.sqrt(2.0) * std * spread / size))
         return judged
+
+    @property
+    def steady(self) -> dict[str, complex]:
+        """The phasors p that the response tends to; empty for too few windows."""
+        if len(self._windows) < self._count:
+            return {}
+        weights = self._weights()[0]
+        return {name: complex(weights @ [window[name] for window in self._windows]) for name in self._windows[-1]}
+
+    def _weights(self) -> NDArray[np.complex128]:
+        """The rows that give p and c of p_k = p + c mu^k by least squares."""
+        shape = self._decay ** np.arange(1 - self._count, 1)
+        design = np.column_stack([np.ones(self._count), shape])
+        return np.asarray(np.linalg.pinv(design))
 
     def _estimate_decay(self) -> None:
         """Estimate mu by least squares over the successive differences of all channels, each relative to its size."""
         if len(self._windows) < 5:
             return
         above = below = 0j
-        energy, noise = 0.0, 0.0
+        energy = noise = 0.0
         for channel in self._windows[-1]:
             values = np.array([window[channel] for window in self._windows])
-            size = abs(values[-1])
-            if size == 0.0:
+            size = abs(values.mean())
+            std = min(stds[channel] for stds in self._stds)
+            if size <= 5 * std:
                 continue
             steps = np.diff(values) / size
-            above += np.vdot(steps[:-1], steps[1:])
-            below += np.vdot(steps[:-1], steps[:-1])
+            # neighbouring differences share one window, whose noise would pull mu towards -1/2
+            shared = (len(steps) - 1) * 2 * (std / size) ** 2
+            above += complex(np.vdot(steps[:-1], steps[1:])) + shared
+            below += complex(np.vdot(steps[:-1], steps[:-1])) - 2 * shared
             energy += float(np.vdot(steps, steps).real)
-            noise += sum((stds[channel] / size) ** 2 for stds in self._stds) * 4
-        if energy > 25 * noise and abs(below) > 0:
-            decay = above / below
-            # a transient that does not decay (yet) counts as very slow, whatever direction it turns
-            self._decay = decay if abs(decay) < 0.98 else 0.98
-            if abs(self._decay) < 0.5:  # control steps, not a mode: fall back on what a mode usually does
-                self._decay = USUAL_DECAY
+            noise += len(steps) * 4 * (std / size) ** 2
+        if energy <= 100 * noise or below == 0:
+            return
+        decay = above / below
+        if abs(decay) > SLOWEST_DECAY:  # grows, or hardly decays
+            decay *= SLOWEST_DECAY / abs(decay)
+        if abs(decay) > 0.5:  # faster is a step of the control, not a mode
+            self._decay = decay

@@ -43,6 +43,7 @@ def fit_sine(
     sample_rate_Hz: float,
     offset_s: float = 0.0,
     harmonics: int = 5,
+    modulation: int = 0,
 ) -> SineFit:
     """Fit mean, fundamental and harmonics.
 
@@ -56,6 +57,9 @@ def fit_sine(
         Time of the first sample after the moment that phases refer to.
     harmonics
         Highest harmonic wanted; fewer are fitted where they would pass 45 % of the sample rate.
+    modulation
+        Order of the slow change of the fundamental that is fitted too, so that a transient is not taken for noise.
+        The phasor stays the window's mean.
 
     Raises
     ------
@@ -66,9 +70,9 @@ def fit_sine(
     values = np.asarray(samples, dtype=np.float64)
     known = np.isfinite(values)
     valid = int(known.sum())
-    if valid < 2 * (2 * highest + 1):
+    if valid < 2 * (2 * highest + 1 + 2 * modulation):
         raise ValueError(f"{valid} samples are too few for {highest} harmonics")
-    design, inverse = _design(len(values), frequency_Hz / sample_rate_Hz, highest)
+    design, inverse = _design(len(values), frequency_Hz / sample_rate_Hz, highest, modulation)
     if valid == len(values):
         coefficients = inverse @ values
     else:
@@ -77,7 +81,7 @@ def fit_sine(
     residual = values - design @ coefficients
     noise = float(np.sqrt(residual @ residual / (valid - design.shape[1])))
     order = np.arange(1, highest + 1)
-    raw = coefficients[1::2] - 1j * coefficients[2::2]
+    raw = coefficients[1 : 2 * highest + 1 : 2] - 1j * coefficients[2 : 2 * highest + 1 : 2]
     found = np.zeros(harmonics, dtype=np.complex128)
     found[:highest] = raw * np.exp(-2j * np.pi * frequency_Hz * offset_s * order)
     return SineFit(
@@ -90,15 +94,23 @@ def fit_sine(
 
 
 @lru_cache(maxsize=16)
-def _design(count: int, cycles_per_sample: float, harmonics: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Design matrix [1, cos, sin, cos 2, sin 2, ...] and its pseudo-inverse by the normal equations.
+def _design(
+    count: int, cycles_per_sample: float, harmonics: int, modulation: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Design matrix [1, cos, sin, cos 2, sin 2, ..., P1 cos, P1 sin, ...] and its pseudo-inverse.
 
-    Over whole cycles the columns are close to orthogonal, so the normal equations lose nothing.
+    Legendre polynomials of time over the window keep the modulation apart from the mean phasor.
+
+    Over whole cycles the columns are close to orthogonal, so that its normal equations lose nothing.
     """
     angle = 2 * np.pi * cycles_per_sample * np.arange(count)
     columns = [np.ones(count)]
     for k in range(1, harmonics + 1):
         columns += [np.cos(k * angle), np.sin(k * angle)]
+    position = np.linspace(-1.0, 1.0, count)
+    for k in range(1, modulation + 1):
+        shape = np.polynomial.Legendre.basis(k)(position)
+        columns += [shape * np.cos(angle), shape * np.sin(angle)]
     design = np.column_stack(columns)
     inverse = np.linalg.solve(design.T @ design, design.T)
     return design, np.asarray(inverse, dtype=np.float64)

@@ -10,7 +10,7 @@ import numpy as np
 
 from recordings.run import StepState
 from twin.procedures.amplitude import AmplitudeControl
-from twin.procedures.phase import PhaseLock
+from twin.procedures.phase import PhaseLock, resonance_phase
 from twin.procedures.results import StepResult
 from twin.procedures.session import Place, Session
 from twin.procedures.settling import SettlingDetector
@@ -110,7 +110,13 @@ class _Wait:
                 break
             series = session.window(start_ns, length_s)
             delay_s = (start_ns - self._reference_ns) * 1e-9
-            fits = session.fits(series, frequency_Hz=session.frequency_Hz, harmonics=CONTROL_HARMONICS, delay_s=delay_s)
+            fits = session.fits(
+                series,
+                frequency_Hz=session.frequency_Hz,
+                harmonics=CONTROL_HARMONICS,
+                modulation=2,
+                delay_s=delay_s,
+            )
             end_ns = start_ns + round(length_s * 1e9)
             if not fits:
                 start_ns = end_ns
@@ -135,6 +141,7 @@ class _Wait:
         step, session = self._step, self._session
         turned = _relative_phasors(session, fits, step.measured_channel)
         self._detector.add(turned, {name: fits[name].std for name in turned})
+        nearness = _nearness(session, self._detector.steady, step.measured_channel)
         frequency_Hz, voltage_V = session.frequency_Hz, session.voltage_V
         if step.phase is not None and step.phase_channel in turned:
             angle = float(np.angle(turned[step.phase_channel]))
@@ -147,6 +154,7 @@ class _Wait:
                 target=step.place.target_amplitude,
                 voltage_V=voltage_V,
                 window_s=length_s,
+                nearness=nearness,
             )
         unmoved = frequency_Hz == session.frequency_Hz
         if unmoved and (voltage_V == session.voltage_V or (session.saturated and voltage_V > session.voltage_V)):
@@ -176,6 +184,15 @@ def _relative_phasors(session: Session, fits: Mapping[str, SineFit], target: str
     reference = fits[name].phasor if name in fits else next(iter(fits.values())).phasor
     turn = np.conj(reference) / max(abs(reference), 1e-300)
     return {channel: complex(fit.phasor * turn) for channel, fit in fits.items()}
+
+
+def _nearness(session: Session, turned: Mapping[str, complex], response: str) -> float | None:
+    """cos2 of the phase a response is away from phase resonance: 1 there, small far away; None if it is not known."""
+    force = session.force_channel
+    if force is None or force.name not in turned or response not in turned or response == force.name:
+        return None
+    off = float(np.angle(turned[response])) - resonance_phase(session.channels[response], force)
+    return math.cos(off) ** 2
 
 
 def _measured(

@@ -78,7 +78,7 @@ class Settle(Table):
     """
 
     seconds: Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)] | None = None
-    tolerance: Annotated[float, Field(gt=0, le=0.5)] = 1e-3
+    tolerance: Annotated[float, Field(gt=0, le=0.5)] = 5e-4
     minimum: NonNegative = 0.0
     maximum: Duration = 60.0
 
