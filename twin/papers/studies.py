@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
+
 from twin.papers.reproduction import Reproduction
 
 __all__ = ["STUDY_NAMES", "reproduce"]
 
-STUDY_NAMES = ("steel-lap-joint",)
+STUDY_NAMES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 
 
 def reproduce(name: str) -> Reproduction:
@@ -17,8 +19,9 @@ def reproduce(name: str) -> Reproduction:
     KeyError
         If there is no such study.
     """
-    if name == "steel-lap-joint":
-        from twin.papers.steel_lap_joint import reproduce_steel_lap_joint
-
-        return reproduce_steel_lap_joint()
-    raise KeyError(name)
+    if name not in STUDY_NAMES:
+        raise KeyError(name)
+    module = importlib.import_module(f"twin.papers.{name.replace('-', '_')}")
+    result = getattr(module, f"reproduce_{name.replace('-', '_')}")()
+    assert isinstance(result, Reproduction)
+    return result
