@@ -55,7 +55,7 @@ def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) ->
     holds_ns = session.set_sine(step.frequency_Hz, step.voltage_V)
     session.mark(step.place, StepState.SETTLING, holds_ns, step.frequency_Hz)
     wait = _Wait(session, step, holds_ns, sample_rate_Hz)
-    measure_ns = wait.run()
+    measure_ns = session.stream.align(wait.run())
     frequency_Hz = session.frequency_Hz
     count = max(1, round(step.measure_s * sample_rate_Hz))
     end_ns = measure_ns + round(count / sample_rate_Hz * 1e9)
@@ -63,7 +63,14 @@ def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) ->
     session.mark(step.place, StepState.MEASURING, measure_ns, frequency_Hz)
     session.recorder.open(measure_ns, end_ns, session.stream.buffered)
     series = _collect(session, measure_ns, count / sample_rate_Hz)
-    result = _measured(session, step, series, wait=wait, settle_s=(measure_ns - holds_ns) * 1e-9)
+    result = _measured(
+        session,
+        step,
+        series,
+        wait=wait,
+        settle_s=(measure_ns - holds_ns) * 1e-9,
+        measure_s=count / sample_rate_Hz,
+    )
     if abs(result.amplitude_error) > step.tolerance:
         session.note("not-held", _not_held(session, result), source=step.measured_channel)
     session.finish_step(result, end_ns)
@@ -196,7 +203,7 @@ def _nearness(session: Session, turned: Mapping[str, complex], response: str) ->
 
 
 def _measured(
-    session: Session, step: SineStep, series: Mapping[str, Series], *, wait: _Wait, settle_s: float
+    session: Session, step: SineStep, series: Mapping[str, Series], *, wait: _Wait, settle_s: float, measure_s: float
 ) -> StepResult:
     """Fit the measured stretch, whole and in halves."""
     frequency_Hz = session.frequency_Hz
@@ -214,7 +221,7 @@ def _measured(
         voltage_V=session.voltage_V,
         amplitude=amplitude,
         settle_s=settle_s,
-        measure_s=step.measure_s,
+        measure_s=measure_s,
         settled=wait.settled,
         remaining=wait.remaining,
         drift=_drift(session, step, series, {n: p for n, p in phasors.items() if abs(p) > 10 * fits[n].std}),

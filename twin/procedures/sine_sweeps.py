@@ -127,10 +127,11 @@ class _Runner:
         procedure = self._procedure
         if procedure.control == "voltage":
             return OpenLoop()
-        deadband = 0.2 * procedure.controller.tolerance
+        tolerance = procedure.controller.tolerance
         if self._session.channels[procedure.target_channel].quantity == "force":
-            return FastHold(deadband=deadband)
-        return SlowHold(deadband=deadband, time_constant_s=time_constant_s)
+            # tight: the response lags behind every step of the force, and their ratio is what is measured
+            return FastHold(deadband=0.05 * tolerance)
+        return SlowHold(deadband=0.2 * tolerance, time_constant_s=time_constant_s)
 
     def _phase_lock(self, frequency_Hz: float) -> PhaseLock | None:
         phase, force = self._procedure.phase, self._session.force_channel
