@@ -182,7 +182,7 @@ class Assembler:
             device=self._device, sample_rate_Hz=self._placed[0].block.sample_rate_Hz, values=values,
             block_start=np.array(starts, dtype=np.int64),
             block_time_ns=np.array([placed.block.time_ns for placed in self._placed], dtype=np.int64),
-            overload=self.overload(), gaps=self.gaps(),
+            overload=self.overload(), gaps=self.gaps(), first_index=self._placed[0].number,
         )  # fmt: skip
 
 

@@ -104,6 +104,7 @@ class DeviceSamples:
     `values[channel][i]` was taken at `time_ns[0] + i / sample_rate_Hz` when nothing was lost; blocks carry their
     own time stamps, so `block_start` (sample numbers: positions in the arrays of `values`) and `block_time_ns` give
     the exact mapping.  A very long loss is filled with fewer NaN than samples were lost; its `Gap` has their number.
+    `first_index` is the device's number of the sample at position 0.
     """
 
     device: str
@@ -113,6 +114,7 @@ class DeviceSamples:
     block_time_ns: NDArray[np.int64]
     overload: Mapping[str, int]
     gaps: tuple[Gap, ...] = ()
+    first_index: int = 0
 
     def __len__(self) -> int:
         return len(next(iter(self.values.values()), ()))

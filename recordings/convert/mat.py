@@ -1,0 +1,137 @@
+"""Runs as MATLAB 5 files: plain arrays and one text, nothing that needs more than ``load``.
+
+``metadata`` is JSON text (``jsondecode`` it); for the device at place k (from 1) in its list ``devices``,
+``samples_k`` has a column a channel in the order of its ``channels`` (single, SI units), ``number_k`` and
+``time_ns_k`` (int64 columns) the number and the time of each row.  Samples that were lost have no row.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from recordings.convert.blocks import blocks_of, device_from_rows
+from recordings.convert.description import describe, parse_description
+from recordings.errors import InputError
+from recordings.reader import open_input
+from recordings.run import DeviceSamples, Run
+
+__all__ = ["read_mat", "write_mat"]
+
+SIZE_LIMIT_BYTES = 2 << 30
+"""Of the file, and of what it holds after decompression; a MATLAB 5 variable cannot be larger."""
+_COMPRESSED = 15
+_CLASSES = {"char": 4, "single": 4, "double": 8, "int64": 8}
+
+
+def write_mat(run: Run, path: Path) -> list[str]:
+    """Write all of a run; nothing is left behind."""
+    arrays: dict[str, Any] = {"metadata": json.dumps(describe(run))}
+    for place, device in enumerate(run.devices.values(), start=1):
+        blocks = list(blocks_of(device))
+        rows = [np.arange(len(block)) for block in blocks]
+        number = [row + block.first_index for row, block in zip(rows, blocks, strict=True)]
+        period_ns = 1e9 / device.sample_rate_Hz
+        time_ns = [b.time_ns + np.rint(row * period_ns).astype(np.int64) for row, b in zip(rows, blocks, strict=True)]
+        samples = [np.stack(list(block.samples.values()), axis=1) for block in blocks]
+        arrays[f"samples_{place}"] = np.concatenate(samples)
+        arrays[f"number_{place}"] = np.concatenate(number).astype(np.int64)[:, None]
+        arrays[f"time_ns_{place}"] = np.concatenate(time_ns)[:, None]
+        if arrays[f"samples_{place}"].nbytes >= SIZE_LIMIT_BYTES:
+            raise InputError(path, "", "a MATLAB 5 file cannot hold 2 GiB in one variable", "use .csv or .uff")
+    with path.open("xb") as stream:
+        scipy.io.savemat(stream, arrays, do_compression=True)
+    return []
+
+
+def read_mat(path: Path) -> Run:
+    """Read a run that `write_mat` or another program wrote in this form.
+
+    Raises
+    ------
+    InputError
+        If it is not in this form, or larger than `SIZE_LIMIT_BYTES`.
+    """
+    arrays = _load(path)
+    try:
+        text = arrays["metadata"]
+        description = parse_description(json.loads("".join(np.atleast_1d(text).astype(str).ravel().tolist())))
+    except KeyError:
+        raise InputError(path, "", "has no variable 'metadata'") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(path, "metadata", str(error)[:200]) from error
+    devices: dict[str, DeviceSamples] = {}
+    for place, (name, (rate, channels, overload)) in enumerate(description.devices.items(), start=1):
+        try:
+            samples = np.asarray(arrays[f"samples_{place}"])
+            number = np.asarray(arrays[f"number_{place}"]).ravel()
+            time_ns = np.asarray(arrays[f"time_ns_{place}"]).ravel()
+        except KeyError as error:
+            raise InputError(path, "", f"has no variable {error}") from error
+        if samples.shape != (len(number), len(channels)) or time_ns.shape != number.shape:
+            raise InputError(path, f"samples_{place}", f"has the shape {samples.shape}, not (rows, channels)")
+        if number.dtype.kind not in "iuf" or time_ns.dtype.kind not in "iuf" or samples.dtype.kind != "f":
+            raise InputError(path, f"samples_{place}", "is not made of numbers")
+        with np.errstate(invalid="ignore", over="ignore"):
+            columns = {each: samples[:, at].astype(np.float32) for at, each in enumerate(channels)}
+            numbers, times = number.astype(np.int64), time_ns.astype(np.int64)
+        try:
+            device = device_from_rows(name, rate, numbers, times, columns, overload)
+        except ValueError as error:
+            raise InputError(path, f"device {name!r:.80}", str(error)) from error
+        if device is not None:
+            devices[name] = device
+    return description.run(str(path), devices)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    """The variables of a file; only plain arrays are let through to scipy's reader."""
+    with open_input(path) as stream:
+        if stream.seek(0, 2) > SIZE_LIMIT_BYTES or not _fits(stream):
+            raise InputError(path, "", f"holds more than {SIZE_LIMIT_BYTES} bytes, the limit for MATLAB files")
+        stream.seek(0)
+        try:
+            for name, shape, kind in scipy.io.whosmat(stream):
+                if kind not in _CLASSES:
+                    raise InputError(path, f"variable {name!r:.80}", f"is of class {kind}, which a run does not have")
+                if int(np.prod(shape, dtype=object)) * _CLASSES[kind] > SIZE_LIMIT_BYTES:
+                    raise InputError(path, f"variable {name!r:.80}", "claims more than the file can hold")
+            stream.seek(0)
+            return dict(scipy.io.loadmat(stream, chars_as_strings=True))
+        except InputError:
+            raise
+        except Exception as error:  # scipy lets through whatever a broken file provokes
+            raise InputError(path, "", f"not a MATLAB 5 file that scipy can read: {str(error)[:120]}") from error
+
+
+def _fits(stream: Any) -> bool:
+    """Whether the compressed parts unpack to no more than the limit; a few bytes can claim gigabytes."""
+    stream.seek(128)  # the header
+    total = 0
+    while len(head := stream.read(8)) == 8:
+        kind, length = struct.unpack("<II", head)
+        if kind != _COMPRESSED:
+            stream.seek(length, 1)
+            total += length
+        else:
+            unpacker, left = zlib.decompressobj(), length
+            while left and (piece := stream.read(min(left, 1 << 20))):
+                left -= len(piece)
+                try:
+                    while piece:
+                        total += len(unpacker.decompress(piece, 1 << 22))
+                        piece = unpacker.unconsumed_tail
+                        if total > SIZE_LIMIT_BYTES:
+                            return False
+                except zlib.error:
+                    break  # scipy will say so
+            stream.seek(left, 1)
+        if total > SIZE_LIMIT_BYTES:
+            return False
+    return True

@@ -1,0 +1,109 @@
+"""Which formats there are, and the way from one to another."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from recordings.convert.csv_samples import read_csv, write_csv
+from recordings.convert.mat import read_mat, write_mat
+from recordings.convert.mcap_run import write_mcap
+from recordings.convert.uff import read_uff, write_uff
+from recordings.errors import InputError
+from recordings.reader import read_run
+from recordings.run import Run
+
+__all__ = ["FORMATS", "Format", "convert"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """A file format, known by its suffix.
+
+    Parameters
+    ----------
+    suffix
+        With its dot, in lower case.
+    name
+        For people.
+    read
+        Gives the run that a file holds; raises InputError.  None if the format is only written.
+    write
+        Writes a run to a path that does not exist and returns what it could not carry over, as sentences for people.
+        None if the format is only read.
+    """
+
+    suffix: str
+    name: str
+    read: Callable[[Path], Run] | None
+    write: Callable[[Run, Path], list[str]] | None
+
+
+FORMATS = (
+    Format(suffix=".mcap", name="MCAP", read=read_run, write=write_mcap),
+    Format(suffix=".uff", name="UFF58", read=read_uff, write=write_uff),
+    Format(suffix=".unv", name="UFF58", read=read_uff, write=write_uff),
+    Format(suffix=".csv", name="CSV", read=read_csv, write=write_csv),
+    Format(suffix=".mat", name="MATLAB 5", read=read_mat, write=write_mat),
+)
+
+
+def convert(
+    source: str | Path, target: str | Path, *, formats: Iterable[Format] = FORMATS, overwrite: bool = False
+) -> list[str]:
+    """Convert a recording from one format to another, both chosen by suffix.
+
+    Parameters
+    ----------
+    source, target
+        Files; `target` appears only when it is complete.
+    formats
+        Those to choose from.
+    overwrite
+        Replace an existing `target` instead of refusing.
+
+    Returns
+    -------
+    list of str
+        What could not be carried over, for people.
+
+    Raises
+    ------
+    InputError
+        If a suffix is not known, the source cannot be read, or the target exists or cannot be written.
+    """
+    source, target = Path(source), Path(target)
+    known = {each.suffix: each for each in formats}
+    reader, writer = _format(source, known), _format(target, known)
+    if reader.read is None:
+        raise InputError(source, "", f"{reader.name} can be written but not read")
+    if writer.write is None:
+        raise InputError(target, "", f"{writer.name} can be read but not written")
+    if reader.suffix == writer.suffix:
+        raise InputError(target, "", "has the same format as the source", "there is nothing to convert")
+    if target.exists() and not overwrite:
+        raise InputError(target, "", "exists already", "choose another name or remove it")
+    run = reader.read(source)
+    unread = [] if reader.read is read_run else [each.detail for each in run.events if each.kind == "not-converted"]
+    part = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
+    try:
+        notes = writer.write(run, part)
+        part.replace(target)
+    except OSError as error:
+        raise InputError(target, "", f"cannot write: {(error.strerror or str(error)).lower()}") from error
+    except InputError as error:
+        if error.source == str(part):
+            raise InputError(target, error.place, error.reason, error.remedy) from error
+        raise
+    finally:
+        part.unlink(missing_ok=True)
+    return unread + notes
+
+
+def _format(path: Path, known: dict[str, Format]) -> Format:
+    found = known.get(path.suffix.lower())
+    if found is None:
+        raise InputError(path, "", f"no format has the suffix {path.suffix!r:.40}", f"there are {', '.join(known)}")
+    return found
