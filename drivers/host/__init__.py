@@ -1,7 +1,7 @@
 """Host drivers: serial, TCP and CAN instruments, joined into one acquisition."""
 
-from drivers.host.acquisition import RigAcquisition, open_instruments
+from drivers.host.acquisition import RigAcquisition, StreamEndedError, open_instruments
 from drivers.host.can_client import CanClient
 from drivers.host.daq import DaqClient
 
-__all__ = ["CanClient", "DaqClient", "RigAcquisition", "open_instruments"]
+__all__ = ["CanClient", "DaqClient", "RigAcquisition", "StreamEndedError", "open_instruments"]

@@ -21,7 +21,7 @@ from recordings.errors import InputError
 from recordings.run import Channel, Event, SampleBlock
 from recordings.streams import Excitation
 
-__all__ = ["RigAcquisition", "open_instruments"]
+__all__ = ["RigAcquisition", "StreamEndedError", "open_instruments"]
 
 NUDGE_S = 0.25
 SILENT_S = 1.0
@@ -42,6 +42,10 @@ def open_instruments(source: Instruments | str | Path) -> RigAcquisition:
     """
     instruments = source if isinstance(source, Instruments) else read_instruments(source)
     return RigAcquisition(instruments)
+
+
+class StreamEndedError(TimeoutError):
+    """There are no more samples: a recorded run that was replayed has come to its end."""
 
 
 class RigAcquisition:
@@ -83,6 +87,11 @@ class RigAcquisition:
             raise
         self._watches = {channel.name: ChannelWatch(channel.name, self._mailbox) for channel in self.channels}
         self._rate_Hz = float(self._generator.query("ACQ:RATE?"))
+
+    @property
+    def identity(self) -> str:
+        """What the device with the generator says it is: maker, model, serial number, version."""
+        return self._generator.identity
 
     @property
     def channels(self) -> Sequence[Channel]:
@@ -165,6 +174,8 @@ class RigAcquisition:
 
         Raises
         ------
+        StreamEndedError
+            If the instrument has ended the stream and everything was handed out.
         TimeoutError
             If nothing came.
         """
@@ -189,9 +200,18 @@ class RigAcquisition:
             if time.monotonic() - began >= timeout_s and not any(device.recovering for device in self._devices):
                 raise TimeoutError(self._why_nothing(timeout_s))
             if self._generator.inbox.ended:
-                raise TimeoutError("the instrument has ended the stream")
+                return self._take_rest()
             # An acknowledgement may have been lost, or everything in the window has been.
             self._generator.acknowledge(self._consumed)
+
+    def _take_rest(self) -> list[SampleBlock]:
+        """What is left of a stream that the instrument has ended."""
+        with self._mailbox.changed:
+            self._consumed = max(device.inbox.samples.high for device in self._devices)
+            blocks = self._take(self._consumed)
+        if not blocks:
+            raise StreamEndedError("the instrument has ended the stream")
+        return blocks
 
     def _is_complete(self, target: int) -> bool:
         for device in self._devices:

@@ -6,6 +6,7 @@ from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import FaultPlan, parse_fault
 from drivers.virtual.feed import SampleFeed
 from drivers.virtual.ports import Port, PtyPort, SerialPort, TcpPort
+from drivers.virtual.recorded import RecordedSource
 from drivers.virtual.server import serve
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "FaultPlan",
     "Port",
     "PtyPort",
+    "RecordedSource",
     "SampleFeed",
     "SerialPort",
     "TcpPort",

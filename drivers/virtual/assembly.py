@@ -48,6 +48,8 @@ class VirtualRig:
         What stands behind them.
     addresses
         Where they listen; a pseudo-terminal if nothing is said.
+    origin
+        What a recording of it is, ``simulated`` or ``replayed``; the third field of ``*IDN?`` says so.
     speed
         Multiple of real time; None for as fast as the clients take it.
     faults, seed
@@ -64,11 +66,13 @@ class VirtualRig:
         source: SampleSource,
         addresses: Addresses,
         *,
+        origin: str = "simulated",
         speed: float | None = None,
         faults: Sequence[Fault] = (),
         seed: int = 0,
     ) -> None:
         self._speed = speed
+        self._origin = origin
         self._feed = SampleFeed(source, flow_controlled=speed is None)
         on_line, on_can = split_channels(source.channels, addresses)
         names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
@@ -104,6 +108,7 @@ class VirtualRig:
                 channels=channels,
                 ports=ports,
                 lossless=self._speed is None,
+                origin=self._origin,
                 faults=self._faults.link("daq"),
             )
         )
@@ -129,7 +134,10 @@ class VirtualRig:
 
     def serve(self, stopping: Callable[[], bool]) -> int:
         """Serve until told to stop, then close; how often the machine was too slow for the wanted speed."""
-        return serve(self._feed, self._devices, speed=self._speed, faults=self._faults, stopping=stopping)
+        try:
+            return serve(self._feed, self._devices, speed=self._speed, faults=self._faults, stopping=stopping)
+        finally:
+            self.close()
 
     def close(self) -> None:
         """Close what was opened, where it is not served."""
@@ -146,7 +154,7 @@ class VirtualRig:
         InputError
             If no device has the generator.
         """
-        lines = []
+        lines: list[str] = []
         for entry in self.ready:
             device = entry["device"]
             if any(f'name = "{device}"' in line for line in lines):

@@ -244,6 +244,10 @@ class CanNode:
             moved = True
         return moved
 
+    def end(self) -> None:
+        """The source has ended."""
+        self._stop()
+
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()

@@ -20,6 +20,7 @@ from recordings.streams import Excitation
 
 __all__ = ["AcquisitionInstrument"]
 
+MAKER = "Virtual Test Rig"
 FIFO_BYTES = 1 << 20
 """Memory of the instrument for samples the line has not taken; beyond it they are lost and counted."""
 READ_LIMIT = 65536
@@ -61,8 +62,6 @@ class AcquisitionInstrument(Instrument):
         Let the feed wait for the line; otherwise a full buffer is an overrun, as on a UART.
     """
 
-    identity = ("Virtual Test Rig", "DAQ-GEN", "1", "1.0")
-
     def __init__(
         self,
         feed: SampleFeed,
@@ -71,9 +70,11 @@ class AcquisitionInstrument(Instrument):
         channels: Sequence[str],
         ports: Sequence[Port],
         lossless: bool,
+        origin: str = "simulated",
         faults: LinkFaults | None = None,
     ) -> None:
         super().__init__()
+        self.identity = (MAKER, "DAQ-GEN", origin, "1.0")
         self.name = name
         self._feed = feed
         known = {channel.name: channel for channel in feed.channels}
@@ -158,6 +159,13 @@ class AcquisitionInstrument(Instrument):
         if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
             for session in self._sessions:
                 session.port.reopen()
+
+    def end(self) -> None:
+        """The source has ended: so does the stream, and a READ? that still waits fails."""
+        reading, self._reading = self._reading, None
+        if reading is not None:
+            reading.answer.finish(ScpiError(-200, "the source has ended"))
+        self._end_stream()
 
     def close(self) -> None:
         """Hang up everywhere."""

@@ -27,7 +27,11 @@ class Port(Protocol):
     """A line to one client at a time."""
 
     address: str
-    connected: bool
+
+    @property
+    def connected(self) -> bool:
+        """Whether a client is there."""
+        ...
 
     def poll(self) -> None:
         """Notice a client that has come or gone."""

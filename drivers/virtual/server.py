@@ -38,6 +38,10 @@ class VirtualDevice(Protocol):
         """Take a block."""
         ...
 
+    def end(self) -> None:
+        """The source has come to its end."""
+        ...
+
     def service(self) -> bool:
         """Receive, answer, send, never wait; whether anything moved."""
         ...
@@ -93,7 +97,7 @@ def serve(
     feed
         The source; flow-controlled if and only if `speed` is None.
     devices
-        Instruments; closed at the end.
+        Instruments; they stay open.
     speed
         Multiple of real time, or None for as fast as the slowest client takes it, in which case nothing is lost.
     faults
@@ -107,35 +111,34 @@ def serve(
         How often the machine was more than a second late for the wanted speed.
     """
     pace = _Pace(speed) if speed else None
-    try:
-        while not stopping():
-            moved = sum(device.service() for device in devices) > 0  # all of them, not the first that moved
-            listening = [device for device in devices if device.listening]
-            wait_s = IDLE_WAIT_S
-            ready = bool(listening) and feed.may_advance
-            longest = 1 << 20
-            if pace is not None:
-                if not listening:
-                    pace.rest()
-                longest = max(30, int(feed.sample_rate_Hz * PACED_BLOCK_S * (speed or 1.0)))
-                if ready:
-                    device_s = (feed.next_time_ns * 1e-9) + min(longest, feed.block_length) / feed.sample_rate_Hz
-                    wait_s = min(wait_s, pace.wait_s(time.monotonic(), device_s))
-                    ready = wait_s <= 0
-            else:
-                ready = ready and all(device.has_room for device in listening)
+    while not stopping():
+        moved = sum(device.service() for device in devices) > 0  # all of them, not the first that moved
+        listening = [device for device in devices if device.listening]
+        wait_s = IDLE_WAIT_S
+        ready = bool(listening) and feed.may_advance
+        longest = 1 << 20
+        if pace is not None:
+            if not listening:
+                pace.rest()
+            longest = max(30, int(feed.sample_rate_Hz * PACED_BLOCK_S * (speed or 1.0)))
             if ready:
-                block = feed.advance(longest)
-                if block is not None:
-                    block = faults.spoil(block)
-                    for device in devices:
-                        device.accept(block)
-                continue
-            if not moved:
-                _wait(devices, max(0.0, wait_s))
-    finally:
-        for device in devices:
-            device.close()
+                device_s = (feed.next_time_ns * 1e-9) + min(longest, feed.block_length) / feed.sample_rate_Hz
+                wait_s = min(wait_s, pace.wait_s(time.monotonic(), device_s))
+                ready = wait_s <= 0
+        else:
+            ready = ready and all(device.has_room for device in listening)
+        if ready:
+            block = feed.advance(longest)
+            if block is not None:
+                block = faults.spoil(block)
+                for device in devices:
+                    device.accept(block)
+            if feed.finished:
+                for device in devices:
+                    device.end()
+            continue
+        if not moved:
+            _wait(devices, max(0.0, wait_s))
     return pace.slips if pace is not None else 0
 
 

@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import can
 import numpy as np
 
 from drivers.instruments import Instruments
-from drivers.virtual import AcquisitionInstrument, CanNode, FaultPlan, PtyPort, SampleFeed, TcpPort, parse_fault, serve
+from drivers.virtual import Addresses, VirtualRig, parse_fault
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
 
@@ -106,33 +105,19 @@ def served(
     link: Path | None = None,
 ) -> Iterator[Served]:
     """Virtual instruments in a thread of this process."""
-    feed = SampleFeed(source, flow_controlled=speed is None)
-    devices = ["daq", *(["can"] if can_bus else [])]
-    plan = FaultPlan([parse_fault(text) for text in faults], seed=3, devices=devices, channels=source.channels)
-    ports = [*([PtyPort(link)] if serial else []), *([TcpPort(port=0)] if tcp else [])]
-    on_daq = [c.name for c in source.channels if not (can_bus and c.name == "acc2")]
-    daq = AcquisitionInstrument(feed, channels=on_daq, ports=ports, lossless=speed is None, faults=plan.link("daq"))
-    instruments: list[AcquisitionInstrument | CanNode] = [daq]
-    if can_bus:
-        interface, _, channel = can_bus.partition(":")
-        bus = can.Bus(interface=interface, channel=channel, fd=True)
-        instruments.append(
-            CanNode(
-                feed, bus, channels=["acc2"], lossless=speed is None, faults=plan.link("can"), clock=plan.clock("can")
-            )
-        )
-    stop = threading.Event()
-    thread = threading.Thread(
-        target=serve, args=(feed, instruments), kwargs={"speed": speed, "faults": plan, "stopping": stop.is_set}
+    rig = VirtualRig(
+        source,
+        Addresses(serial=str(link or "auto") if serial else None, tcp="127.0.0.1:0" if tcp else None, can=can_bus),
+        speed=speed,
+        faults=[parse_fault(text) for text in faults],
+        seed=3,
     )
+    where = {key: value for entry in rig.ready for key, value in entry.items()}
+    stop = threading.Event()
+    thread = threading.Thread(target=rig.serve, args=(stop.is_set,))
     thread.start()
     try:
-        yield Served(
-            source,
-            ports[0].address if serial else None,
-            ports[-1].address if tcp else None,
-            can_bus,
-        )
+        yield Served(source, where.get("serial"), where.get("tcp"), where.get("can"))
     finally:
         stop.set()
         thread.join(10)

@@ -1,0 +1,235 @@
+"""`twin acquire`: a procedure on instruments, real or virtual, recorded as it happens."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import console, json_option, print_json, progress_bar
+
+if TYPE_CHECKING:
+    from drivers.host import RigAcquisition
+    from recordings import Event, Indicator, RunWriter, SampleBlock, Step
+    from twin.procedures import Procedure, ProcedureResult, StepResult
+
+__all__ = ["command"]
+
+_PRELOAD = re.compile(r"(\d+(?:\.\d+)?)(N|Nm)")
+
+
+@click.command()
+@click.argument("procedure_name", metavar="[PROCEDURE]", required=False)
+@click.option("--instruments", required=True, type=click.Path(path_type=Path), help="Devices and their addresses.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="RUN", help="The recording to be made.")
+@click.option("--rig", "rig_name", metavar="RIG", help="What is believed of the rig, attached to the recording.")
+@click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
+@click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Without a procedure: how long.")
+@click.option("--overwrite", is_flag=True, help="Replace an existing recording.")
+@json_option
+def command(
+    procedure_name: str | None,
+    instruments: Path,
+    out: Path,
+    rig_name: str | None,
+    preload: str | None,
+    seconds: float | None,
+    overwrite: bool,
+    as_json: bool,
+) -> int:
+    """Run PROCEDURE (a shipped one's name or a TOML file) on instruments, and record it.
+
+    Without a procedure, record with the generator off, until the instruments end their stream or for --seconds.
+    Everything that goes wrong on the way is written to the recording as an event and told at the end.
+    """
+    from drivers.host import open_instruments
+    from recordings import RunWriter
+    from twin.procedures import check_channels, dump_procedure, load_procedure
+
+    procedure = load_procedure(procedure_name) if procedure_name is not None else None
+    if procedure is not None and seconds is not None:
+        raise InputError("--seconds", "", "a procedure has its own duration", "leave one of them out")
+    info, attachments = _beliefs(rig_name, preload)
+    if procedure is not None:
+        attachments["procedure.toml"] = dump_procedure(procedure)
+        info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
+    if out.exists() and not overwrite:
+        raise InputError(out, "", "exists already", "give another name, or --overwrite")
+    with open_instruments(instruments) as acquisition:
+        info["source"] = _origin(acquisition.identity)
+        if procedure is not None:
+            check_channels(procedure, acquisition.channels)
+        try:
+            writer = RunWriter(
+                out, info=info, channels=acquisition.channels, attachments=attachments, overwrite=overwrite
+            )
+        except ValueError as error:
+            raise InputError(instruments, "", str(error), "correct the channel in the instruments file") from error
+        sink = _CountingSink(writer)
+        try:
+            with writer:
+                if procedure is None:
+                    state, reason, steps = _record(acquisition, sink, seconds), "", 0
+                else:
+                    result = _run(procedure, acquisition, sink)
+                    state, reason, steps = result.state, result.reason, len(result.steps)
+        except InputError:
+            if not sink.samples:
+                out.unlink(missing_ok=True)  # nothing was measured: leave nothing behind
+            raise
+    return _tell(out, sink, state, reason, steps, as_json)
+
+
+class _CountingSink:
+    """The recording, with a count of what went into it."""
+
+    def __init__(self, writer: RunWriter) -> None:
+        self._writer = writer
+        self.samples: Counter[str] = Counter()
+        self.lost: Counter[str] = Counter()
+        self.events: Counter[str] = Counter()
+        self.first_events: dict[str, Event] = {}
+        self._next: dict[str, int] = {}
+
+    def write_block(self, block: SampleBlock) -> None:
+        """Record a block."""
+        self._writer.write_block(block)
+        self.samples[block.device] += len(block)
+        self.lost[block.device] += block.first_index - self._next.get(block.device, block.first_index)
+        self._next[block.device] = block.first_index + len(block)
+
+    def write_step(self, step: Step) -> None:
+        """Record a step."""
+        self._writer.write_step(step)
+
+    def write_event(self, event: Event) -> None:
+        """Record an event."""
+        self._writer.write_event(event)
+        name = f"{event.kind} ({event.source})"
+        self.events[name] += 1
+        self.first_events.setdefault(name, event)
+
+    def write_indicator(self, indicator: Indicator) -> None:
+        """Record an indicator."""
+        self._writer.write_indicator(indicator)
+
+
+def _beliefs(rig_name: str | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
+    """Metadata and attachments that say what is believed of the rig."""
+    info: dict[str, str] = {}
+    if rig_name is None:
+        if preload is not None:
+            raise InputError("--preload", "", "names a preload of a rig file", "add --rig")
+        return info, {}
+    from twin.rigs import load_rig
+
+    rig = load_rig(rig_name)
+    try:
+        match = _PRELOAD.fullmatch(rig.preload_name(preload))
+    except KeyError as error:
+        raise InputError("--preload", "", str(error.args[0])) from error
+    info["rig"] = rig.name
+    if match is not None:
+        info[f"preload_{match[2]}"] = match[1]
+    return info, {"rig.toml": _rig_bytes(rig)}
+
+
+def _rig_bytes(rig: Any) -> bytes:
+    """The rig as a file, without its hidden effects: a recording says nothing of those."""
+    import tempfile
+
+    from twin.rigs import save_rig
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rig.toml"
+        save_rig(rig.model_copy(update={"effect": []}), path)
+        return path.read_bytes()
+
+
+def _origin(identity: str) -> str:
+    """The recording's ``source``: virtual instruments say what they are, all others measure."""
+    maker, _, serial, *_ = [*identity.split(","), "", "", ""]
+    return serial if maker == "Virtual Test Rig" and serial in ("simulated", "replayed") else "measured"
+
+
+def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink) -> ProcedureResult:
+    from twin.procedures import run_procedure
+
+    with progress_bar() as bar:
+        task = bar.add_task("starting", total=None)
+        passed = 0.0
+        where = ""
+
+        def on_time(seconds: float) -> None:
+            nonlocal passed
+            passed = seconds
+            bar.update(task, description=f"{seconds:.0f} s of rig time{where}")
+
+        def on_step(step: StepResult) -> None:
+            nonlocal where
+            where = f", {step.sweep} at {step.frequency_Hz:.2f} Hz"
+            on_time(passed)
+
+        return run_procedure(procedure, acquisition, sink, progress=on_time, on_step=on_step)
+
+
+def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | None) -> str:
+    """Record what comes, with the generator off; how it ended."""
+    from drivers.host import StreamEndedError
+
+    def drain() -> None:
+        for event in acquisition.take_events():
+            sink.write_event(event)
+
+    state = "done"
+    start_ns: int | None = None
+    acquisition.start()
+    try:
+        with progress_bar() as bar:
+            task = bar.add_task("recording", total=seconds)
+            while True:
+                for block in acquisition.read(timeout_s=5.0):
+                    start_ns = block.time_ns if start_ns is None else start_ns
+                    passed_s = (block.time_ns - start_ns) * 1e-9 + len(block) / block.sample_rate_Hz
+                    if seconds is None or (block.time_ns - start_ns) * 1e-9 < seconds:
+                        sink.write_block(block)
+                bar.update(task, completed=passed_s)
+                drain()
+                if seconds is not None and passed_s >= seconds:
+                    break
+    except StreamEndedError:
+        pass
+    except KeyboardInterrupt:
+        state = "interrupted"
+    except TimeoutError as error:
+        console.print(f"twin: {error}")
+        state = "aborted"
+    finally:
+        acquisition.stop()
+        drain()
+    return state
+
+
+def _tell(out: Path, sink: _CountingSink, state: str, reason: str, steps: int, as_json: bool) -> int:
+    for name, count in sink.events.items():
+        event = sink.first_events[name]
+        console.print(f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}", markup=False)
+    if as_json:
+        print_json(
+            {
+                "state": state,
+                "reason": reason,
+                "recording": out,
+                "steps": steps,
+                "samples": dict(sink.samples),
+                "lost_samples": dict(sink.lost),
+                "events": dict(sink.events),
+            }
+        )
+    total = sum(sink.samples.values())
+    console.print(f"{state}{': ' + reason if reason else ''}; {steps} steps, {total} samples in {out}", markup=False)
+    return 0 if state == "done" else 1

@@ -1,0 +1,36 @@
+"""`twin serve`: the virtual instruments of a rig."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import json_option
+from twin.commands.serving import address_options, serve_source
+
+__all__ = ["command"]
+
+
+@click.command()
+@click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
+@click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
+@address_options
+@json_option
+def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> None:
+    """Serve the virtual instruments of a rig over serial, TCP and CAN, until SIGINT or SIGTERM.
+
+    Their addresses are printed as JSON lines when they are ready.
+    """
+    from twin.bench import open_bench
+    from twin.rigs import load_rig
+
+    rig = load_rig(rig_name)
+    try:
+        bench = open_bench(rig, preload=preload, seed=seed)
+    except KeyError as error:
+        raise InputError("--preload", "", str(error.args[0])) from error
+    except ValueError as error:
+        raise InputError(rig_name, "", str(error)) from error
+    serve_source(bench, origin="simulated", seed=seed, **options)

@@ -1,0 +1,125 @@
+"""What `twin serve` and `twin replay` share: the options of the instruments, and serving until told to stop."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import console, print_json
+
+if TYPE_CHECKING:
+    from recordings.streams import SampleSource
+
+__all__ = ["address_options", "serve_source"]
+
+_OPTIONS = [
+    click.option(
+        "--serial", metavar="auto|PATH", help="New pseudo-terminal, a name for one, or a port."
+    ),
+    click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
+    click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN FD node on any python-can interface."),
+    click.option("--can-channels", metavar="NAME,...", default="", help="Channels on CAN instead of the line."),
+    click.option("--speed", default="1", metavar="N|fast", show_default=True, help="Multiple of real time."),
+    click.option("--fault", "faults", multiple=True, metavar="KIND:KEY=VALUE,...", help="Go wrong on purpose."),
+    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of noise and faults."),
+    click.option(
+        "--instruments-out", type=click.Path(dir_okay=False, path_type=Path), help="Write the client's file here."
+    ),
+]
+
+
+def address_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that say where the instruments listen and how they behave; passed on to :func:`serve_source`."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+def serve_source(
+    source: SampleSource,
+    *,
+    origin: str,
+    serial: str | None,
+    tcp: str | None,
+    can: str | None,
+    can_channels: str,
+    speed: str,
+    faults: tuple[str, ...],
+    seed: int,
+    instruments_out: Path | None,
+    as_json: bool,
+) -> None:
+    """Serve a source until SIGINT or SIGTERM, telling the addresses as JSON lines once they can be used.
+
+    `origin` is what a recording made from it is: simulated or replayed.
+
+    Raises
+    ------
+    InputError
+        If an option cannot be used.
+    """
+    from drivers.virtual import Addresses, VirtualRig, parse_fault
+
+    told_to_stop: list[int] = []
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        told_to_stop.append(number)
+
+    addresses = Addresses(
+        serial=serial, tcp=tcp, can=can, can_channels=tuple(name for name in can_channels.split(",") if name)
+    )
+    rig = VirtualRig(
+        source,
+        addresses,
+        origin=origin,
+        speed=_parse_speed(speed),
+        faults=[parse_fault(fault) for fault in faults],
+        seed=seed,
+    )
+    previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        if instruments_out is not None:
+            _write_whole(instruments_out, rig.instruments_toml)
+        if as_json:
+            print_json({"devices": rig.ready})
+        else:
+            for entry in rig.ready:
+                click.echo(json.dumps({"event": "ready", **entry}))
+        slips = rig.serve(lambda: bool(told_to_stop))
+    finally:
+        rig.close()
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+    if slips:
+        console.print(f"this machine was too slow for the wanted speed, {slips} time(s) by more than a second")
+
+
+def _parse_speed(text: str) -> float | None:
+    if text == "fast":
+        return None
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not 0 < speed <= 1e6:
+        raise InputError("--speed", "", f"neither a multiple of real time nor fast: {text[:30]!r}")
+    return speed
+
+
+def _write_whole(path: Path, text: str) -> None:
+    """All of a file or nothing."""
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(path, "", f"cannot be written ({error.strerror})") from error
