@@ -34,7 +34,7 @@ def test_stated_size_and_density_with_the_printed_modulus_contradict_the_printed
     textbook = 4.730040744862704**2 / (2 * np.pi * 0.353**2) * np.sqrt(25e9 * 0.00885**2 / (12 * 1200.0))
     found = composite_frequencies(study, youngs_modulus=25e9)[0]
     assert found == pytest.approx(textbook, rel=1e-5)
-    assert found == pytest.approx(332.8, abs=0.1)
+    assert found == pytest.approx(333.2, abs=0.1)
     assert study.condition["free, before updating"].published_model[0] == 212.8
 
 
@@ -42,7 +42,7 @@ def test_modulus_from_size_and_density_is_far_below_all_three_printed_ones(resul
     modulus = result.details["modulus"]
     entry = result.parameters["youngs_modulus"]
     assert entry["value"] == pytest.approx(14.4e9, rel=0.03)
-    assert all(E > entry["value"] + 10 * entry["std"] for E in modulus["printed_Pa"].values())
+    assert all(entry["value"] + 10 * entry["std"] < E for E in modulus["printed_Pa"].values())
     assert modulus["density_needed_by_printed"]["before"] == pytest.approx(1200 * 25e9 / entry["value"])
     assert all("cannot confirm" in note or note in load_study("composite-beam").note for note in result.notes)
 
