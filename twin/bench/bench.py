@@ -1,0 +1,338 @@
+"""The streaming rig: physics, instruments and converter behind the interface of a source of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Channel, SampleBlock
+from recordings.streams import Excitation
+from twin.bench.build import Built, build
+from twin.bench.decimation import decimate, decimation_taps
+from twin.bench.effects import apply_effects
+from twin.bench.generator import Generator
+from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
+from twin.bench.layer import JointLaw
+from twin.bench.march_numpy import march_numpy
+from twin.bench.marching import LANES, coefficients, march
+from twin.bench.plan import Plan
+from twin.rigs import Effect, Rig
+
+__all__ = ["Bench", "SAMPLE_RATES_Hz", "open_bench"]
+
+SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
+"""Rates the converter has."""
+INTERNAL_RATE_Hz = 8192.0
+"""The physics takes at least this many steps a second."""
+CHUNK_STEPS = 1 << 15
+"""Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
+DRIFT_TOLERANCE = 2e-5
+"""Relative change of the moduli after which the modes are computed anew."""
+
+Matrix = NDArray[np.float64]
+
+
+class Bench:
+    """A rig that streams; see :func:`open_bench`.  It is a :class:`recordings.streams.SampleSource`."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        *,
+        seed: int,
+        sample_rate_Hz: float,
+        acting: Literal["amplitude", "element"],
+        drive: Literal["shaker", "force"],
+        noise: bool,
+        converter: bool,
+        beam_elements: int,
+        layer_elements: int,
+        internal_rate_Hz: float,
+        kernel: Literal["numba", "numpy"],
+    ) -> None:
+        self._plan = plan
+        self._rng = np.random.default_rng(seed)
+        self._noise, self._converter, self._kernel = noise, converter, kernel
+        self._internal_rate = internal_rate_Hz
+        self._built = build(
+            plan, acting=acting, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements
+        )
+        self._instruments = list(plan.instruments.values())
+        self._channels = tuple(
+            Channel(name=i.name, quantity=i.quantity, unit=i.unit, position_m=i.position_m, range=i.range)
+            for i in self._instruments
+        )
+        self._index = 0
+        self._rate = 0.0
+        self._time_s = 0.0
+        self._base = (0, 0)
+        self._drift_at_s = 0.0
+        self._generator = Generator(1.0 / internal_rate_Hz)
+        self._frozen_until = np.zeros(len(self._instruments), np.int64)
+        self._held = np.zeros(len(self._instruments), np.float32)
+        self._hum_phase = [self._rng.uniform(0, 2 * np.pi, len(i.hum)) for i in self._instruments]
+        self._states = np.zeros(self._built.common_size)
+        self._u = np.zeros(1 + self._built.locals)
+        self._y = np.zeros(self._built.locals)
+        self._elements = self._built.elements()
+        self.set_sample_rate(sample_rate_Hz)
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """The rig's sensors in the file's order, then the monitors that were asked for."""
+        return self._channels
+
+    @property
+    def sample_rate_Hz(self) -> float:
+        """Nominal rate of the samples."""
+        return self._rate
+
+    @property
+    def built(self) -> Built:
+        """The reduced model behind the samples, for tests and for harmonic balance."""
+        return self._built
+
+    def set_sample_rate(self, sample_rate_Hz: float) -> float:
+        """Choose the nearest rate of :data:`SAMPLE_RATES_Hz` and return it; the rig's motion goes on."""
+        if not np.isfinite(sample_rate_Hz) or sample_rate_Hz <= 0:
+            raise ValueError(f"sample rate must be positive, got {sample_rate_Hz}")
+        rate = min(SAMPLE_RATES_Hz, key=lambda r: abs(np.log(r / sample_rate_Hz)))
+        if rate == self._rate:
+            return rate
+        self._base = (self._index, self._time_ns(self._index))
+        if self._rate:
+            self._store_states()
+        self._rate = rate
+        self._substeps = max(1, int(np.ceil(self._internal_rate / rate - 1e-9)))
+        self._step_s = 1.0 / (rate * (1.0 + self._plan.clock_error) * self._substeps)
+        delays = np.array([i.delay_s for i in self._instruments]) / self._step_s
+        self._filtered = self._substeps > 1 or bool(delays.any())
+        self._taps = decimation_taps(self._substeps, delays)
+        self._history = np.zeros((len(self._instruments), self._taps.shape[1] - 1))
+        self._filters = [
+            np.array([high_pass_coefficients(c, rate) for c in i.corners_Hz]).reshape(-1, 2) for i in self._instruments
+        ]
+        self._memory = [np.zeros((len(f), 2)) for f in self._filters]
+        self._generator.set(self._generator.excitation, step_s=self._step_s)
+        self._load_model()
+        return rate
+
+    def set_output(self, excitation: Excitation) -> None:
+        """Change the generator's output from the next sample on.
+
+        Raises
+        ------
+        ValueError
+            If frequency, amplitude or band make no sense.
+        """
+        low, high = excitation.band_Hz
+        if not np.isfinite(excitation.amplitude_V) or not np.isfinite(excitation.frequency_Hz):
+            raise ValueError("amplitude and frequency must be finite")
+        if excitation.kind == "random" and not 0 < low < high:
+            raise ValueError(f"the band must be 0 < low < high, got {low} to {high} Hz")
+        self._generator.set(excitation)
+
+    def read(self, count: int) -> SampleBlock:
+        """Advance by `count` samples and return them."""
+        first = self._index
+        signals = np.empty((len(self._instruments), count))
+        chunk = max(1, CHUNK_STEPS // self._substeps)
+        for start in range(0, count, chunk):
+            stop = min(start + chunk, count)
+            self._advance(signals[:, start:stop])
+        samples, overload = self._convert(signals, first)
+        self._index += count
+        return SampleBlock(
+            device="daq",
+            time_ns=self._time_ns(first),
+            first_index=first,
+            sample_rate_Hz=self._rate,
+            samples=samples,
+            overload=overload,
+        )
+
+    def _time_ns(self, index: int) -> int:
+        since, base_ns = self._base
+        return base_ns + (round((index - since) / self._rate * 1e9) if self._rate else 0)
+
+    def _advance(self, out: Matrix) -> None:
+        """March one chunk and decimate it into `out`, (channels, count)."""
+        self._follow_drift()
+        steps = out.shape[1] * self._substeps
+        voltage = self._generator.samples(steps)
+        internal = np.empty((steps, len(self._instruments)))
+        kernel = march if self._kernel == "numba" else march_numpy
+        e = self._elements
+        failures = kernel(
+            self._step_s, self._decay, self._Gamma, self._C, self._D, self._built.locals, self._built.auxiliaries,
+            e.kind, e.coordinate, e.auxiliary, e.scale, e.parameters, e.state,
+            self._w, self._y, self._u, voltage, internal,
+        )  # fmt: skip
+        if failures or not np.isfinite(internal[-1]).all():
+            raise ArithmeticError(f"the joint's equations had no solution in {failures} of {steps} steps")
+        self._time_s += steps * self._step_s
+        if self._filtered:
+            stream = np.concatenate([self._history, internal.T], axis=1)
+            decimate(stream, self._taps, self._substeps, out)
+            self._history = stream[:, stream.shape[1] - self._history.shape[1] :].copy()
+        else:
+            out[:] = internal.T
+
+    def _follow_drift(self) -> None:
+        """Compute the modes anew when the moduli have drifted far enough."""
+        rate = max(abs(self._plan.layer_rate_per_s), abs(self._plan.moduli_rate_per_s))
+        if rate * (self._time_s - self._drift_at_s) > DRIFT_TOLERANCE:
+            self._store_states()
+            self._load_model()
+
+    def _store_states(self) -> None:
+        """Physical states at the last step, from the poles' (which run one step ahead, less the new input)."""
+        c = self._coefficients
+        half = len(self._w) // 2
+        w = (self._w[:half] + 1j * self._w[half:])[: len(c.decay)]
+        at_step = (w - c.Gamma @ self._u) / c.decay + c.G1 @ self._u
+        self._states = self._built.to_common(
+            (self._poles.to_states @ at_step).real, self._drift_at_s, 1.0 / self._step_s
+        )
+
+    def _load_model(self) -> None:
+        """Poles and step coefficients at the present time; the motion goes on."""
+        self._drift_at_s = self._time_s
+        self._poles = self._built.poles(self._time_s, 1.0 / self._step_s)
+        self._coefficients = c = coefficients(self._poles, self._step_s)
+        states = self._built.from_common(self._states, self._time_s, 1.0 / self._step_s)
+        w = c.decay * (self._poles.to_poles @ states - c.G1 @ self._u) + c.Gamma @ self._u
+        self._w = _parts(w)
+        self._decay = _parts(c.decay)
+        self._Gamma = _parts(c.Gamma.T)
+        self._C = _parts(c.C.conj())
+        self._D = np.ascontiguousarray(c.D)
+        self._elements.scale[:] = self._built.scales(self._time_s)
+
+    def _convert(self, signals: Matrix, first: int) -> tuple[dict[str, NDArray[np.float32]], dict[str, int]]:
+        """Instruments and converter."""
+        names = [i.name for i in self._instruments]
+        samples: dict[str, NDArray[np.float32]] = {}
+        overload: dict[str, int] = {}
+        count = signals.shape[1]
+        time_s = np.arange(first, first + count) / (self._rate * (1.0 + self._plan.clock_error))
+        for c, i in enumerate(self._instruments):
+            signal = i.gain * signals[c]
+            for source, factor in i.cross_talk:
+                signal = signal + factor * signals[names.index(source)]
+            for (frequency_Hz, amplitude), phase in zip(i.hum, self._hum_phase[c], strict=True):
+                signal = signal + amplitude * np.sin(2 * np.pi * frequency_Hz * time_s + phase)
+            sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
+            noise = self._rng.standard_normal(count, np.float32) if sigma else np.zeros(count, np.float32)
+            out = np.empty(count, np.float32)
+            overload[i.name] = convert(
+                signal, noise, sigma, self._filters[c][:, 0].copy(), self._filters[c][:, 1].copy(), self._memory[c],
+                i.limit, i.step, i.quantum if self._converter else 0.0, i.range if self._converter else np.inf, out,
+            )  # fmt: skip
+            self._freeze(c, i, out, first)
+            samples[i.name] = out
+        return samples, overload
+
+    def _freeze(self, c: int, i: InstrumentChannel, out: NDArray[np.float32], first: int) -> None:
+        """Repeat the last value over random stretches, which may reach into the next block."""
+        if not i.freezes_per_s or not len(out):
+            return
+        starts = np.flatnonzero(self._rng.random(len(out)) < i.freezes_per_s / self._rate)
+        length = max(2, round(i.freeze_s * self._rate))
+        left = min(int(self._frozen_until[c] - first), len(out))
+        if left > 0:
+            out[:left] = self._held[c]
+        for s in starts:
+            out[s : s + length] = out[s]
+            self._frozen_until[c] = first + s + length
+            self._held[c] = out[s]
+        if self._frozen_until[c] <= first + len(out):
+            self._held[c] = out[-1]
+
+
+def _parts(poles: NDArray[np.complex128]) -> Matrix:
+    """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
+    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
+    return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
+
+
+def open_bench(
+    rig: Rig,
+    *,
+    preload: str | None = None,
+    seed: int = 0,
+    effects: Sequence[Effect] = (),
+    joint_law: JointLaw | None = None,
+    sample_rate_Hz: float = 1024.0,
+    acting: Literal["amplitude", "element"] = "amplitude",
+    drive: Literal["shaker", "force"] = "shaker",
+    monitors: Sequence[Literal["voltage", "current"]] = (),
+    noise: bool = True,
+    converter: bool = True,
+    beam_elements: int = 60,
+    layer_elements: int = 6,
+    internal_rate_Hz: float = INTERNAL_RATE_Hz,
+    kernel: Literal["numba", "numpy"] = "numba",
+) -> Bench:
+    """Set up a rig as a source of samples.
+
+    Parameters
+    ----------
+    rig
+        Its own `effect` list acts too, and its `joint.law` where it has one.
+    preload
+        Name of one of the rig's preloads; the first if not given.
+    seed
+        Of noise and of everything else that chance decides.
+    effects
+        Hidden causes, by their contract names.
+    joint_law
+        In place of the rig's `joint.law` or, without one, of :func:`twin.bench.default_law`.
+    sample_rate_Hz
+        The nearest of :data:`SAMPLE_RATES_Hz` is taken.
+    acting
+        Whether one opening for the whole layer or one for each of its elements carries the law.
+    drive
+        ``force`` takes the shaker away and applies the generator's volts as newtons.
+    monitors
+        Further channels behind the sensors: generator voltage (V), coil current (A).
+    noise, converter
+        False switches them off, for comparisons with exact solutions.
+    beam_elements, layer_elements
+        The bench's own mesh, finer than the rig file's, so that no inference meets its own elements again.
+    internal_rate_Hz
+        Least number of physical steps a second.
+    kernel
+        Compiled, or the plain numpy twin (some hundred times slower).
+
+    Raises
+    ------
+    ValueError
+        If an effect has wrong parameters, or the joint's law is not passive.
+    KeyError
+        If there is no such preload.
+    """
+    name = rig.preload_name(preload)
+    moduli = rig.joint.preload[name]
+    instruments = {s.channel: InstrumentChannel.of(s, rig.acquisition.bits) for s in rig.sensor}
+    for monitor in monitors:
+        unit, full_scale = {"voltage": ("V", 10.0), "current": ("A", 10.0)}[monitor]
+        instruments[monitor] = InstrumentChannel(monitor, monitor, unit, None, full_scale, 1e-6, rig.acquisition.bits)
+    plan = Plan(rig, moduli.normal_modulus, moduli.shear_modulus, joint_law, instruments)
+    apply_effects(plan, [*rig.effect, *effects])
+    return Bench(
+        plan,
+        seed=seed,
+        sample_rate_Hz=sample_rate_Hz,
+        acting=acting,
+        drive=drive,
+        noise=noise,
+        converter=converter,
+        beam_elements=beam_elements,
+        layer_elements=layer_elements,
+        internal_rate_Hz=internal_rate_Hz,
+        kernel=kernel,
+    )

@@ -1,0 +1,313 @@
+"""From a plan to the reduced rig: matrices, local coordinates, condensation, poles at any time of a drift."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.bench.layer import JointLaw, default_law, law_from_table
+from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
+from twin.bench.marching import Elements
+from twin.bench.plan import Element, Matrices, Plan
+from twin.bench.reduction import Condensed, ModalModel, condense
+from twin.bench.shaker import Shaker
+from twin.joint import jenkins
+from twin.structure import Structure, assemble, mesh_rig, normal_modes
+
+__all__ = ["Built", "build"]
+
+Matrix = NDArray[np.float64]
+
+MODES_BELOW_Hz = 4500.0
+"""Modes above are statics only: the converter's band and the joint's harmonics end far below."""
+RESOLVED = 0.4
+"""Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint force."""
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """The reduced rig.
+
+    Attributes
+    ----------
+    plan
+        What it was built from.
+    condensed
+        Structure in r coordinates.
+    elements_
+        Nonlinear elements, the joint's first, on condensed rows.
+    coordinate, auxiliary : ndarray of int
+        Local coordinate of each element, and its auxiliary row or -1.
+    rows
+        Distinct local coordinates: condensed row, and whether it is a velocity.
+    auxiliary_rows
+        Displacements that velocity laws read.
+    opening_per_m, slip_per_m
+        Rms opening and slip of the layer per metre of tip deflection in mode 1.
+    """
+
+    plan: Plan
+    condensed: Condensed
+    law: JointLaw
+    elements_: tuple[Element, ...]
+    coordinate: NDArray[np.int64]
+    auxiliary: NDArray[np.int64]
+    rows: tuple[tuple[Matrix, bool], ...]
+    auxiliary_rows: tuple[Matrix, ...]
+    drive_row: Matrix
+    drive_load: Matrix
+    channel_rows: tuple[Matrix | None, ...]
+    shaker: Shaker | None
+    opening_per_m: float
+    slip_per_m: float
+
+    @property
+    def locals(self) -> int:
+        """Number of local coordinates."""
+        return len(self.rows)
+
+    @property
+    def auxiliaries(self) -> int:
+        """Number of auxiliary rows."""
+        return len(self.auxiliary_rows)
+
+    @property
+    def common_size(self) -> int:
+        """Length of the state that does not depend on how many modes are kept."""
+        return 2 * self.condensed.T.shape[1] + self._others
+
+    def moduli(self, time_s: float) -> tuple[float, float]:
+        """(E' over its start, all moduli over theirs) after a drift of `time_s`."""
+        layer = max(0.05, 1.0 - self.plan.layer_rate_per_s * time_s)
+        return layer, max(0.05, 1.0 - self.plan.moduli_rate_per_s * time_s)
+
+    def modal(self, time_s: float, internal_rate_Hz: float) -> ModalModel:
+        """Kept modes at a time."""
+        layer, everything = self.moduli(time_s)
+        below = min(MODES_BELOW_Hz, RESOLVED * internal_rate_Hz)
+        return self.condensed.modes(layer * self.plan.E, self.plan.G, below_Hz=below, factor=everything)
+
+    def rig(self, time_s: float, internal_rate_Hz: float) -> LinearRig:
+        """Linear rig; outputs are local coordinates, auxiliary rows, channels."""
+        modal = self.modal(time_s, internal_rate_Hz)
+        ratios = self.plan.rig.damping.modal_ratio
+        zeta = np.array([ratios[min(r, len(ratios) - 1)] for r in range(len(modal.omega))])
+        outputs = [Output("velocity" if velocity else "displacement", row) for row, velocity in self.rows]
+        outputs += [Output("displacement", row) for row in self.auxiliary_rows]
+        instruments = list(self.plan.instruments.values())
+        outputs += [Output(i.quantity, row) for i, row in zip(instruments, self.channel_rows, strict=True)]  # type: ignore[arg-type]
+        rig = linear_rig(
+            modal,
+            zeta=zeta,
+            damping=self.condensed.C,
+            drive_row=self.drive_row,
+            drive_load=self.drive_load,
+            shaker=self.shaker,
+            loads=[row for row, _ in self.rows],
+            outputs=outputs,
+        )
+        for n, instrument in enumerate(instruments):
+            if instrument.resonance:
+                frequency_Hz, ratio = instrument.resonance
+                n_out = self.locals + self.auxiliaries + n
+                rig = with_resonance(rig, n_out, frequency_Hz=frequency_Hz, damping_ratio=ratio)
+        return rig
+
+    def poles(self, time_s: float, internal_rate_Hz: float) -> Poles:
+        """The same, diagonal."""
+        return to_poles(self.rig(time_s, internal_rate_Hz))
+
+    def to_common(self, states: Matrix, time_s: float, internal_rate_Hz: float) -> Matrix:
+        """States of the rig at a time as condensed coordinates."""
+        Phi = self.modal(time_s, internal_rate_Hz).Phi
+        m = Phi.shape[1]
+        return np.concatenate([Phi @ states[:m], Phi @ states[m : 2 * m], states[2 * m :]])
+
+    def from_common(self, common: Matrix, time_s: float, internal_rate_Hz: float) -> Matrix:
+        """The other way."""
+        Phi = self.modal(time_s, internal_rate_Hz).Phi
+        r = len(Phi)
+        return np.concatenate([Phi.T @ common[:r], Phi.T @ common[r : 2 * r], common[2 * r :]])
+
+    def scales(self, time_s: float) -> Matrix:
+        """Scale of each element's force at a time."""
+        layer, everything = self.moduli(time_s)
+        factor = {"": 1.0, "E": layer * everything, "all": everything}
+        return np.array([element.scale * factor[element.follows] for element in self.elements_])
+
+    def elements(self) -> Elements:
+        """Elements as the kernels want them, at rest."""
+        laws = [element.law for element in self.elements_]
+        width = max((len(law.parameters) for law in laws), default=1)
+        depth = max((law.states for law in laws), default=0)
+        parameters = np.zeros((len(laws), width))
+        for row, law in zip(parameters, laws, strict=True):
+            row[: len(law.parameters)] = law.parameters
+        return Elements(
+            np.array([law.kind for law in laws], np.int64),
+            self.coordinate,
+            self.auxiliary,
+            self.scales(0.0),
+            parameters,
+            np.zeros((len(laws), max(depth, 1))),
+        )
+
+    @property
+    def _others(self) -> int:
+        resonances = sum(i.resonance is not None for i in self.plan.instruments.values())
+        return (3 if self.shaker else 0) + 2 * resonances
+
+
+def build(
+    plan: Plan,
+    *,
+    acting: Literal["amplitude", "element"],
+    drive: Literal["shaker", "force"],
+    beam_elements: int,
+    layer_elements: int,
+) -> Built:
+    """Assemble, condense and place the local coordinates of `plan`."""
+    rig = plan.rig
+    matrices = _matrices(plan, assemble(
+        rig,
+        mesh=mesh_rig(rig, beam_elements=beam_elements, layer_elements=layer_elements),
+        clamped=False,
+    ))  # fmt: skip
+    structure = matrices.structure
+    K = matrices.K_beam + plan.E * matrices.K_E + plan.G * matrices.K_G
+    first = normal_modes(matrices.M, K, 1).Phi[: len(structure.M), 0]
+    first = first / (structure.deflection(rig.length) @ first)
+    openings = _layer_rows(structure.B_E, structure.normal_weight, first, layer_elements if acting == "element" else 1)
+    ((slip_row, slip_weight),) = _layer_rows(structure.B_G, structure.shear_weight, first, 1)
+    opening_per_m = float(np.sqrt(
+        sum((row @ first) ** 2 * weight for row, weight in openings) / sum(weight for _, weight in openings)
+    ))  # fmt: skip
+    slip_per_m = float(slip_row @ first)
+
+    law = _law(plan, matrices, first, opening_per_m, slip_per_m)
+    elements = [Element(matrices.pad(row), law.normal, weight, follows="E") for row, weight in openings]
+    if law.loss:
+        elements.append(Element(matrices.pad(slip_row), law.loss, slip_weight, velocity=True, follows="all"))
+    elements += [Element(matrices.pad(slip_row), jenkins(k, F)) for k, F in plan.joint_sliders]
+    for make in plan.element_makers:
+        elements.extend(make(matrices))
+
+    force = rig.force_sensor
+    drive_row = matrices.deflection(force.position)
+    drive_load = drive_row.copy()
+    if plan.base_receptance:
+        translation = matrices.pad((structure.free % 3 == 1).astype(float))
+        drive_load = drive_load + plan.base_receptance * (matrices.K_beam @ translation)
+    positions = {s.channel: s.position for s in rig.sensor}
+    channel_rows = [
+        matrices.deflection(positions[name]) if name in positions and i.quantity != "force" else None
+        for name, i in plan.instruments.items()
+    ]
+    loads = [e.row for e in elements] + [drive_row, drive_load] + [row for row in channel_rows if row is not None]
+    condensed = condense(
+        M=matrices.M, K_beam=matrices.K_beam, K_E=matrices.K_E, K_G=matrices.K_G, C=matrices.C,
+        E=plan.E, G=plan.G, loads=loads,
+    )  # fmt: skip
+    return _placed(
+        plan, condensed, law, elements, drive_row, drive_load, channel_rows, drive, opening_per_m, slip_per_m
+    )
+
+
+def _matrices(plan: Plan, free: Structure) -> Matrices:
+    """Clamp the root, rigidly or on a rotational spring, and let the effects change the matrices."""
+    keep = np.arange(2 if plan.clamp_compliance else 3, len(free.M))
+    B_E = free.B_E[:, keep]
+    if plan.normal_profile:
+        overlap = plan.rig.joint.overlap
+        along = (free.layer_x - (plan.rig.lower.length - overlap)) / overlap
+        B_E = B_E * np.sqrt(plan.normal_profile(along))[:, None]
+    box = np.ix_(keep, keep)
+    structure = replace(free, M=free.M[box], K0=free.K0[box], B_E=B_E, B_G=free.B_G[:, keep], free=free.free[keep])
+    K_beam = structure.K0.copy()
+    if plan.clamp_compliance:
+        K_beam[0, 0] += 1.0 / plan.clamp_compliance
+    matrices = Matrices(structure.M.copy(), K_beam, structure.KE, structure.KG, np.zeros_like(K_beam), structure)
+    for change in plan.matrix_changes:
+        change(matrices)
+    return matrices
+
+
+def _layer_rows(B: Matrix, weight: Matrix, first: Matrix, groups: int) -> list[tuple[Matrix, float]]:
+    """Generalised opening (or slip) of each group of Gauss points, and its integral of (t/h) dx."""
+    rows = []
+    for part in np.array_split(np.arange(len(B)), groups):
+        b = B[part] @ first
+        W = np.sqrt(np.sum(weight[part] ** 2))
+        rows.append(((b @ B[part]) / (np.linalg.norm(b) * W), float(W**2)))
+    return rows
+
+
+def _law(plan: Plan, matrices: Matrices, first: Matrix, opening_per_m: float, slip_per_m: float) -> JointLaw:
+    """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
+    table = plan.rig.joint.law
+    if plan.law is not None:
+        law = plan.law
+    elif table is not None:
+        positions = {s.channel: s.position for s in plan.rig.sensor}
+        if table.channel not in positions:
+            raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
+        X = float(abs(matrices.structure.deflection(positions[table.channel]) @ first))
+        law = law_from_table(table, opening_per_m=opening_per_m / X, slip_per_m=abs(slip_per_m) / X, E=plan.E)
+    else:
+        law = default_law(plan.E)
+    for change in plan.law_changes:
+        law = change(law, plan.E)
+    return law
+
+
+def _placed(
+    plan: Plan,
+    condensed: Condensed,
+    law: JointLaw,
+    elements: list[Element],
+    drive_row: Matrix,
+    drive_load: Matrix,
+    channel_rows: list[Matrix | None],
+    drive: str,
+    opening_per_m: float,
+    slip_per_m: float,
+) -> Built:
+    """Condense all rows and number the distinct local coordinates."""
+    T = condensed.T
+    rows: list[tuple[Matrix, bool]] = []
+    auxiliary_rows: list[Matrix] = []
+    coordinate, auxiliary = [], []
+    for element in elements:
+        row = element.row @ T
+        found = [
+            n for n, (other, velocity) in enumerate(rows)
+            if velocity == element.velocity and np.allclose(other, row, rtol=1e-12, atol=0.0)
+        ]  # fmt: skip
+        if not found:
+            rows.append((row, element.velocity))
+        coordinate.append(found[0] if found else len(rows) - 1)
+        if element.velocity:
+            auxiliary_rows.append(row)
+            auxiliary.append(len(auxiliary_rows) - 1)
+        else:
+            auxiliary.append(-1)
+    place = np.array(auxiliary, np.int64)
+    return Built(
+        plan=plan,
+        condensed=condensed,
+        law=law,
+        elements_=tuple(elements),
+        coordinate=np.array(coordinate, np.int64),
+        auxiliary=np.where(place >= 0, place + len(rows), -1),
+        rows=tuple(rows),
+        auxiliary_rows=tuple(auxiliary_rows),
+        drive_row=drive_row @ T,
+        drive_load=drive_load @ T,
+        channel_rows=tuple(None if row is None else row @ T for row in channel_rows),
+        shaker=Shaker.of(plan.rig.drive) if drive == "shaker" else None,
+        opening_per_m=opening_per_m,
+        slip_per_m=slip_per_m,
+    )

@@ -1,0 +1,32 @@
+"""Drag of the air, quadratic in the velocity, spread evenly along the structure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twin.bench.plan import Element, Matrices, Plan
+from twin.joint import QuadraticDrag
+
+__all__ = ["air_drag"]
+
+POINTS = 4
+"""Gauss points along the structure, which integrate v^2 |v| of the first bending shape to 0.1 %."""
+
+
+def air_drag(plan: Plan, *, coefficient_Ns2_per_m3: float) -> None:
+    """Resist with c v |v| per metre of length."""
+
+    def elements(matrices: Matrices) -> list[Element]:
+        length = plan.rig.length
+        x, weight = np.polynomial.legendre.leggauss(POINTS)
+        return [
+            Element(
+                matrices.deflection((xi + 1) / 2 * length),
+                QuadraticDrag(coefficient_Ns2_per_m3),
+                scale=w / 2 * length,
+                velocity=True,
+            )
+            for xi, w in zip(x, weight, strict=True)
+        ]
+
+    plan.element_makers.append(elements)

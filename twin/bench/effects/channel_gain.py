@@ -1,0 +1,12 @@
+"""A sensitivity entered wrongly."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["channel_gain"]
+
+
+def channel_gain(plan: Plan, *, channel: str, factor: float) -> None:
+    """Multiply one channel's signal."""
+    plan.instrument(channel).gain *= factor

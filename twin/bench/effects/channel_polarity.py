@@ -1,0 +1,12 @@
+"""A transducer mounted or wired the wrong way round."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["channel_polarity"]
+
+
+def channel_polarity(plan: Plan, *, channel: str) -> None:
+    """Turn one channel's sign."""
+    plan.instrument(channel).gain *= -1.0

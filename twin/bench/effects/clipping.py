@@ -1,0 +1,12 @@
+"""An amplifier that limits before the converter does, so that no overload is counted."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["clipping"]
+
+
+def clipping(plan: Plan, *, channel: str, limit: float) -> None:
+    """Limit one channel's signal to +-limit, in its unit."""
+    plan.instrument(channel).limit = abs(limit)

@@ -1,0 +1,13 @@
+"""A channel that picks up another."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["cross_talk"]
+
+
+def cross_talk(plan: Plan, *, channel: str, source: str, factor: float) -> None:
+    """Add `factor` times the source's quantity (in the source's unit) to a channel."""
+    plan.instrument(source)
+    plan.instrument(channel).cross_talk.append((source, factor))

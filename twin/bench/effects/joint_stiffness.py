@@ -1,0 +1,13 @@
+"""A joint whose moduli differ from what was believed (another torque, another surface)."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["joint_stiffness"]
+
+
+def joint_stiffness(plan: Plan, *, normal_factor: float, shear_factor: float) -> None:
+    """Multiply E' and G'; the softening, a share of E', goes with it."""
+    plan.E *= normal_factor
+    plan.G *= shear_factor

@@ -1,0 +1,16 @@
+"""Stretches of one channel in which the last value is repeated, as a driver fills gaps it does not report."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["lost_samples"]
+
+STRETCHES_PER_s = 0.2
+STRETCH_s = 0.02
+
+
+def lost_samples(plan: Plan, *, channel: str) -> None:
+    """Freeze one channel for 20 ms, every 5 s on average; sample indices run on."""
+    instrument = plan.instrument(channel)
+    instrument.freezes_per_s, instrument.freeze_s = STRETCHES_PER_s, STRETCH_s

@@ -1,0 +1,12 @@
+"""An accelerometer on soft wax: it has a resonance of its own."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["mounting_resonance"]
+
+
+def mounting_resonance(plan: Plan, *, channel: str, frequency_Hz: float, damping_ratio: float) -> None:
+    """Read one channel through a second-order system of unit gain at low frequency."""
+    plan.instrument(channel).resonance = (frequency_Hz, damping_ratio)

@@ -1,0 +1,12 @@
+"""A bolt that loses preload during the test."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["preload_loss"]
+
+
+def preload_loss(plan: Plan, *, rate_per_s: float) -> None:
+    """Let E' fall as 1 - rate t from the bench's start."""
+    plan.layer_rate_per_s = rate_per_s

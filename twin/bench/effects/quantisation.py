@@ -1,0 +1,14 @@
+"""A converter coarser than believed, or a range chosen far too large."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["quantisation"]
+
+
+def quantisation(plan: Plan, *, channel: str, step: float) -> None:
+    """Round one channel to multiples of `step`, in its unit."""
+    if step <= 0:
+        raise ValueError(f"a quantisation step must be positive, got {step}")
+    plan.instrument(channel).step = step

@@ -1,0 +1,12 @@
+"""A converter whose clock is wrong; the generator is another instrument and keeps good time."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["sample_clock"]
+
+
+def sample_clock(plan: Plan, *, error_ppm: float) -> None:
+    """Sample faster than nominal by `error_ppm`; rates and time stamps stay nominal."""
+    plan.clock_error = error_ppm * 1e-6

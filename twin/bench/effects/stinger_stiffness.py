@@ -1,0 +1,19 @@
+"""A spring to ground at the drive point, on the beam's side of the force cell, so that the cell does not see it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twin.bench.plan import Matrices, Plan
+
+__all__ = ["stinger_stiffness"]
+
+
+def stinger_stiffness(plan: Plan, *, stiffness_N_per_m: float) -> None:
+    """Tie the drive point to the ground."""
+
+    def change(matrices: Matrices) -> None:
+        row = matrices.deflection(plan.rig.force_sensor.position)
+        matrices.K_beam += stiffness_N_per_m * np.outer(row, row)
+
+    plan.matrix_changes.append(change)

@@ -1,0 +1,12 @@
+"""A structure that warms up: all moduli fall."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+
+__all__ = ["temperature_drift"]
+
+
+def temperature_drift(plan: Plan, *, rate_per_s: float) -> None:
+    """Let all stiffness fall as 1 - rate t from the bench's start."""
+    plan.moduli_rate_per_s = rate_per_s

@@ -1,0 +1,75 @@
+"""The signal generator: sine without phase jumps, band-limited Gaussian noise, or nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfilt, sosfreqz
+
+from recordings.streams import Excitation
+
+__all__ = ["Generator"]
+
+
+class Generator:
+    """Makes the voltage at the bench's internal steps.
+
+    Parameters
+    ----------
+    step_s
+        Internal step.
+    """
+
+    def __init__(self, step_s: float) -> None:
+        self._step_s = step_s
+        self._phase = 0.0
+        self._excitation = Excitation()
+        self._rng = np.random.default_rng(0)
+        self._sos: NDArray[np.float64] | None = None
+        self._memory = np.zeros((0, 2))
+        self._gain = 0.0
+
+    @property
+    def excitation(self) -> Excitation:
+        """What it puts out."""
+        return self._excitation
+
+    def set(self, excitation: Excitation, *, step_s: float | None = None) -> None:
+        """Change the output (and the step) from the next sample on; a sine goes on from the phase it has."""
+        restart = excitation.kind == "random" and (
+            self._excitation.kind != "random"
+            or (excitation.band_Hz, excitation.seed) != (self._excitation.band_Hz, self._excitation.seed)
+            or (step_s is not None and step_s != self._step_s)
+        )
+        self._step_s = step_s or self._step_s
+        self._excitation = excitation
+        if restart:
+            self._rng = np.random.default_rng(excitation.seed)
+            self._design(excitation.band_Hz)
+
+    def samples(self, count: int) -> NDArray[np.float64]:
+        """The next `count` values, V."""
+        e = self._excitation
+        if e.kind == "sine":
+            advance = 2 * np.pi * e.frequency_Hz * self._step_s
+            phase = self._phase + advance * np.arange(1, count + 1)
+            self._phase = float(phase[-1] % (2 * np.pi)) if count else self._phase
+            return e.amplitude_V * np.sin(phase)
+        if e.kind == "random":
+            assert self._sos is not None
+            noise, self._memory = sosfilt(self._sos, self._rng.standard_normal(count), zi=self._memory)
+            return e.amplitude_V * self._gain * noise
+        return np.zeros(count)
+
+    def _design(self, band_Hz: tuple[float, float]) -> None:
+        """Fourth-order Butterworth band, scaled so that white noise of unit rms comes out with unit rms."""
+        nyquist = 0.5 / self._step_s
+        low, high = band_Hz[0] / nyquist, band_Hz[1] / nyquist
+        if high < 0.98:
+            self._sos = butter(4, [low, high], "bandpass", output="sos")
+        else:
+            self._sos = butter(4, low, "highpass", output="sos")
+        frequency = np.linspace(0, np.pi, 1 << 16)
+        _, response = sosfreqz(self._sos, worN=frequency)
+        self._gain = 1.0 / float(np.sqrt(np.mean(np.abs(response) ** 2)))
+        self._memory = np.zeros((len(self._sos), 2))

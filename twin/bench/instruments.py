@@ -1,0 +1,116 @@
+"""From a true quantity to numbers on the wire: one channel's signal path, in the order in which signals pass it.
+
+Transducer (gain, polarity, cross-talk, hum) -> high-passes -> amplifier limit -> noise -> quantiser with a limited range.
+The transducer's own resonance is a pole of the linear rig, and its delay a shift of the decimation filter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from twin.joint.kernel import FASTMATH
+from twin.rigs import Sensor
+
+__all__ = ["InstrumentChannel", "convert", "high_pass_coefficients"]
+
+
+@dataclass
+class InstrumentChannel:
+    """One channel as it is, which need not be as its data sheet says.
+
+    `corners_Hz` are first-order high-passes; `cross_talk` adds a factor times another channel's true quantity;
+    `hum` is (Hz, amplitude); `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    position_m: float | None
+    range: float
+    noise_density: float = 0.0
+    bits: int = 24
+    corners_Hz: list[float] = field(default_factory=list)
+    gain: float = 1.0
+    delay_s: float = 0.0
+    limit: float = np.inf
+    step: float = 0.0
+    cross_talk: list[tuple[str, float]] = field(default_factory=list)
+    hum: list[tuple[float, float]] = field(default_factory=list)
+    resonance: tuple[float, float] | None = None
+    freezes_per_s: float = 0.0
+    freeze_s: float = 0.0
+
+    @classmethod
+    def of(cls, sensor: Sensor, bits: int) -> InstrumentChannel:
+        """A channel as the rig file describes it."""
+        unit = {"force": "N", "acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[sensor.quantity]
+        corners = [sensor.high_pass] if sensor.high_pass > 0 else []
+        return cls(
+            sensor.channel, sensor.quantity, unit, sensor.position, sensor.range, sensor.noise_density, bits, corners
+        )
+
+    @property
+    def quantum(self) -> float:
+        """Least significant bit, in the channel's unit."""
+        return self.range / 2.0 ** (self.bits - 1)
+
+
+def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[float, float]:
+    """(pole, gain) of y = pole y1 + gain (x - x1), the bilinear image of s/(s + w) warped to the corner."""
+    k = np.tan(np.pi * min(corner_Hz / sample_rate_Hz, 0.49))
+    return float((1 - k) / (1 + k)), float(1 / (1 + k))
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def convert(
+    signal: NDArray[np.float64],
+    noise: NDArray[np.float32],
+    sigma: float,
+    poles: NDArray[np.float64],
+    gains: NDArray[np.float64],
+    memory: NDArray[np.float64],
+    limit: float,
+    step: float,
+    quantum: float,
+    full_scale: float,
+    out: NDArray[np.float32],
+) -> int:
+    """High-pass, limit, add noise, quantise and clip one channel; returns how many samples sit on the limit.
+
+    Parameters
+    ----------
+    signal, noise : ndarray, (count,)
+        True signal, and normal deviates of standard deviation one.
+    poles, gains, memory : ndarray, (n,), (n,), (n, 2)
+        Of the high-passes in series; memory is their last input and output.
+    limit, step, quantum, full_scale : float
+        Amplifier's limit, coarse quantiser (zero: none), the converter's bit (zero: none) and range.
+    out : ndarray, (count,)
+        Filled.
+    """
+    overload = 0
+    top = full_scale - quantum
+    for n in range(signal.shape[0]):
+        x = signal[n]
+        for i in range(poles.shape[0]):
+            value = poles[i] * memory[i, 1] + gains[i] * (x - memory[i, 0])
+            memory[i, 0] = x
+            memory[i, 1] = value
+            x = value
+        x = min(max(x, -limit), limit) + sigma * noise[n]
+        if step > 0.0:
+            x = np.rint(x / step) * step
+        if quantum > 0.0:
+            x = np.rint(x / quantum) * quantum
+        if x >= top:
+            x = top
+            overload += 1
+        elif x <= -full_scale:
+            x = -full_scale
+            overload += 1
+        out[n] = x
+    return overload

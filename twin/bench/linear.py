@@ -1,0 +1,183 @@
+"""The linear rig from voltage and local forces to local coordinates and channels, as states and as poles.
+
+States: modal displacements and velocities, then armature displacement, velocity and coil current, then the sensors'
+own resonances.  Inputs: generator voltage (or, without a shaker, the force itself) and the restoring force of each local
+coordinate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.bench.reduction import ModalModel
+from twin.bench.shaker import Shaker
+
+__all__ = ["LinearRig", "Output", "Poles", "linear_rig", "to_poles", "with_resonance"]
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Output:
+    """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker."""
+
+    quantity: Literal["displacement", "velocity", "acceleration", "force", "voltage", "current"]
+    row: Matrix | None = None
+
+
+@dataclass(frozen=True)
+class LinearRig:
+    """dx/dt = A x + B u, y = C x + D u; u is the generator's output, then the local restoring forces."""
+
+    A: Matrix
+    B: Matrix
+    C: Matrix
+    D: Matrix
+
+    def transfer(self, frequency_Hz: Matrix) -> NDArray[np.complex128]:
+        """Frequency responses, (len(frequency), outputs, inputs)."""
+        s = 2j * np.pi * np.atleast_1d(frequency_Hz)
+        identity = np.eye(len(self.A))
+        return np.array([self.C @ np.linalg.solve(value * identity - self.A, self.B) + self.D for value in s])
+
+
+@dataclass(frozen=True)
+class Poles:
+    """The same rig diagonal: one of each conjugate pair, so that y = Re(C w) + D u and dw/dt = lambda w + B u.
+
+    `to_poles` turns states into w, `to_states` w into states (real part of the product).
+    """
+
+    pole: NDArray[np.complex128]
+    B: NDArray[np.complex128]
+    C: NDArray[np.complex128]
+    D: Matrix
+    to_poles: NDArray[np.complex128]
+    to_states: NDArray[np.complex128]
+
+
+def linear_rig(
+    modal: ModalModel,
+    *,
+    zeta: Matrix,
+    damping: Matrix,
+    drive_row: Matrix,
+    drive_load: Matrix,
+    shaker: Shaker | None,
+    loads: Sequence[Matrix],
+    outputs: Sequence[Output],
+) -> LinearRig:
+    """Couple the modes with the shaker.
+
+    Parameters
+    ----------
+    modal
+        Structure in r condensed coordinates.
+    zeta : ndarray, (m,)
+        Modal damping ratios.
+    damping : ndarray, (r, r)
+        Viscous dampers beside them.
+    drive_row, drive_load : ndarray, (r,)
+        What the stinger feels, and where its force goes (they differ where the clamp moves with the force).
+    shaker
+        None applies the first input as a force.
+    loads : sequence of ndarray, (r,)
+        Patterns of the local coordinates; their restoring forces act with the opposite sign.
+    outputs
+        What to read.
+    """
+    Phi, m, R = modal.Phi, len(modal.omega), modal.residual
+    size = 2 * m + (3 if shaker else 0)
+    inputs = 1 + len(loads)
+    q, dq = slice(0, m), slice(m, 2 * m)
+    patterns = -np.column_stack([*loads]) if loads else np.zeros((len(Phi), 0))
+
+    # Force on the structure along `drive_load`, as a row over states and one over inputs.
+    F_x, F_u = np.zeros(size), np.zeros(inputs)
+    if shaker:
+        k = shaker.series_stiffness(float(drive_row @ R @ drive_load))
+        F_x[2 * m] = k
+        F_x[q] = -k * (drive_row @ Phi)
+        F_u[1:] = -k * (drive_row @ R @ patterns)
+    else:
+        F_u[0] = 1.0
+
+    A, B = np.zeros((size, size)), np.zeros((size, inputs))
+    A[q, dq] = np.eye(m)
+    A[dq, q] = -np.diag(modal.omega**2)
+    A[dq, dq] = -np.diag(2 * zeta * modal.omega) - Phi.T @ damping @ Phi
+    A[dq] += np.outer(Phi.T @ drive_load, F_x)
+    B[dq] = np.outer(Phi.T @ drive_load, F_u)
+    B[dq, 1:] += Phi.T @ patterns
+    if shaker:
+        x, v, i = 2 * m, 2 * m + 1, 2 * m + 2
+        A[x, v] = 1.0
+        A[v] = -F_x / shaker.armature_mass
+        A[v, x] -= shaker.suspension_stiffness / shaker.armature_mass
+        A[v, i] += shaker.force_factor / shaker.armature_mass
+        B[v] = -F_u / shaker.armature_mass
+        A[i, i] = -shaker.coil_resistance / shaker.coil_inductance
+        A[i, v] = -shaker.force_factor / shaker.coil_inductance
+        B[i, 0] = 1.0 / shaker.coil_inductance
+
+    C, D = np.zeros((len(outputs), size)), np.zeros((len(outputs), inputs))
+    for n, output in enumerate(outputs):
+        if output.quantity == "force":
+            C[n], D[n] = F_x, F_u
+        elif output.quantity == "voltage":
+            D[n, 0] = 1.0
+        elif output.quantity == "current":
+            if shaker:
+                C[n, 2 * m + 2] = 1.0
+        else:
+            assert output.row is not None
+            shape = output.row @ Phi
+            if output.quantity == "displacement":
+                residual = output.row @ R
+                C[n, q] = shape
+                C[n] += (residual @ drive_load) * F_x
+                D[n] = (residual @ drive_load) * F_u
+                D[n, 1:] += residual @ patterns
+            elif output.quantity == "velocity":
+                C[n, dq] = shape
+            else:
+                C[n] = shape @ A[dq]
+                D[n] = shape @ B[dq]
+    return LinearRig(A, B, C, D)
+
+
+def with_resonance(rig: LinearRig, output: int, *, frequency_Hz: float, damping_ratio: float) -> LinearRig:
+    """Read one output through a second-order transducer of unit gain at low frequency."""
+    w, n = 2 * np.pi * frequency_Hz, len(rig.A)
+    A = np.zeros((n + 2, n + 2))
+    A[:n, :n] = rig.A
+    A[n, n + 1] = 1.0
+    A[n + 1, :n] = w**2 * rig.C[output]
+    A[n + 1, n:] = [-(w**2), -2 * damping_ratio * w]
+    B = np.vstack([rig.B, np.zeros(rig.B.shape[1]), w**2 * rig.D[output]])
+    C, D = np.column_stack([rig.C, np.zeros((len(rig.C), 2))]), rig.D.copy()
+    C[output], D[output] = 0.0, 0.0
+    C[output, n] = 1.0
+    return LinearRig(A, B, C, D)
+
+
+def to_poles(rig: LinearRig) -> Poles:
+    """Diagonalise, keeping one pole of each conjugate pair."""
+    values, vectors = np.linalg.eig(rig.A)
+    inverse = np.linalg.inv(vectors)
+    keep = values.imag >= 0.0
+    weight = np.where(values[keep].imag > 0.0, 2.0, 1.0)
+    to_states = vectors[:, keep] * weight
+    return Poles(
+        pole=values[keep],
+        B=inverse[keep] @ rig.B,
+        C=rig.C @ to_states,
+        D=rig.D,
+        to_poles=inverse[keep],
+        to_states=to_states,
+    )

@@ -1,0 +1,248 @@
+"""Time marching of the rig: poles under first-order hold, local forces solved implicitly at the end of each step.
+
+With z = lambda h, phi1 = (e^z - 1)/z, phi2 = (e^z - 1 - z)/z^2 and w the poles' states less their share of the newest
+input, one step is
+
+    y = Re(C w) + (D + Re(C G1)) u,   w <- e^z w + Gamma u,   G1 = h phi2 B,  Gamma = h (phi1 - phi2) B + e^z G1
+
+and the local coordinates solve  y = p + H f(y)  by Newton.  The linear part is exact for inputs that are straight between
+samples; an explicit or held joint force instead would add false damping.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from twin.bench.linear import Poles
+from twin.joint.kernel import FASTMATH, evaluate, remember
+
+__all__ = ["LANES", "Coefficients", "Elements", "coefficients", "march"]
+
+Matrix = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LANES = 16
+"""Poles are padded to multiples of this, so that loops over real and imaginary parts fill whole vector registers."""
+ITERATIONS = 40
+"""Newton steps before a step counts as failed; two or three are usual."""
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """One step of size `step_s`: outputs are the local coordinates first, then auxiliary rows, then channels."""
+
+    step_s: float
+    decay: Complex
+    Gamma: Complex
+    G1: Complex
+    C: Complex
+    D: Matrix
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Nonlinear elements as arrays: which law, on which local coordinate, with which auxiliary output (or -1).
+
+    `parameters` and `state` have one row an element; the force on the coordinate is `scale` times the law's.
+    """
+
+    kind: NDArray[np.int64]
+    coordinate: NDArray[np.int64]
+    auxiliary: NDArray[np.int64]
+    scale: Matrix
+    parameters: Matrix
+    state: Matrix
+
+
+def coefficients(poles: Poles, step_s: float) -> Coefficients:
+    """Exact propagation over one step under first-order hold."""
+    z = poles.pole * step_s
+    e = np.exp(z)
+    small = np.abs(z) < 1e-3
+    safe = np.where(small, 1.0, z)
+    phi1 = np.where(small, 1 + z / 2 + z**2 / 6 + z**3 / 24, (e - 1) / safe)
+    phi2 = np.where(small, 0.5 + z / 6 + z**2 / 24 + z**3 / 120, (e - 1 - z) / safe**2)
+    G1 = (step_s * phi2)[:, None] * poles.B
+    Gamma = (step_s * (phi1 - phi2))[:, None] * poles.B + e[:, None] * G1
+    D = poles.D + (poles.C @ G1).real
+    return Coefficients(step_s, e, Gamma, G1, poles.C, D)
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def march(
+    step_s: float,
+    decay: Matrix,
+    Gamma: Matrix,
+    C: Matrix,
+    D: Matrix,
+    locals_: int,
+    auxiliaries: int,
+    kind: NDArray[np.int64],
+    coordinate: NDArray[np.int64],
+    auxiliary: NDArray[np.int64],
+    scale: Matrix,
+    parameters: Matrix,
+    state: Matrix,
+    w: Matrix,
+    y: Matrix,
+    u: Matrix,
+    voltage: Matrix,
+    out: Matrix,
+) -> int:
+    """March over the samples of `voltage`; `w`, `y`, `u` and `state` are moved on in place.
+
+    Parameters
+    ----------
+    decay : ndarray, (m,)
+        Real parts of e^z, then imaginary parts.
+    Gamma : ndarray, (inputs, m)
+        Likewise.
+    C : ndarray, (outputs, m)
+        Real parts, then minus the imaginary parts.
+    D : ndarray, (outputs, inputs)
+        Of the step, not of the rig.
+    locals_, auxiliaries : int
+        How many of the outputs are local coordinates, and how many auxiliary rows follow them.
+    w : ndarray, (m,)
+        States, real parts, then imaginary parts.
+    y : ndarray, (locals_,)
+        Last local coordinates, the first guess.
+    u : ndarray, (1 + locals_,)
+        Last inputs, filled.
+    voltage : ndarray, (count,)
+        Generator.
+    out : ndarray, (count, channels)
+        Filled.
+
+    Returns
+    -------
+    int
+        Newton solves that did not converge.
+    """
+    m, inputs = w.shape[0], locals_ + 1
+    half = m // 2
+    first = locals_ + auxiliaries
+    channels = out.shape[1]
+    p = np.zeros(locals_)
+    tangent = np.zeros(locals_)
+    r = np.zeros(locals_)
+    J = np.zeros((locals_, locals_))
+    last = y.copy()
+    outputs = first + channels
+    free = np.zeros(outputs)
+    failures = 0
+    for n in range(voltage.shape[0]):
+        u[0] = voltage[n]
+        for a in range(outputs):
+            total = 0.0
+            for k in range(m):
+                total += C[a, k] * w[k]
+            free[a] = total + D[a, 0] * u[0]
+        for a in range(locals_):
+            p[a] = free[a]
+            guess = 2.0 * y[a] - last[a]
+            last[a] = y[a]
+            y[a] = guess
+        failures += _solve(p, D, kind, coordinate, scale, parameters, state, y, u, tangent, r, J)
+        for e in range(kind.shape[0]):
+            b = auxiliary[e]
+            displacement = 0.0
+            if b >= 0:
+                displacement = free[b]
+                for a in range(1, inputs):
+                    displacement += D[b, a] * u[a]
+            remember(kind[e], parameters, state, e, y[coordinate[e]], displacement, step_s)
+        for c in range(channels):
+            total = free[first + c]
+            for a in range(1, inputs):
+                total += D[first + c, a] * u[a]
+            out[n, c] = total
+        for k in range(half):
+            real = decay[k] * w[k] - decay[half + k] * w[half + k]
+            w[half + k] = decay[k] * w[half + k] + decay[half + k] * w[k]
+            w[k] = real
+        for a in range(inputs):
+            value = u[a]
+            for k in range(m):
+                w[k] += Gamma[a, k] * value
+    return failures
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def _solve(
+    p: Matrix,
+    D: Matrix,
+    kind: NDArray[np.int64],
+    coordinate: NDArray[np.int64],
+    scale: Matrix,
+    parameters: Matrix,
+    state: Matrix,
+    y: Matrix,
+    u: Matrix,
+    tangent: Matrix,
+    r: Matrix,
+    J: Matrix,
+) -> int:
+    """Solve y = p + H f(y) in place; 1 if it did not converge.  Forces are left in u[1:]."""
+    count = y.shape[0]
+    damping = 1.0
+    for iteration in range(ITERATIONS):
+        for a in range(count):
+            u[1 + a] = 0.0
+            tangent[a] = 0.0
+        for e in range(kind.shape[0]):
+            a = coordinate[e]
+            force, slope = evaluate(kind[e], parameters, state, e, y[a])
+            u[1 + a] += scale[e] * force
+            tangent[a] += scale[e] * slope
+        largest, size = 0.0, 0.0
+        for a in range(count):
+            value = y[a] - p[a]
+            for b in range(count):
+                value -= D[a, 1 + b] * u[1 + b]
+            r[a] = value
+            largest = max(largest, abs(value) / (abs(y[a]) + abs(p[a]) + 1e-30))
+            size = max(size, abs(y[a]))
+        if largest < 1e-10 or (size < 1e-25 and iteration > 3):
+            return 0
+        if count == 1:
+            r[0] /= 1.0 - D[0, 1] * tangent[0]
+        else:
+            for a in range(count):
+                for b in range(count):
+                    J[a, b] = -D[a, 1 + b] * tangent[b]
+                J[a, a] += 1.0
+            _eliminate(J, r)
+        if iteration >= 12:
+            damping = 0.5
+        for a in range(count):
+            y[a] -= damping * r[a]
+    return 1
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def _eliminate(J: Matrix, r: Matrix) -> None:
+    """Gaussian elimination with row pivoting; the solution replaces r."""
+    n = r.shape[0]
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(J[i, k]) > abs(J[best, k]):
+                best = i
+        if best != k:
+            for j in range(k, n):
+                J[k, j], J[best, j] = J[best, j], J[k, j]
+            r[k], r[best] = r[best], r[k]
+        for i in range(k + 1, n):
+            factor = J[i, k] / J[k, k]
+            for j in range(k + 1, n):
+                J[i, j] -= factor * J[k, j]
+            r[i] -= factor * r[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            r[k] -= J[k, j] * r[j]
+        r[k] /= J[k, k]

@@ -1,0 +1,100 @@
+"""The finite elements condensed to a few coordinates that hold every mode and load the bench will ask of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from twin.structure import normal_modes
+
+__all__ = ["Condensed", "ModalModel", "condense"]
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ModalModel:
+    """Kept modes, and the static flexibility of all others between any two loads of the condensed basis.
+
+    Attributes
+    ----------
+    omega : ndarray, (m,)
+        Natural frequencies, rad/s.
+    Phi : ndarray, (r, m)
+        Mass-normalised modes in the condensed coordinates.
+    residual : ndarray, (r, r)
+        K^-1 - Phi omega^-2 Phi'.
+    """
+
+    omega: Matrix
+    Phi: Matrix
+    residual: Matrix
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """Structure x = T z with orthonormal mass: K is affine in the layer's generalised moduli and in drift.
+
+    Attributes
+    ----------
+    T : ndarray, (n, r)
+        Basis, T' M T = 1.
+    K_beam, K_E, K_G, C : ndarray, (r, r)
+        Beams and ground springs; layer per unit of E' and of G'; viscous dampers.
+    """
+
+    T: Matrix
+    K_beam: Matrix
+    K_E: Matrix
+    K_G: Matrix
+    C: Matrix
+
+    def modes(self, E: float, G: float, *, below_Hz: float, factor: float = 1.0) -> ModalModel:
+        """Modes below a frequency at moduli E', G', all stiffness times `factor`."""
+        K = factor * (self.K_beam + E * self.K_E + G * self.K_G)
+        values, vectors = eigh(K)
+        omega = np.sqrt(np.maximum(values, 0.0))
+        kept = max(1, int(np.count_nonzero(omega <= 2 * np.pi * below_Hz)))
+        rest = vectors[:, kept:] / omega[kept:]
+        signs = np.where(vectors[:, :kept].sum(axis=0) < 0, -1.0, 1.0)
+        return ModalModel(omega[:kept], vectors[:, :kept] * signs, rest @ rest.T)
+
+
+def condense(
+    *,
+    M: Matrix,
+    K_beam: Matrix,
+    K_E: Matrix,
+    K_G: Matrix,
+    C: Matrix,
+    E: float,
+    G: float,
+    loads: Sequence[Matrix],
+    modes: int = 30,
+) -> Condensed:
+    """Condense to the lowest modes and the static shapes of all loads (Rubin's basis).
+
+    Parameters
+    ----------
+    M, K_beam, K_E, K_G, C : ndarray, (n, n)
+        Of the finite elements.
+    E, G
+        Moduli at which the basis is built, N/m2.
+    loads : sequence of ndarray, (n,)
+        Force patterns whose static deflection the basis must hold.
+    modes
+        How many modes.
+    """
+    K = K_beam + E * K_E + G * K_G
+    Phi = normal_modes(M, K, modes).Phi
+    static = np.linalg.solve(K, np.column_stack(list(loads)))
+    basis = np.column_stack([Phi, static - Phi @ (Phi.T @ M @ static)])
+    basis /= np.sqrt(np.einsum("ij,ij->j", basis, M @ basis))
+    values, vectors = eigh(basis.T @ M @ basis)
+    good = values > 1e-9
+    T = basis @ (vectors[:, good] / np.sqrt(values[good]))
+    return Condensed(T, *(T.T @ A @ T for A in (K_beam, K_E, K_G, C)))

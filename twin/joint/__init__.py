@@ -1,0 +1,32 @@
+"""Laws of the joint, one a file, each in time and as an equivalent stiffness over amplitude."""
+
+from twin.joint.cubic import Cubic
+from twin.joint.describing import describing_function
+from twin.joint.drag import QuadraticDrag
+from twin.joint.law import Law
+from twin.joint.linear import Linear
+from twin.joint.polynomial import Polynomial
+from twin.joint.running_loss import RunningLoss
+from twin.joint.saturating import Saturating
+from twin.joint.slap import Hinges, mayer_gaul, one_sided
+from twin.joint.sliders import Sliders, iwan, jenkins
+from twin.joint.table import Table, table_from_stiffness
+
+__all__ = [
+    "Cubic",
+    "Hinges",
+    "Law",
+    "Linear",
+    "Polynomial",
+    "QuadraticDrag",
+    "RunningLoss",
+    "Saturating",
+    "Sliders",
+    "Table",
+    "describing_function",
+    "iwan",
+    "jenkins",
+    "mayer_gaul",
+    "one_sided",
+    "table_from_stiffness",
+]

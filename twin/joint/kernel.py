@@ -1,0 +1,141 @@
+"""The laws inside compiled kernels: force and tangent of one element, and its memory after a step.
+
+Written once in the subset that numba compiles; the plain Python functions are what the numpy twins of the kernels use
+(``evaluate.py_func``), and the tests hold them to the laws' own paths.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from numba import njit
+
+from twin.joint.kinds import (
+    CUBIC,
+    HINGES,
+    LINEAR,
+    POLYNOMIAL,
+    QUADRATIC_DRAG,
+    RUNNING_LOSS,
+    SATURATING,
+    SLIDERS,
+    TABLE,
+)
+from twin.joint.law import Series
+
+__all__ = ["FASTMATH", "evaluate", "remember"]
+
+FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
+"""Rounding may be reordered, but NaN and infinity keep their meaning."""
+
+
+SLOWEST_RAD_PER_S = 6.0
+"""Lower limit of the running frequency, so that a static offset alone does not become an endless damper."""
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+    """Restoring force and its tangent at `e` of the element in one row of parameters `p` and memory `state`.
+
+    Rows are indexed here and not passed as views, which would cost more than the laws themselves.
+    """
+    if kind == LINEAR:
+        return p[row, 0] * e, p[row, 0]
+    if kind == CUBIC:
+        return p[row, 0] * e * e * e, 3.0 * p[row, 0] * e * e
+    if kind == SATURATING:
+        q = 1.0 / (1.0 + (e / p[row, 1]) * (e / p[row, 1]))
+        root = sqrt(q)
+        return (p[row, 0] * root + p[row, 2]) * e, p[row, 0] * q * root + p[row, 2]
+    if kind == SLIDERS:
+        force, tangent = 0.0, 0.0
+        for i in range(int(p[row, 0])):
+            k, limit = p[row, 1 + 2 * i], p[row, 2 + 2 * i]
+            trial = state[row, 1 + i] + k * (e - state[row, 0])
+            if trial > limit:
+                force += limit
+            elif trial < -limit:
+                force -= limit
+            else:
+                force += trial
+                tangent += k
+        return force, tangent
+    if kind == HINGES:
+        force, tangent = 0.0, 0.0
+        for i in range(int(p[row, 0])):
+            k, gap, side = p[row, 1 + 3 * i], p[row, 2 + 3 * i], p[row, 3 + 3 * i]
+            if side * (e - gap) > 0.0:
+                force += k * (e - gap)
+                tangent += k
+        return force, tangent
+    if kind == POLYNOMIAL:
+        return _polynomial(p, state, row, e)
+    if kind == TABLE:
+        n = int(p[row, 0])
+        position = (e + p[row, 1]) / (2.0 * p[row, 1]) * (n - 1)
+        i = min(max(int(position), 0), n - 2)
+        slope = p[row, 3 + i] - p[row, 2 + i]
+        return p[row, 2 + i] + slope * (position - i), slope * (n - 1) / (2.0 * p[row, 1])
+    if kind == RUNNING_LOSS:
+        return state[row, 2] * e, state[row, 2]
+    if kind == QUADRATIC_DRAG:
+        return p[row, 0] * e * abs(e), 2.0 * p[row, 0] * abs(e)
+    return 0.0, 0.0
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
+    size = abs(e)
+    sign = 1.0 if e >= 0.0 else -1.0
+    force, tangent, power = 0.0, 0.0, 1.0
+    storage = int(p[row, 1])
+    for k in range(storage):
+        force += p[row, 2 + k] * power * e
+        tangent += p[row, 2 + k] * (k + 1) * power
+        power *= size
+    losses = int(p[row, 2 + storage])
+    if losses > 0:
+        step = e - state[row, 0]
+        trial = (
+            state[row, 1] + step / p[row, 0]
+            if p[row, 0] > 0.0
+            else (1e300 if step > 0.0 else (-1e300 if step < 0.0 else 0.0))
+        )
+        s = min(max(trial, -1.0), 1.0)
+        ds = 1.0 / p[row, 0] if p[row, 0] > 0.0 and abs(trial) < 1.0 else 0.0
+        power = 1.0
+        for k in range(losses):
+            c = p[row, 3 + storage + k]
+            tangent += c * ((k + 1) * power * sign * s + power * size * ds)
+            power *= size
+            force += c * power * s
+    return force, tangent
+
+
+@njit(cache=True, fastmath=FASTMATH)
+def remember(kind: int, p: Series, state: Series, row: int, e: float, displacement: float, step_s: float) -> None:
+    """Move one row's memory to the end of a step that ended at `e`; `displacement` goes with a velocity coordinate."""
+    if kind == SLIDERS:
+        for i in range(int(p[row, 0])):
+            k, limit = p[row, 1 + 2 * i], p[row, 2 + 2 * i]
+            state[row, 1 + i] = min(max(state[row, 1 + i] + k * (e - state[row, 0]), -limit), limit)
+        state[row, 0] = e
+    elif kind == POLYNOMIAL:
+        step = e - state[row, 0]
+        if p[row, 0] > 0.0:
+            state[row, 1] = min(max(state[row, 1] + step / p[row, 0], -1.0), 1.0)
+        else:
+            state[row, 1] = 1.0 if step > 0.0 else (-1.0 if step < 0.0 else 0.0)
+        state[row, 0] = e
+    elif kind == RUNNING_LOSS:
+        blend = step_s / (p[row, 0] + 0.5 * step_s)
+        state[row, 0] += blend * (displacement * displacement - state[row, 0])
+        state[row, 1] += blend * (e * e - state[row, 1])
+        if state[row, 0] > 1e-40 and state[row, 1] > 0.0:
+            n = int(p[row, 1])
+            position = min(sqrt(2.0 * state[row, 0]) / p[row, 2] * (n - 1), n - 1.0)
+            i = min(int(position), n - 2)
+            eta = p[row, 3 + i] + (p[row, 4 + i] - p[row, 3 + i]) * (position - i)
+            state[row, 2] = eta / max(sqrt(state[row, 1] / state[row, 0]), SLOWEST_RAD_PER_S)
+        else:
+            state[row, 2] = 0.0

@@ -1,0 +1,25 @@
+"""Numbers by which compiled kernels tell the laws apart, since numba kernels take no functions as arguments."""
+
+from __future__ import annotations
+
+__all__ = [
+    "CUBIC",
+    "HINGES",
+    "LINEAR",
+    "POLYNOMIAL",
+    "QUADRATIC_DRAG",
+    "RUNNING_LOSS",
+    "SATURATING",
+    "SLIDERS",
+    "TABLE",
+]
+
+LINEAR = 0
+CUBIC = 1
+SATURATING = 2
+SLIDERS = 3
+HINGES = 4
+POLYNOMIAL = 5
+TABLE = 6
+RUNNING_LOSS = 7
+QUADRATIC_DRAG = 8

@@ -1,0 +1,57 @@
+"""A loss modulus on the running amplitude: energy lost a cycle depends on the amplitude, not on the rate.
+
+Sliders cannot dissipate more than the stiffness they hold, and the measured loss is many times the layer's shear
+modulus; a term c |e|^(k+1) sign(de/dt) can, but has a steep negative tangent when it unloads.  Here the force is
+proportional to the velocity, and its coefficient follows running means of the motion itself::
+
+    dM0/dt = (e^2 - M0)/tau,  dM1/dt = (v^2 - M1)/tau,  A = sqrt(2 M0),  w = sqrt(M1/M0),  f = eta(A) v / w
+
+On a sine of any frequency f is eta(A) times the displacement a quarter period ahead: the describing function is
+j eta(A), and no harmonics but the running means' small ripple at twice the frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from twin.joint.kinds import RUNNING_LOSS
+from twin.joint.law import Series, Stiffness
+
+__all__ = ["RunningLoss"]
+
+
+@dataclass(frozen=True, eq=False)
+class RunningLoss:
+    """Loss modulus eta given at equal steps of the amplitude from 0 to `limit_m`, constant beyond.
+
+    It acts on a velocity coordinate, and reads the displacement beside it; the memory is M0, M1 and the coefficient
+    eta(A)/w of the next step.
+    """
+
+    kind: ClassVar[int] = RUNNING_LOSS
+    states: ClassVar[int] = 3
+    limit_m: float
+    eta: Series
+    tau_s: float = field(default=0.25)
+
+    @property
+    def parameters(self) -> Series:
+        """[tau, n, limit, eta0, eta1, ...]."""
+        return np.concatenate([[self.tau_s, len(self.eta), self.limit_m], self.eta])
+
+    def modulus(self, amplitude: Series) -> Series:
+        """Loss modulus at an amplitude."""
+        return np.interp(amplitude, np.linspace(0.0, self.limit_m, len(self.eta)), self.eta)
+
+    def path(self, e: Series) -> Series:
+        """Force along one or more whole periods of equal steps, with the running means at their steady values."""
+        velocity = np.gradient(e)
+        A, w = np.sqrt(2 * np.mean(e**2)), np.sqrt(np.mean(velocity**2) / np.mean(e**2))
+        return self.modulus(A) * velocity / w
+
+    def stiffness(self, amplitude: Series) -> Stiffness:
+        """Equivalent stiffness, imaginary."""
+        return 1j * self.modulus(np.asarray(amplitude, float))

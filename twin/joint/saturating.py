@@ -1,0 +1,53 @@
+"""A hyperelastic softening that saturates, f = k e / sqrt(1 + (e/e0)^2).
+
+Its tangent k (1 + (e/e0)^2)^(-3/2) is positive everywhere, which no softening power law can say of itself: that makes
+it the law for a layer whose equivalent modulus falls by two thirds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.special import ellipe, ellipk
+
+from twin.joint.kinds import SATURATING
+from twin.joint.law import Series, Stiffness
+
+__all__ = ["Saturating"]
+
+SMALL = 1e-3
+"""Below this m the elliptic form loses digits and its series is used."""
+
+
+@dataclass(frozen=True)
+class Saturating:
+    """f = k e / sqrt(1 + (e/e0)^2) + (spring) e.
+
+    With k = -spring it is the softening part alone: nothing at small amplitudes, -k lost at large ones.  The describing
+    function is ``spring + (4 k / (pi m)) (E(-m) - K(-m))`` with m = (A/e0)^2 and complete elliptic integrals.
+    """
+
+    kind: ClassVar[int] = SATURATING
+    states: ClassVar[int] = 0
+    k: float
+    e0: float
+    spring: float = 0.0
+
+    @property
+    def parameters(self) -> Series:
+        """[k, e0, spring]."""
+        return np.array([self.k, self.e0, self.spring])
+
+    def path(self, e: Series) -> Series:
+        """Force along a path."""
+        return self.k * e / np.sqrt(1.0 + (e / self.e0) ** 2) + self.spring * e
+
+    def stiffness(self, amplitude: Series) -> Stiffness:
+        """Equivalent stiffness."""
+        m = (np.asarray(amplitude, float) / self.e0) ** 2
+        series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3
+        big = np.maximum(m, SMALL)
+        exact = 4.0 / (np.pi * big) * (ellipe(-big) - ellipk(-big))
+        return self.k * np.where(m < SMALL, series, exact) + self.spring + 0j

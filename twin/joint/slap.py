@@ -1,0 +1,67 @@
+"""One-sided contact, piecewise linear: springs that engage beyond their gaps.
+
+The penalty law of Mayer and Gaul (2011 paper, equation 3) is a sum of such hinges: in terms of the opening Dv its
+pressure has slope -c1 below g0, -c2 below 0 and -c3 below -g0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from twin.joint.kinds import HINGES
+from twin.joint.law import Series, Stiffness
+
+__all__ = ["Hinges", "mayer_gaul", "one_sided"]
+
+
+@dataclass(frozen=True)
+class Hinges:
+    """f = sum of k_i <s_i (e - g_i)> s_i, where <x> is x where positive and s_i = +1 or -1 is the side of contact.
+
+    Describing function of one hinge with 0 <= g < A: (k / pi) (acos r - r sqrt(1 - r^2)), r = s g / A; the
+    formula also holds for -A < s g < 0.  A constant force that such a law also makes is not part of it.
+    """
+
+    kind: ClassVar[int] = HINGES
+    states: ClassVar[int] = 0
+    stiffness_N_per_m: tuple[float, ...]
+    gap_m: tuple[float, ...]
+    side: tuple[int, ...]
+
+    @property
+    def parameters(self) -> Series:
+        """[n, k1, g1, s1, k2, ...]."""
+        rows = zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True)
+        return np.array([len(self.gap_m), *(value for row in rows for value in row)], float)
+
+    def path(self, e: Series) -> Series:
+        """Force along a path."""
+        force = np.zeros_like(e)
+        for k, g, s in zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True):
+            force += k * s * np.maximum(s * (e - g), 0.0)
+        return force
+
+    def stiffness(self, amplitude: Series) -> Stiffness:
+        """Equivalent stiffness."""
+        A = np.asarray(amplitude, float)
+        total = np.zeros_like(A)
+        for k, g, s in zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True):
+            r = np.clip(s * g / A, -1.0, 1.0)
+            total += k / np.pi * (np.arccos(r) - r * np.sqrt(1.0 - r**2))
+        return total + 0j
+
+
+def one_sided(stiffness_N_per_m: float, gap_m: float) -> Hinges:
+    """One spring that engages where e > gap."""
+    return Hinges((stiffness_N_per_m,), (gap_m,), (1,))
+
+
+def mayer_gaul(c1: float, c2: float, c3: float, g0: float) -> Hinges:
+    """Minus the contact pressure of the paper's equation 3 as a restoring force of the opening, c3 > c2 > c1 > 0.
+
+    Below g0 the slope is c1, below 0 it is c2, below -g0 it is c3; nothing holds above g0.
+    """
+    return Hinges((c1, c2 - c1, c3 - c2), (g0, 0.0, -g0), (-1, -1, -1))
