@@ -1,6 +1,7 @@
 """What is done with a rig: procedures as data, and the one loop that runs them on virtual and real hardware."""
 
 from twin.procedures.direct import DirectAcquisition
+from twin.procedures.grid import planned_steps
 from twin.procedures.recorder import RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.run import check_channels, run_procedure
@@ -23,6 +24,7 @@ __all__ = [
     "dump_procedure",
     "load_procedure",
     "parse_procedure",
+    "planned_steps",
     "run_procedure",
     "save_procedure",
 ]

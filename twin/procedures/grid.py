@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from twin.procedures.tables import Grid, SteppedSine
+from twin.procedures.tables import Grid, Procedure, Random, RingDown, SteppedSine, SweptSine
 
-__all__ = ["fixed_frequencies", "step_frequencies"]
+__all__ = ["fixed_frequencies", "planned_steps", "step_frequencies"]
 
 
 def fixed_frequencies(procedure: SteppedSine) -> list[float]:
@@ -27,6 +27,18 @@ def fixed_frequencies(procedure: SteppedSine) -> list[float]:
     if grid.kind == "adaptive" and frequencies[-1] < grid.stop:
         frequencies.append(grid.stop)
     return frequencies
+
+
+def planned_steps(procedure: Procedure) -> int:
+    """How many steps a procedure will measure; an adaptive grid may take more."""
+    if isinstance(procedure, Random):
+        return 1
+    ways = 2 if procedure.direction == "both" else 1
+    if isinstance(procedure, SweptSine):
+        return ways * len(procedure.voltages)
+    frequencies = len(fixed_frequencies(procedure)) if isinstance(procedure, SteppedSine) else 1
+    decays = 2 if isinstance(procedure, RingDown) else 1
+    return ways * decays * len(procedure.amplitudes) * frequencies
 
 
 def step_frequencies(

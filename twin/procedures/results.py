@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from recordings.run import Event, Step
+
 __all__ = ["ProcedureResult", "StepResult"]
 
 
@@ -71,6 +73,7 @@ class ProcedureResult:
 
     `state` is ``done``; ``aborted`` by a guard, a silent device or a lost connection; or ``interrupted`` from outside.
     `reason` says why it is not done.  `duration_s` is the rig's time from the first output to the last sample.
+    `events` are all that were recorded, `last_step` is the last state that was, both in the devices' time.
     """
 
     state: Literal["done", "aborted", "interrupted"]
@@ -78,3 +81,5 @@ class ProcedureResult:
     steps: tuple[StepResult, ...]
     duration_s: float
     sample_rate_Hz: float
+    events: tuple[Event, ...] = ()
+    last_step: Step | None = None

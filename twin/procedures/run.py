@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Literal
 
 from recordings.errors import InputError
@@ -99,11 +100,13 @@ def run_procedure(
         steps=tuple(session.steps),
         duration_s=session.elapsed_s,
         sample_rate_Hz=rate,
+        events=tuple(stream.events),
+        last_step=session.last_step,
     )
 
 
-def check_channels(procedure: Procedure, channels: Sequence[Channel]) -> None:
-    """Refuse a procedure that asks for what a rig does not have.
+def check_channels(procedure: Procedure, channels: Sequence[Channel], *, source: str | Path = "procedure") -> None:
+    """Refuse a procedure that asks for what a rig does not have; `source` names its file in errors.
 
     Raises
     ------
@@ -114,24 +117,24 @@ def check_channels(procedure: Procedure, channels: Sequence[Channel]) -> None:
     has = f"the rig has {', '.join(known)}"
     target = known.get(procedure.target_channel)
     if target is None:
-        raise InputError("procedure", "target_channel", f"no channel {procedure.target_channel!r}", has)
+        raise InputError(source, "target_channel", f"no channel {procedure.target_channel!r}", has)
     if target.quantity not in MEASURED:
-        raise InputError("procedure", "target_channel", f"{target.name!r} measures {target.quantity}")
+        raise InputError(source, "target_channel", f"{target.name!r} measures {target.quantity}")
     for name in procedure.limits.peak:
         if name not in known:
-            raise InputError("procedure", f"limits.peak.{name}", "no such channel", has)
+            raise InputError(source, f"limits.peak.{name}", "no such channel", has)
     control = getattr(procedure, "control", "voltage")
     if (control == "force" and target.quantity != "force") or (control == "response" and target.quantity == "force"):
         raise InputError(
-            "procedure", "control", f"{control!r} does not go with target_channel {target.name!r}, a {target.quantity}"
+            source, "control", f"{control!r} does not go with target_channel {target.name!r}, a {target.quantity}"
         )
     phase = getattr(procedure, "phase", None)
     if phase is not None:
         response = known.get(phase.channel)
         if response is None or response.quantity not in ("acceleration", "velocity", "displacement"):
-            raise InputError("procedure", "phase.channel", f"{phase.channel!r} is no response channel", has)
+            raise InputError(source, "phase.channel", f"{phase.channel!r} is no response channel", has)
         if not any(channel.quantity == "force" for channel in channels):
-            raise InputError("procedure", "control", "phase resonance needs a force channel", has)
+            raise InputError(source, "control", "phase resonance needs a force channel", has)
 
 
 def _check_rate(procedure: Procedure, rate_Hz: float) -> None:

@@ -60,6 +60,7 @@ class Session:
         self.channels: Mapping[str, Channel] = {channel.name: channel for channel in acquisition.channels}
         self.steps: list[StepResult] = []
         self.place: tuple[Place, float] | None = None
+        self.last_step: Step | None = None
         self.start_ns: int | None = None
         self.frequency_Hz = 0.0
         self.voltage_V = 0.0
@@ -91,17 +92,16 @@ class Session:
     def mark(self, place: Place, state: StepState, time_ns: int, frequency_Hz: float) -> None:
         """Write the start of a state of a step."""
         self.place = (place, frequency_Hz)
-        self.recorder.step(
-            Step(
-                time_ns=time_ns,
-                sweep=place.sweep,
-                index=place.index,
-                frequency_Hz=frequency_Hz,
-                target_channel=place.target_channel,
-                target_amplitude=place.target_amplitude,
-                state=state,
-            )
+        self.last_step = Step(
+            time_ns=time_ns,
+            sweep=place.sweep,
+            index=place.index,
+            frequency_Hz=frequency_Hz,
+            target_channel=place.target_channel,
+            target_amplitude=place.target_amplitude,
+            state=state,
         )
+        self.recorder.step(self.last_step)
 
     def note(self, kind: str, detail: str, *, source: str = "procedure", time_ns: int | None = None) -> None:
         """Write an event of the procedure's own, now."""

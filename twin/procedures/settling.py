@@ -9,10 +9,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SettlingDetector"]
+__all__ = ["USUAL_DAMPING_RATIO", "SettlingDetector"]
 
-USUAL_DECAY = math.exp(-1.0 / 7.0)
-"""Decay from window to window before the data tell: Q = 220 and windows of ten cycles."""
+USUAL_DAMPING_RATIO = 0.0023
+"""Of a bolted steel structure: what is assumed before the data tell."""
+USUAL_DECAY = math.exp(-2 * math.pi * USUAL_DAMPING_RATIO * 10)
+"""The decay it means from one window of ten cycles to the next."""
 SLOWEST_DECAY = 0.98
 """Slower than this is not told from standing still within a few windows."""
 

@@ -207,7 +207,7 @@ def _measured(
 ) -> StepResult:
     """Fit the measured stretch, whole and in halves."""
     frequency_Hz = session.frequency_Hz
-    fits = session.fits(series, frequency_Hz=frequency_Hz, harmonics=MEASURE_HARMONICS)
+    fits = session.fits(series, frequency_Hz=frequency_Hz, harmonics=MEASURE_HARMONICS, modulation=2)
     phasors = _relative_phasors(session, fits, step.measured_channel) if fits else {}
     fit = fits.get(step.measured_channel)
     reached = abs(fit.phasor) if fit else math.nan

@@ -12,13 +12,14 @@ from twin.procedures.grid import fixed_frequencies, step_frequencies
 from twin.procedures.phase import PhaseLock, resonance_phase
 from twin.procedures.results import StepResult
 from twin.procedures.session import Place, Session
+from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.procedures.sine_step import SineStep, run_sine_step
 from twin.procedures.tables import Dwell, RingDown, SteppedSine
 
 __all__ = ["run_sine"]
 
-USUAL_TIME_CONSTANT_CYCLES = 70
-"""Of a bolted steel structure, Q = 220: what response and phase control assume."""
+TIME_CONSTANT_CYCLES = 1 / (2 * math.pi * USUAL_DAMPING_RATIO)
+"""Of a free decay, in cycles: what response and phase control assume."""
 
 Sine = SteppedSine | Dwell | RingDown
 
@@ -40,7 +41,7 @@ class _Runner:
         self._target_channel = "voltage" if voltage else procedure.target_channel
         self._unit = "V" if voltage else session.channels[procedure.target_channel].unit.replace("^2", "2")
         lowest = min(fixed_frequencies(procedure)) if isinstance(procedure, SteppedSine) else procedure.frequency
-        self._control = self._amplitude_control(USUAL_TIME_CONSTANT_CYCLES / lowest)
+        self._control = self._amplitude_control(TIME_CONSTANT_CYCLES / lowest)
         self._ratios: list[tuple[float, float]] = []
 
     def frequency_sweeps(self, procedure: SteppedSine) -> None:
@@ -142,7 +143,7 @@ class _Runner:
             widest_Hz=phase.widest or 0.1 * frequency_Hz,
             target=resonance_phase(self._session.channels[phase.channel], force),
             deadband=math.radians(phase.tolerance) / 4,
-            time_constant_s=USUAL_TIME_CONSTANT_CYCLES / frequency_Hz,
+            time_constant_s=TIME_CONSTANT_CYCLES / frequency_Hz,
         )
 
     def _response(self, result: StepResult) -> complex:

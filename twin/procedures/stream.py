@@ -61,7 +61,7 @@ class Stream:
         self._end_ns: dict[str, int] = dict.fromkeys(self._blocks, 0)
         self._noted: set[tuple[str, str]] = set()
         self.events: list[Event] = []
-        """Events of the current step."""
+        """All events of the run."""
 
     @property
     def latest_ns(self) -> int:
@@ -74,9 +74,8 @@ class Stream:
         return [block for blocks in self._blocks.values() for block in blocks]
 
     def begin_step(self) -> None:
-        """Forget the events of the last step."""
+        """Each step may report each overload once."""
         self._noted.clear()
-        self.events = []
 
     def note(self, event: Event) -> None:
         """Record an event of the procedure's own."""

@@ -49,6 +49,7 @@ class Resonator:
     force_per_volt: float = 4.0
     back_emf_ratio: float = 0.1  # back_emf over c: by how much of itself the force drops at resonance
     noise: float = 1e-4
+    acc_noise: float = 1e-4
     force_range: float = 50.0
     acc_range: float = 490.0
     bits: int = 24
@@ -107,8 +108,11 @@ class Resonator:
         )  # fmt: skip
         self._phase = (self._phase + omega * h * count) % (2 * np.pi)
         samples, overload = {}, {}
-        for name, values, limit in (("force", force, self.force_range), ("acc", acc, self.acc_range)):
-            noisy = values + self.noise * self._rng.normal(size=count)
+        for name, values, limit, noise_rms in (
+            ("force", force, self.force_range, self.noise),
+            ("acc", acc, self.acc_range, self.acc_noise),
+        ):
+            noisy = values + noise_rms * self._rng.normal(size=count)
             step = 2 * limit / 2**self.bits
             samples[name] = np.clip(np.round(noisy / step) * step, -limit, limit).astype(np.float32)
             overload[name] = int((np.abs(noisy) >= limit).sum())

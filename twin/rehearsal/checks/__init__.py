@@ -1,0 +1,27 @@
+"""What a rehearsal warns of, one check a file; each takes a rehearsal and gives cautions."""
+
+from collections.abc import Callable
+
+from twin.rehearsal.checks.coarse_grid import check_grid
+from twin.rehearsal.checks.drop_out import check_drop_out
+from twin.rehearsal.checks.dwell import check_dwell
+from twin.rehearsal.checks.jump import check_jumps
+from twin.rehearsal.checks.limits import check_limits
+from twin.rehearsal.checks.noise import check_noise
+from twin.rehearsal.checks.overload import check_overload
+from twin.rehearsal.checks.quantisation import check_quantisation
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["CHECKS"]
+
+CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
+    check_noise,
+    check_quantisation,
+    check_jumps,
+    check_grid,
+    check_dwell,
+    check_drop_out,
+    check_overload,
+    check_limits,
+)
+"""All checks; where two would change the same field, a later one has the last word."""

@@ -1,0 +1,96 @@
+"""Dwell too short: the transient of one step is measured as the response of the next.
+
+The peak comes out low and wide, the Q too small, and sweeps up and down differ as if the joint had hysteresis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from twin.procedures import SteppedSine, StepResult
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["check_dwell", "transient_left"]
+
+ALLOWED = 0.01
+"""Transient in a measurement, relative to the response, above which a dwell is called too short."""
+
+
+def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
+    """Judge each sweep by its worst step."""
+    found = []
+    procedure = rehearsal.procedure
+    for sweep, steps in rehearsal.sweeps().items():
+        left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
+        worst = max(range(len(steps)), key=lambda i: left[i])
+        short = sum(one > ALLOWED for one in left)
+        if not short:
+            continue
+        step = steps[worst]
+        tau_s = rehearsal.time_constant_s(step.frequency_Hz)
+        wait = f"{step.settle_s:.3g} s" + (" at most" if step.settled is False else "")
+        reason = (
+            f"after {wait} about {100 * left[worst]:.2g} % of the response is still a transient "
+            f"(it decays with {tau_s:.2g} s): false damping" + _hysteresis(rehearsal, sweep, steps)
+        )
+        wanted_s = tau_s * math.log(max(left[worst] / 1e-3, math.e)) + step.settle_s
+        found.append(
+            Caution(
+                kind="dwell-too-short", severity="warning", sweep=sweep, index=step.index,
+                frequency_Hz=step.frequency_Hz, steps=short, reason=reason,
+                advice=f"let the wait end when the data have settled, about {wanted_s:.2g} s here",
+                changes=_changes(procedure, tau_s),
+            )
+        )  # fmt: skip
+    return found
+
+
+def transient_left(rehearsal: Rehearsal, step: StepResult, before: StepResult | None) -> float:
+    """What part of a measured response is transient, as far as the measurement shows.
+
+    A step that settled by the data is believed.  Otherwise the drift between the halves of the measurement tells: with
+    the time constant tau, deviations averaged over the halves of T differ by a known part of their mean.  A
+    measurement too short to have halves is judged by how far the response had to go.
+    """
+    if step.settled:
+        return 0.0
+    tau_s = rehearsal.time_constant_s(step.frequency_Hz)
+    if step.drift is not None:
+        half = math.exp(-step.measure_s / (2 * tau_s))
+        # means of exp(-t/tau) over both halves are as 1 : half; their mean over their difference
+        return step.drift * 0.5 * (1 + half) / (1 - half)
+    if before is None:
+        return 0.0
+    changes = [
+        abs(phasor - before.phasors[name]) / abs(phasor)
+        for name, phasor in step.phasors.items()
+        if name in before.phasors and phasor and name in rehearsal.response_channels
+    ]
+    return max(changes, default=0.0) * math.exp(-step.settle_s / tau_s)
+
+
+def _pairs(steps: Sequence[StepResult]) -> list[tuple[StepResult | None, StepResult]]:
+    return list(zip([None, *steps[:-1]], steps, strict=True))
+
+
+def _hysteresis(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> str:
+    """How far the sweep in the other direction differs, where there is one."""
+    turned = sweep.removesuffix("-up") + "-down" if sweep.endswith("-up") else sweep.removesuffix("-down") + "-up"
+    other = {round(step.frequency_Hz, 6): step for step in rehearsal.sweeps().get(turned, [])}
+    channel = rehearsal.response_channel(steps)
+    worst, at = 0.0, 0.0
+    for step in steps:
+        back = other.get(round(step.frequency_Hz, 6))
+        if back is not None and channel is not None:
+            here, there = abs(step.phasors.get(channel, 0j)), abs(back.phasors.get(channel, 0j))
+            difference = abs(here - there) / max(here, there, 1e-300)
+            worst, at = max((worst, at), (difference, step.frequency_Hz))
+    return f" and false hysteresis, {100 * worst:.2g} % at {at:g} Hz" if worst > 0.05 else ""
+
+
+def _changes(procedure: object, tau_s: float) -> dict[str, object]:
+    changes: dict[str, object] = {"settle": {"tolerance": 5e-4, "maximum": float(max(60, round(25 * tau_s)))}}
+    if isinstance(procedure, SteppedSine) and (procedure.measure.seconds or 0.0) < 1.0:
+        changes["measure"] = {"seconds": 2.0}
+    return changes

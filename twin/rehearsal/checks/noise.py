@@ -1,0 +1,54 @@
+"""Noise floor too high: the measurement is too short, or the level too low, for the sensors' noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from twin.procedures import SteppedSine, StepResult
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["check_noise", "concerned"]
+
+ALLOWED, WANTED = 0.005, 0.002
+"""Standard deviation of a phasor relative to itself: when to warn, and what a longer measurement aims at."""
+LONGEST = 16.0
+"""How many times longer a measurement is made before more amplitude is the better advice."""
+
+
+def check_noise(rehearsal: Rehearsal) -> list[Caution]:
+    """Judge each sweep and channel by the steps whose phasor is not known well enough."""
+    found = []
+    procedure = rehearsal.procedure
+    for sweep, steps in rehearsal.sweeps().items():
+        for name in rehearsal.channels:
+            errors = [_relative(step, name) for step in steps]
+            noisy = concerned(steps, [error > ALLOWED for error in errors])
+            if not noisy:
+                continue
+            worst = max(noisy, key=lambda i: errors[i])
+            step = steps[worst]
+            longer = min((errors[worst] / WANTED) ** 2, LONGEST)
+            changes: dict[str, object] = {}
+            if isinstance(procedure, SteppedSine):
+                changes = {"measure": {"seconds": float(f"{step.measure_s * longer:.2g}")}}
+            found.append(
+                Caution(
+                    kind="noise-floor", severity="warning", sweep=sweep, index=step.index,
+                    frequency_Hz=step.frequency_Hz, steps=len(noisy),
+                    reason=f"the noise of {name} leaves {100 * errors[worst]:.2g} % uncertainty in one step",
+                    advice=f"measure {longer:.2g} times as long ({step.measure_s * longer:.2g} s), or drive harder",
+                    changes=changes,
+                )
+            )  # fmt: skip
+    return found
+
+
+def concerned(steps: Sequence[StepResult], flags: Sequence[bool]) -> list[int]:
+    """The flagged steps, if they are more than the few around an antiresonance, where every channel is small."""
+    flagged = [i for i, flag in enumerate(flags) if flag]
+    return flagged if len(flagged) > 0.2 * len(steps) else []
+
+
+def _relative(step: StepResult, name: str) -> float:
+    phasor = step.phasors.get(name)
+    return step.std[name] / max(abs(phasor), 1e-300) if phasor is not None else 0.0

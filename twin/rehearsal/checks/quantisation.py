@@ -1,0 +1,43 @@
+"""Quantisation: a signal of a few steps of the converter, whose harmonics are the converter's."""
+
+from __future__ import annotations
+
+from twin.rehearsal.checks.amplitudes import amplitudes_at_least
+from twin.rehearsal.checks.noise import concerned
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["check_quantisation"]
+
+FEWEST = 50
+"""Converter steps that the peak value of a sine should have."""
+
+
+def check_quantisation(rehearsal: Rehearsal) -> list[Caution]:
+    """Judge each sweep and channel by how many steps of the converter its sine has."""
+    if rehearsal.bits is None:
+        return []
+    found = []
+    for sweep, steps in rehearsal.sweeps().items():
+        for name, channel in rehearsal.channels.items():
+            if channel.range is None:
+                continue
+            step_size = 2 * channel.range / 2**rehearsal.bits
+            sizes = [abs(step.phasors.get(name, 0j)) / step_size for step in steps]
+            few = concerned(steps, [size < FEWEST for size in sizes])
+            if not few:
+                continue
+            worst = min(few, key=lambda i: sizes[i])
+            step = steps[worst]
+            lowest = step.target_amplitude * 1.2 * FEWEST / max(sizes[worst], 1e-3)
+            found.append(
+                Caution(
+                    kind="quantisation", severity="warning", sweep=sweep, index=step.index,
+                    frequency_Hz=step.frequency_Hz, steps=len(few),
+                    reason=f"the sine of {name} is {sizes[worst]:.2g} converter steps of {step_size:.2g} "
+                    f"{channel.unit} high: {rehearsal.bits} bits over a range of {channel.range:g} {channel.unit}",
+                    advice=f"take a range of about {5 * sizes[worst] * step_size:.2g} {channel.unit}, "
+                    f"or an amplitude of {lowest:.3g}",
+                    changes=amplitudes_at_least(rehearsal.procedure, lowest),
+                )
+            )  # fmt: skip
+    return found

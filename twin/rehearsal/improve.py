@@ -1,0 +1,49 @@
+"""A better procedure: the changes that cautions ask for, put together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+from twin.procedures import Procedure
+from twin.rehearsal.rehearsal import Caution
+
+__all__ = ["improved_procedure"]
+
+
+def improved_procedure(procedure: Procedure, cautions: Sequence[Caution]) -> Procedure | None:
+    """`procedure` with the changes of all cautions; None if they change nothing.
+
+    Where cautions disagree on how much, the careful one wins: of amplitudes the lower, of measurements the longer, of
+    waits the longer.
+    """
+    table: dict[str, Any] = procedure.model_dump(exclude_none=True, exclude_defaults=True)
+    changed: dict[str, Any] = {}
+    for caution in cautions:
+        for name, value in caution.changes.items():
+            changed[name] = _careful(name, changed[name], value) if name in changed else value
+    for name, value in changed.items():
+        table.pop(name, None)
+        if value is not None:
+            table[name] = value
+    try:
+        better = type(procedure).model_validate(table)
+    except ValidationError:  # the changes do not go together: better none than a procedure nobody asked for
+        return None
+    return None if better == procedure else better
+
+
+def _careful(name: str, first: Any, second: Any) -> Any:
+    if name in ("amplitudes", "voltages"):
+        highest = min(max(first), max(second))
+        lowest = min(max(min(first), min(second)), highest)
+        return sorted({min(max(value, lowest), highest) for value in [*first, *second]})
+    if name == "rms":
+        return min(first, second)
+    if name == "measure" and "seconds" in first and "seconds" in second:
+        return max(first, second, key=lambda measure: measure["seconds"])
+    if name == "settle":
+        return max(first, second, key=lambda settle: settle.get("maximum", 0.0))
+    return second

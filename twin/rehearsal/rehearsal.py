@@ -1,0 +1,158 @@
+"""What a rehearsal knows: the procedure, what came of it, and what is believed of the rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from recordings.run import Channel
+from twin.procedures import Procedure, ProcedureResult, StepResult
+from twin.procedures.settling import USUAL_DAMPING_RATIO
+
+__all__ = ["Caution", "Rehearsal", "SweepSummary"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Caution:
+    """A warning of a rehearsal.
+
+    Attributes
+    ----------
+    kind
+        ``dwell-too-short``, ``grid-too-coarse``, ``overload``, ``limit-reached``, ``force-drop-out``, ``jump-ahead``,
+        ``noise-floor`` or ``quantisation``.
+    severity
+        ``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the
+        procedure is right, its reader should know.
+    sweep, index, frequency_Hz
+        The worst step.
+    steps
+        How many steps of the sweep are concerned.
+    reason, advice
+        What is wrong, with figures; what to change.
+    changes
+        Fields of the procedure with the values that the advice means; None removes a field.
+    """
+
+    kind: str
+    severity: Literal["stop", "warning", "note"]
+    sweep: str
+    index: int
+    frequency_Hz: float
+    steps: int
+    reason: str
+    advice: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepSummary:
+    """One sweep at a glance; the resonance is a fit of one degree of freedom, NaN where there is none."""
+
+    sweep: str
+    steps: int
+    duration_s: float
+    response_channel: str
+    peak_frequency_Hz: float
+    peak_response: float
+    quality_factor: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rehearsal:
+    """A procedure that was run on the twin.
+
+    `damping_ratio` is what is believed of the least damped mode in question, `bits` the converter's word length; None
+    where nothing is known.
+    """
+
+    procedure: Procedure
+    result: ProcedureResult
+    channels: Mapping[str, Channel]
+    damping_ratio: float | None = None
+    bits: int | None = None
+
+    def time_constant_s(self, frequency_Hz: float) -> float:
+        """Of a free decay near a frequency, s."""
+        ratio = USUAL_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
+        return 1.0 / (2 * math.pi * frequency_Hz * ratio)
+
+    def half_width_Hz(self, frequency_Hz: float) -> float:
+        """Half of the half-power bandwidth of a resonance near a frequency."""
+        ratio = USUAL_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
+        return ratio * frequency_Hz
+
+    def sweeps(self) -> dict[str, list[StepResult]]:
+        """The sine steps of each sweep, in the order they were taken; ring-downs and broadband steps left out."""
+        found: dict[str, list[StepResult]] = {}
+        for step in self.result.steps:
+            if step.frequency_Hz > 0 and step.phasors:
+                found.setdefault(step.sweep, []).append(step)
+        return found
+
+    @property
+    def force_channel(self) -> str | None:
+        """Name of the force cell."""
+        return next((name for name, channel in self.channels.items() if channel.quantity == "force"), None)
+
+    @property
+    def response_channels(self) -> list[str]:
+        """Names of accelerations, velocities and displacements."""
+        return [n for n, c in self.channels.items() if c.quantity in ("acceleration", "velocity", "displacement")]
+
+    def response_channel(self, steps: Sequence[StepResult]) -> str | None:
+        """The response that moves most over some steps."""
+        sizes = {
+            name: max((abs(step.phasors.get(name, 0j)) for step in steps), default=0.0)
+            for name in self.response_channels
+        }
+        return max(sizes, key=lambda name: sizes[name], default=None)
+
+    def transfer(self, step: StepResult, channel: str) -> complex:
+        """Response over force, or the response itself where there is no force channel."""
+        response = step.phasors.get(channel, 0j)
+        force = step.phasors.get(self.force_channel or "", 0j)
+        return response / force if force else response
+
+    def summaries(self) -> Iterator[SweepSummary]:
+        """Each sine sweep at a glance."""
+        for sweep, steps in self.sweeps().items():
+            channel = self.response_channel(steps)
+            if channel is None:
+                continue
+            sizes = [abs(step.phasors.get(channel, 0j)) for step in steps]
+            peak = int(np.argmax(sizes))
+            yield SweepSummary(
+                sweep=sweep,
+                steps=len(steps),
+                duration_s=sum(step.settle_s + step.measure_s for step in steps),
+                response_channel=channel,
+                peak_frequency_Hz=steps[peak].frequency_Hz,
+                peak_response=sizes[peak],
+                quality_factor=self._quality_factor(steps, channel),
+            )
+
+    def _quality_factor(self, steps: Sequence[StepResult], channel: str) -> float:
+        """Q of one degree of freedom: 1/H = k - m w2 + i w c, least squares weighted by H, over the peak's steps."""
+        powers = {"displacement": 0, "velocity": 1, "acceleration": 2}
+        frequency_Hz = np.array([step.frequency_Hz for step in steps])
+        if len(np.unique(frequency_Hz)) < 4:
+            return math.nan
+        w = frequency_Hz / frequency_Hz.mean()
+        H = (
+            np.array([self.transfer(step, channel) for step in steps])
+            / (1j * w) ** powers[self.channels[channel].quantity]
+        )
+        near = abs(H) > 0.2 * abs(H).max()
+        if near.sum() < 3:
+            return math.nan
+        H, w = H[near] / abs(H).max(), w[near]
+        design = np.column_stack([H, -H * w**2, 1j * H * w])
+        k, m, c = np.linalg.lstsq(
+            np.vstack([design.real, design.imag]), np.r_[np.ones(len(w)), np.zeros(len(w))], rcond=None
+        )[0]
+        return float(np.sqrt(abs(k * m)) / abs(c)) if c and k * m > 0 else math.nan

@@ -1,0 +1,169 @@
+"""Running a procedure on a source of samples, recording it, and saying what to know before the real run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from recordings import RunWriter
+from recordings.streams import SampleSource
+from twin.procedures import DirectAcquisition, Procedure, StepResult, check_channels, dump_procedure, run_procedure
+from twin.rehearsal.checks import CHECKS
+from twin.rehearsal.improve import improved_procedure
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["Believed", "Rehearsed", "judge", "rehearse", "rehearse_until_clear"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Believed:
+    """What is believed of the rig beside its samples, and what the recording should say of it.
+
+    Attributes
+    ----------
+    rig_name, rig_file
+        For the ``run`` record and its attachment.
+    preload_N
+        Where known.
+    damping_ratio
+        Of the least damped mode.
+    bits
+        The converter's.
+    """
+
+    rig_name: str = ""
+    rig_file: bytes = b""
+    preload_N: float | None = None
+    damping_ratio: float | None = None
+    bits: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rehearsed:
+    """A rehearsal with its recording and its cautions, the gravest first."""
+
+    rehearsal: Rehearsal
+    recording: Path
+    cautions: tuple[Caution, ...]
+
+    @property
+    def clear(self) -> bool:
+        """Done, with notes at most."""
+        return self.rehearsal.result.state == "done" and all(caution.severity == "note" for caution in self.cautions)
+
+    @property
+    def must_not_run(self) -> bool:
+        """A guard or a converter stopped it."""
+        return any(caution.severity == "stop" for caution in self.cautions)
+
+
+def judge(rehearsal: Rehearsal) -> tuple[Caution, ...]:
+    """All cautions, the gravest first."""
+    order = {"stop": 0, "warning": 1, "note": 2}
+    found = [caution for check in CHECKS for caution in check(rehearsal)]
+    return tuple(sorted(found, key=lambda caution: order[caution.severity]))
+
+
+def rehearse(
+    procedure: Procedure,
+    source: SampleSource,
+    recording: Path,
+    *,
+    believed: Believed,
+    progress: Callable[[float], None] | None = None,
+    on_step: Callable[[StepResult], None] | None = None,
+) -> Rehearsed:
+    """Run a procedure on the twin and judge it.
+
+    Parameters
+    ----------
+    procedure
+        What to do.
+    source
+        The bench, or any other source; at rest.
+    recording
+        The MCAP to write; replaced if it exists.
+    believed
+        Of the rig.
+    progress, on_step
+        As for :func:`twin.procedures.run_procedure`.
+
+    Raises
+    ------
+    InputError
+        If the rig has not what the procedure asks for, or the recording cannot be written.
+    """
+    check_channels(procedure, source.channels)
+    info = {
+        "source": "simulated",
+        "stored": procedure.store,
+        "rig": believed.rig_name,
+        "procedure": procedure.procedure,
+    }
+    if believed.preload_N is not None:
+        info["preload_N"] = f"{believed.preload_N:g}"
+    attachments: Mapping[str, bytes] = {"procedure.toml": dump_procedure(procedure)}
+    if believed.rig_file:
+        attachments = {"rig.toml": believed.rig_file, **attachments}
+    with RunWriter(
+        recording, info=info, channels=list(source.channels), attachments=attachments, overwrite=True
+    ) as writer:
+        result = run_procedure(procedure, DirectAcquisition(source), writer, progress=progress, on_step=on_step)
+    rehearsal = Rehearsal(
+        procedure=procedure,
+        result=result,
+        channels={channel.name: channel for channel in source.channels},
+        damping_ratio=believed.damping_ratio,
+        bits=believed.bits,
+    )
+    return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
+
+
+def rehearse_until_clear(
+    first: Rehearsed,
+    make_source: Callable[[], SampleSource],
+    recording: Path,
+    *,
+    believed: Believed,
+    rounds: int = 5,
+    progress: Callable[[float], None] | None = None,
+    on_step: Callable[[StepResult], None] | None = None,
+    on_round: Callable[[Procedure], None] | None = None,
+) -> Rehearsed | None:
+    """Improve a procedure by its cautions and rehearse it again, until nothing is left to improve.
+
+    Parameters
+    ----------
+    first
+        The rehearsal to improve on.
+    make_source
+        Gives a fresh rig at rest for every round.
+    recording
+        The MCAP of the last round.
+    believed, progress, on_step
+        As for :func:`rehearse`.
+    rounds
+        At most so many improvements.
+    on_round
+        Called with every improved procedure before it is rehearsed.
+
+    Returns
+    -------
+    Rehearsed or None
+        The last round; None if there was nothing to improve.
+    """
+    latest: Rehearsed | None = None
+    current = first
+    for _ in range(rounds):
+        if current.clear or current.rehearsal.result.state == "interrupted":
+            break
+        better = improved_procedure(current.rehearsal.procedure, current.cautions)
+        if better is None:
+            break
+        if on_round is not None:
+            on_round(better)
+        latest = current = rehearse(
+            better, make_source(), recording, believed=believed, progress=progress, on_step=on_step
+        )
+    return latest

@@ -1,0 +1,63 @@
+"""A rehearsal as plain tables, for JSON and for the report."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import asdict
+from typing import Any
+
+from twin.procedures import StepResult
+from twin.rehearsal.rehearse import Rehearsed
+
+__all__ = ["rehearsed_table"]
+
+
+def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
+    """Everything a reader of ``result.json`` needs; phasors as amplitude and phase relative to the force.
+
+    Per step also: the force's error, the use of each channel's range and of each limit (1 is all of it).
+    """
+    rehearsal = rehearsed.rehearsal
+    result = rehearsal.result
+    return {
+        "state": result.state,
+        "reason": result.reason,
+        "clear": rehearsed.clear,
+        "duration_s": result.duration_s,
+        "sample_rate_Hz": result.sample_rate_Hz,
+        "recording": rehearsed.recording.name,
+        "warnings": [asdict(caution) for caution in rehearsed.cautions],
+        "sweeps": [asdict(summary) for summary in rehearsal.summaries()],
+        "steps": [_step(rehearsed, step) for step in result.steps],
+    }
+
+
+def _step(rehearsed: Rehearsed, step: StepResult) -> dict[str, Any]:
+    rehearsal = rehearsed.rehearsal
+    limits = rehearsal.procedure.limits
+    ranges = {name: channel.range for name, channel in rehearsal.channels.items() if channel.range}
+    return {
+        "sweep": step.sweep,
+        "index": step.index,
+        "frequency_Hz": step.frequency_Hz,
+        "target_channel": step.target_channel,
+        "target_amplitude": step.target_amplitude,
+        "amplitude": step.amplitude,
+        "amplitude_error": step.amplitude_error,
+        "voltage_V": step.voltage_V,
+        "settle_s": step.settle_s,
+        "measure_s": step.measure_s,
+        "settled": step.settled,
+        "remaining": step.remaining,
+        "drift": step.drift,
+        "phasors": {
+            name: {"amplitude": abs(phasor), "phase_rad": cmath.phase(phasor), "std": step.std.get(name)}
+            for name, phasor in step.phasors.items()
+        },
+        "distortion": step.distortion,
+        "range_use": {name: step.peak[name] / limit for name, limit in ranges.items() if name in step.peak},
+        "limit_use": {
+            "voltage": step.voltage_V / limits.voltage,
+            **{name: step.peak[name] / limit for name, limit in limits.peak.items() if name in step.peak},
+        },
+    }
