@@ -62,7 +62,9 @@ def write_uff(run: Run, path: Path) -> list[str]:
                 # pyuff looks at the first two abscissas only.  It rereads the whole file after each set, so each has
                 # a file of its own; its mode "overwrite" loses the head of a binary set.
                 abscissa = np.arange(2) / piece.sample_rate_Hz
-                pyuff.UFF(str(one)).write_sets({**fields, "data": data, "x": abscissa}, mode="add")
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", ResourceWarning)  # pyuff leaves its file to be closed by Python
+                    pyuff.UFF(str(one)).write_sets({**fields, "data": data, "x": abscissa}, mode="add")
                 target.write(one.read_bytes())
                 one.unlink()
         for name, content in run.attachments.items():
@@ -70,7 +72,8 @@ def write_uff(run: Run, path: Path) -> list[str]:
                 target.write(content)
     overloads = sum(sum(device.overload.values()) for device in run.devices.values())
     lost = {
-        "overload counts": overloads, "steps": len(run.steps), "events": len(run.events), "indicators": len(run.indicators),
+        "overload counts": overloads, "steps": len(run.steps), "events": len(run.events),
+        "indicators": len(run.indicators),
         "attachments": sum(not name.startswith(ATTACHMENT) for name in run.attachments),
     }  # fmt: skip
     return [f"{count} {what} have no place in a universal file" for what, count in lost.items() if count]

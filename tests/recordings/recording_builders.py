@@ -124,7 +124,7 @@ class ForeignWriter:
         self.writer.start()
         self.ids: dict[str, int] = {}
 
-    def message(self, topic: str, kind: str, time_ns: int, **fields: object) -> None:
+    def message(self, topic: str, kind: str, time_ns: int, /, **fields: object) -> None:
         content = self.types[f"rig.{kind}"](**fields)
         content.timestamp.seconds, content.timestamp.nanos = divmod(time_ns, 1_000_000_000)
         self.raw(topic, f"rig.{kind}", max(time_ns, 0), content.SerializeToString())
