@@ -201,8 +201,10 @@ class RigAcquisition:
                 raise TimeoutError(self._why_nothing(timeout_s))
             if self._generator.inbox.ended:
                 return self._take_rest()
-            # An acknowledgement may have been lost, or everything in the window has been.
-            self._generator.acknowledge(self._consumed)
+            limit = self._generator.waits_at()
+            if limit:
+                # Either the acknowledgement was lost or all samples of the window were: go on behind them.
+                self._generator.acknowledge(limit - self._block_length)
 
     def _take_rest(self) -> list[SampleBlock]:
         """What is left of a stream that the instrument has ended."""

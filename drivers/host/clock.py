@@ -9,6 +9,7 @@ import numpy as np
 
 __all__ = ["ClockFit", "TimeLine"]
 
+STAMP_ROUNDING_NS = 1.5
 PAIRS = 600
 """Pulses in the fit: a minute at one every 100 ms."""
 
@@ -86,14 +87,25 @@ class TimeLine:
             self._times_ns.append(time_ns)
 
     def time_ns(self, index: int, sample_rate_Hz: float) -> int:
-        """Time of a sample, counted from the stamp before it."""
+        """Time of a sample, counted from the stamp before it.
+
+        The spacing is the rate's, unless the stamps around it (or the latest two) say otherwise by more than their
+        rounding: the clock that stamps need not be the one that samples.
+        """
         if not self._indices:
             return round(index * 1e9 / sample_rate_Hz)
         at = max(0, bisect_right(self._indices, index) - 1)
-        return self._times_ns[at] + round((index - self._indices[at]) * 1e9 / sample_rate_Hz)
+        spacing_ns = 1e9 / sample_rate_Hz
+        before = min(at, len(self._indices) - 2)
+        if before >= 0:
+            steps = self._indices[before + 1] - self._indices[before]
+            measured_ns = self._times_ns[before + 1] - self._times_ns[before]
+            if abs(measured_ns - steps * spacing_ns) > STAMP_ROUNDING_NS:
+                spacing_ns = measured_ns / steps
+        return self._times_ns[at] + round((index - self._indices[at]) * spacing_ns)
 
     def forget_before(self, index: int) -> None:
         """Samples before this one are not asked for any more."""
-        at = max(0, bisect_right(self._indices, index) - 1)
+        at = max(0, bisect_right(self._indices, index) - 2)  # two are needed to go on with
         del self._indices[:at]
         del self._times_ns[:at]

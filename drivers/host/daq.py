@@ -199,6 +199,14 @@ class DaqClient:
         """Samples before this one have been dealt with: the instrument may run on, where it waits at all."""
         self._write(f":ACQ:ACKN {index}")
 
+    def waits_at(self) -> int | None:
+        """The sample at which its window ends, if the instrument has come to it and waits; else None."""
+        try:
+            position, _, limit = self.query(":ACQ:POS?").partition(",")
+        except TimeoutError:
+            return None
+        return int(limit) if position == limit and limit.isdigit() else None
+
     def start(self, *, block_length: int) -> None:
         """Stream from sample 0, and trigger the others."""
         with self._mailbox.changed:

@@ -150,12 +150,12 @@ class AcquisitionInstrument(Instrument):
             self._read_on(values)
         if self._stream is None:
             return
+        self._send_pulses(self._stream, block)  # first, so that the block's time can be aligned when it is there
         overload = np.array([block.overload.get(channel.name, 0) for channel in self._channels], np.uint32)
         most = (MAX_PAYLOAD - overload.nbytes) // (4 * len(values))
         for start in range(0, len(block), most):
             self._send_samples(self._stream, block, values[:, start : start + most], overload, start)
             overload = np.zeros_like(overload)
-        self._send_pulses(self._stream, block)
         if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
             for session in self._sessions:
                 session.port.reopen()
@@ -428,6 +428,14 @@ class AcquisitionInstrument(Instrument):
         if self._stream is None:
             return "IDLE"
         return "RUN" if self._stream.session is not None else "INTERRUPTED"
+
+    @command("ACQuire:POSition?")
+    def _position(self) -> tuple[int, int]:
+        """Samples of this stream made so far, and where the window ends."""
+        if self._stream is None:
+            return 0, 0
+        limit = self._feed.index if self._feed.limit is None else self._feed.limit
+        return self._feed.index - self._stream.origin, limit - self._stream.origin
 
     @command("ACQuire:OVERrun?")
     def _overrun(self) -> int:

@@ -79,7 +79,7 @@ class PtyPort:
     def _open(self) -> None:
         self._master, slave = pty.openpty()
         _make_raw(slave)
-        name = os.ttyname(slave)
+        self._name = name = os.ttyname(slave)
         # Without a descriptor of its own at the far end the instrument sees the client come and go.
         os.close(slave)
         os.set_blocking(self._master, False)
@@ -102,24 +102,30 @@ class PtyPort:
         poller.register(self._master, select.POLLIN)
         events = poller.poll(0)
         # What a client sent before it left is still to be read.
-        self.connected = not events or not events[0][1] & select.POLLHUP or bool(events[0][1] & select.POLLIN)
+        connected = not events or not events[0][1] & select.POLLHUP or bool(events[0][1] & select.POLLIN)
+        if self.connected and not connected:
+            self._discard_unread()
+        self.connected = connected
+
+    def _discard_unread(self) -> None:
+        """What the client has not read is not for the next one."""
+        with contextlib.suppress(OSError):
+            slave = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
+            termios.tcflush(slave, termios.TCIFLUSH)
+            os.close(slave)
 
     def read(self) -> bytes:
         """What has come; a client that has gone gives nothing."""
         try:
             return os.read(self._master, CHUNK_BYTES)
-        except OSError as error:
-            if error.errno not in _BUSY:
-                self.connected = False
+        except OSError:  # nothing there, or nobody: the next poll tells which
             return b""
 
     def write(self, data: memoryview) -> int:
         """Send what the line's buffer takes."""
         try:
             return os.write(self._master, data)
-        except OSError as error:
-            if error.errno not in _BUSY:
-                self.connected = False
+        except OSError:
             return 0
 
     def fileno(self) -> int:
@@ -186,7 +192,7 @@ class SerialPort:
 
 
 class TcpPort:
-    """A TCP socket, one client at a time; a further one is turned away.
+    """A TCP socket, one client at a time; a further one waits until that has left.
 
     Parameters
     ----------
@@ -211,12 +217,11 @@ class TcpPort:
         return self._client is not None
 
     def poll(self) -> None:
-        """Accept a client, or turn a second one away."""
+        """Accept a client if there is none."""
+        if self._client is not None:
+            return
         with contextlib.suppress(BlockingIOError, ConnectionError):
             client, _ = self._listener.accept()
-            if self._client is not None:
-                client.close()
-                return
             client.setblocking(False)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._client = client
