@@ -226,7 +226,9 @@ class Bench:
             for (frequency_Hz, amplitude), phase in zip(i.hum, self._hum_phase[c], strict=True):
                 signal = signal + amplitude * np.sin(2 * np.pi * frequency_Hz * time_s + phase)
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
-            noise = self._rng.standard_normal(count, np.float32) if sigma else np.zeros(count, np.float32)
+            noise: NDArray[np.float32] = np.zeros(count, np.float32)
+            if sigma:
+                noise = np.asarray(self._rng.standard_normal(count, np.float32))
             out = np.empty(count, np.float32)
             overload[i.name] = convert(
                 signal, noise, sigma, self._filters[c][:, 0].copy(), self._filters[c][:, 1].copy(), self._memory[c],

@@ -1,17 +1,16 @@
-"""The converter's decimation filter: linear phase, from the internal rate to the output rate, with a channel's delay.
+"""The converter's decimation filter: linear phase, from internal to output rate, with each channel's delay.
 
-A windowed sinc of +-12 output samples, flat to 0.4 of the output rate and 80 dB down from 0.6.  A delay that is no whole
-number of steps only moves the sinc's centre.  The filter's own delay of 12 samples is the same for all channels, as in a
-sigma-delta converter, and no time stamp shows it.
+A windowed sinc of +-12 output samples, flat to 0.4 of the output rate and 80 dB down from 0.6.  A delay that is no
+whole number of steps only moves the sinc's centre.  The filter's own delay of 12 samples is the same for all
+channels, as in a sigma-delta converter, and no time stamp shows it.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from twin.joint.kernel import FASTMATH
+from twin.joint.kernel import COMPILED
 
 __all__ = ["HALF_LENGTH", "decimate", "decimation_taps"]
 
@@ -40,7 +39,7 @@ def decimation_taps(substeps: int, delay_steps: NDArray[np.float64]) -> NDArray[
     return np.ascontiguousarray(taps / taps.sum(axis=1, keepdims=True))
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def decimate(internal: NDArray[np.float64], taps: NDArray[np.float64], substeps: int, out: NDArray[np.float64]) -> None:
     """Filter and keep every `substeps`-th sample.
 

@@ -1,6 +1,6 @@
 """From a true quantity to numbers on the wire: one channel's signal path, in the order in which signals pass it.
 
-Transducer (gain, polarity, cross-talk, hum) -> high-passes -> amplifier limit -> noise -> quantiser with a limited range.
+Transducer (gain, polarity, cross-talk, hum) -> high-passes -> amplifier limit -> noise -> quantiser of limited range.
 The transducer's own resonance is a pole of the linear rig, and its delay a shift of the decimation filter.
 """
 
@@ -9,10 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from twin.joint.kernel import FASTMATH
+from twin.joint.kernel import COMPILED
 from twin.rigs import Sensor
 
 __all__ = ["InstrumentChannel", "convert", "high_pass_coefficients"]
@@ -65,7 +64,7 @@ def high_pass_coefficients(corner_Hz: float, sample_rate_Hz: float) -> tuple[flo
     return float((1 - k) / (1 + k)), float(1 / (1 + k))
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def convert(
     signal: NDArray[np.float64],
     noise: NDArray[np.float32],

@@ -2,8 +2,8 @@
 
 The layer is reduced to generalised coordinates that do the same work as its Gauss points do in the first mode: the
 opening of a group of layer elements is ``o = b' (B_E x) / (|b| W)`` with b the weighted openings of mode 1 and W^2 the
-group's integral of (t/h) dx, so that o is the root-mean-square opening of the group in metres and a modulus E' holds the
-energy E' W^2 o^2 / 2.  The slip likewise.
+group's integral of (t/h) dx, so that o is the root-mean-square opening of the group in metres and a modulus E' holds
+the energy E' W^2 o^2 / 2.  The slip likewise.
 
 ``amplitude`` makes one group of the whole layer: one Newton unknown for the opening and one for the slip's velocity.
 ``element`` gives every layer element its own opening (and the slip still one): six elements cost 2.3 times the time a
@@ -31,7 +31,7 @@ SOFT_SHARE = 0.85
 REFERENCE_MODULUS = 3.9e8
 """E' at which SOFT_OPENING holds, N/m2; the softening starts later in a joint that is clamped harder."""
 SOFT_OPENING = 1.2e-6
-"""Scale of the softening, m of rms opening: what mode 1 opens at a tip amplitude of 1.8 mm on the steel rig at 120 N."""
+"""Scale of the softening, m of rms opening; linear mode 1 opens so far at a tip amplitude of 1.8 mm at 120 N."""
 REFERENCE_OPENING = 8e-6
 """End of tabulated laws, m of rms opening: a tip amplitude of 12 mm on the steel rig at 120 N."""
 LOSS_MODULUS = 2.2e9

@@ -1,8 +1,8 @@
 """The linear rig from voltage and local forces to local coordinates and channels, as states and as poles.
 
 States: modal displacements and velocities, then armature displacement, velocity and coil current, then the sensors'
-own resonances.  Inputs: generator voltage (or, without a shaker, the force itself) and the restoring force of each local
-coordinate.
+own resonances.  Inputs: generator voltage (or, without a shaker, the force itself) and the restoring force of each
+local coordinate.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def to_poles(rig: LinearRig) -> Poles:
     to_states = vectors[:, keep] * weight
     return Poles(
         pole=values[keep],
-        B=inverse[keep] @ rig.B,
+        B=(inverse[keep] @ rig.B).astype(complex),
         C=rig.C @ to_states,
         D=rig.D,
         to_poles=inverse[keep],

@@ -5,8 +5,8 @@ input, one step is
 
     y = Re(C w) + (D + Re(C G1)) u,   w <- e^z w + Gamma u,   G1 = h phi2 B,  Gamma = h (phi1 - phi2) B + e^z G1
 
-and the local coordinates solve  y = p + H f(y)  by Newton.  The linear part is exact for inputs that are straight between
-samples; an explicit or held joint force instead would add false damping.
+and the local coordinates solve  y = p + H f(y)  by Newton.  The linear part is exact for inputs that are straight
+between samples; an explicit or held joint force instead would add false damping.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from twin.bench.linear import Poles
-from twin.joint.kernel import FASTMATH, evaluate, remember
+from twin.joint.kernel import COMPILED, evaluate, remember
+from twin.joint.kinds import HINGES, POLYNOMIAL, SLIDERS
 
 __all__ = ["LANES", "Coefficients", "Elements", "coefficients", "march"]
 
@@ -27,6 +27,12 @@ Complex = NDArray[np.complex128]
 
 LANES = 16
 """Poles are padded to multiples of this, so that loops over real and imaginary parts fill whole vector registers."""
+TOLERANCE = 1e-10
+"""Residual of the local equations over the recent size of each coordinate."""
+SMALL_STEP = 2e-5
+"""Newton step over the recent size after which a smooth law counts as solved."""
+FORGET = 0.9995
+"""How the recent size decays, a step."""
 ITERATIONS = 40
 """Newton steps before a step counts as failed; two or three are usual."""
 
@@ -72,7 +78,7 @@ def coefficients(poles: Poles, step_s: float) -> Coefficients:
     return Coefficients(step_s, e, Gamma, G1, poles.C, D)
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def march(
     step_s: float,
     decay: Matrix,
@@ -131,7 +137,10 @@ def march(
     tangent = np.zeros(locals_)
     r = np.zeros(locals_)
     J = np.zeros((locals_, locals_))
-    last = y.copy()
+    before, earlier, size = y.copy(), y.copy(), np.abs(y)
+    smooth = True
+    for e in range(kind.shape[0]):
+        smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL)
     outputs = first + channels
     free = np.zeros(outputs)
     failures = 0
@@ -144,10 +153,11 @@ def march(
             free[a] = total + D[a, 0] * u[0]
         for a in range(locals_):
             p[a] = free[a]
-            guess = 2.0 * y[a] - last[a]
-            last[a] = y[a]
+            guess = 3.0 * (y[a] - before[a]) + earlier[a]
+            earlier[a], before[a] = before[a], y[a]
             y[a] = guess
-        failures += _solve(p, D, kind, coordinate, scale, parameters, state, y, u, tangent, r, J)
+            size[a] = max(size[a] * FORGET, abs(before[a]) + 1e-30)
+        failures += _solve(p, D, kind, coordinate, scale, parameters, state, y, u, tangent, r, J, size, smooth)
         for e in range(kind.shape[0]):
             b = auxiliary[e]
             displacement = 0.0
@@ -172,7 +182,7 @@ def march(
     return failures
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def _solve(
     p: Matrix,
     D: Matrix,
@@ -186,10 +196,15 @@ def _solve(
     tangent: Matrix,
     r: Matrix,
     J: Matrix,
+    size: Matrix,
+    smooth: bool,
 ) -> int:
-    """Solve y = p + H f(y) in place; 1 if it did not converge.  Forces are left in u[1:]."""
+    """Solve y = p + H f(y) in place; 1 if it did not converge.  Forces are left in u[1:].
+
+    Laws with smooth tangents are not evaluated again after a step so small that Newton's quadratic error is far below
+    the tolerance; their forces follow the tangent.
+    """
     count = y.shape[0]
-    damping = 1.0
     for iteration in range(ITERATIONS):
         for a in range(count):
             u[1 + a] = 0.0
@@ -199,32 +214,43 @@ def _solve(
             force, slope = evaluate(kind[e], parameters, state, e, y[a])
             u[1 + a] += scale[e] * force
             tangent[a] += scale[e] * slope
-        largest, size = 0.0, 0.0
+        largest = 0.0
         for a in range(count):
             value = y[a] - p[a]
             for b in range(count):
                 value -= D[a, 1 + b] * u[1 + b]
             r[a] = value
-            largest = max(largest, abs(value) / (abs(y[a]) + abs(p[a]) + 1e-30))
-            size = max(size, abs(y[a]))
-        if largest < 1e-10 or (size < 1e-25 and iteration > 3):
+            largest = max(largest, abs(value) / size[a])
+        if largest < TOLERANCE:
             return 0
         if count == 1:
             r[0] /= 1.0 - D[0, 1] * tangent[0]
+        elif count == 2:
+            a00, a01 = 1.0 - D[0, 1] * tangent[0], -D[0, 2] * tangent[1]
+            a10, a11 = -D[1, 1] * tangent[0], 1.0 - D[1, 2] * tangent[1]
+            determinant = a00 * a11 - a01 * a10
+            first = (a11 * r[0] - a01 * r[1]) / determinant
+            r[1] = (a00 * r[1] - a10 * r[0]) / determinant
+            r[0] = first
         else:
             for a in range(count):
                 for b in range(count):
                     J[a, b] = -D[a, 1 + b] * tangent[b]
                 J[a, a] += 1.0
             _eliminate(J, r)
-        if iteration >= 12:
-            damping = 0.5
+        damping = 1.0 if iteration < 12 else 0.5
+        largest = 0.0
         for a in range(count):
             y[a] -= damping * r[a]
+            largest = max(largest, abs(r[a]) / size[a])
+        if smooth and largest < SMALL_STEP:
+            for a in range(count):
+                u[1 + a] -= tangent[a] * r[a]
+            return 0
     return 1
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def _eliminate(J: Matrix, r: Matrix) -> None:
     """Gaussian elimination with row pivoting; the solution replaces r."""
     n = r.shape[0]

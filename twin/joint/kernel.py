@@ -23,30 +23,46 @@ from twin.joint.kinds import (
 )
 from twin.joint.law import Series
 
-__all__ = ["FASTMATH", "evaluate", "remember"]
+__all__ = ["COMPILED", "evaluate", "remember"]
 
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Rounding may be reordered, but NaN and infinity keep their meaning."""
 
 
+COMPILED = njit(cache=True, fastmath=FASTMATH, error_model="numpy")
+"""How all kernels of the bench are compiled."""
 SLOWEST_RAD_PER_S = 6.0
 """Lower limit of the running frequency, so that a static offset alone does not become an endless damper."""
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
     """Restoring force and its tangent at `e` of the element in one row of parameters `p` and memory `state`.
 
-    Rows are indexed here and not passed as views, which would cost more than the laws themselves.
+    Rows are indexed here and not passed as views, and the laws with loops are a function of their own, because a call
+    with many registers to save costs more than the laws that most rigs have.
     """
-    if kind == LINEAR:
-        return p[row, 0] * e, p[row, 0]
-    if kind == CUBIC:
-        return p[row, 0] * e * e * e, 3.0 * p[row, 0] * e * e
     if kind == SATURATING:
         q = 1.0 / (1.0 + (e / p[row, 1]) * (e / p[row, 1]))
         root = sqrt(q)
         return (p[row, 0] * root + p[row, 2]) * e, p[row, 0] * q * root + p[row, 2]
+    if kind == RUNNING_LOSS:
+        return state[row, 2] * e, state[row, 2]
+    if kind == LINEAR:
+        return p[row, 0] * e, p[row, 0]
+    if kind == CUBIC:
+        return p[row, 0] * e * e * e, 3.0 * p[row, 0] * e * e
+    if kind == TABLE:
+        n = int(p[row, 0])
+        position = (e + p[row, 1]) / (2.0 * p[row, 1]) * (n - 1)
+        i = min(max(int(position), 0), n - 2)
+        slope = p[row, 3 + i] - p[row, 2 + i]
+        return p[row, 2 + i] + slope * (position - i), slope * (n - 1) / (2.0 * p[row, 1])
+    return _with_loops(kind, p, state, row, e)
+
+
+@COMPILED
+def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
     if kind == SLIDERS:
         force, tangent = 0.0, 0.0
         for i in range(int(p[row, 0])):
@@ -70,20 +86,12 @@ def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[f
         return force, tangent
     if kind == POLYNOMIAL:
         return _polynomial(p, state, row, e)
-    if kind == TABLE:
-        n = int(p[row, 0])
-        position = (e + p[row, 1]) / (2.0 * p[row, 1]) * (n - 1)
-        i = min(max(int(position), 0), n - 2)
-        slope = p[row, 3 + i] - p[row, 2 + i]
-        return p[row, 2 + i] + slope * (position - i), slope * (n - 1) / (2.0 * p[row, 1])
-    if kind == RUNNING_LOSS:
-        return state[row, 2] * e, state[row, 2]
     if kind == QUADRATIC_DRAG:
         return p[row, 0] * e * abs(e), 2.0 * p[row, 0] * abs(e)
     return 0.0, 0.0
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
     size = abs(e)
     sign = 1.0 if e >= 0.0 else -1.0
@@ -96,13 +104,10 @@ def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, fl
     losses = int(p[row, 2 + storage])
     if losses > 0:
         step = e - state[row, 0]
-        trial = (
-            state[row, 1] + step / p[row, 0]
-            if p[row, 0] > 0.0
-            else (1e300 if step > 0.0 else (-1e300 if step < 0.0 else 0.0))
-        )
+        travel = p[row, 0] if p[row, 0] > 0.0 else 1e-300
+        trial = state[row, 1] + step / travel
         s = min(max(trial, -1.0), 1.0)
-        ds = 1.0 / p[row, 0] if p[row, 0] > 0.0 and abs(trial) < 1.0 else 0.0
+        ds = 1.0 / travel if abs(trial) < 1.0 else 0.0
         power = 1.0
         for k in range(losses):
             c = p[row, 3 + storage + k]
@@ -112,7 +117,7 @@ def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, fl
     return force, tangent
 
 
-@njit(cache=True, fastmath=FASTMATH)
+@COMPILED
 def remember(kind: int, p: Series, state: Series, row: int, e: float, displacement: float, step_s: float) -> None:
     """Move one row's memory to the end of a step that ended at `e`; `displacement` goes with a velocity coordinate."""
     if kind == SLIDERS:
@@ -122,10 +127,8 @@ def remember(kind: int, p: Series, state: Series, row: int, e: float, displaceme
         state[row, 0] = e
     elif kind == POLYNOMIAL:
         step = e - state[row, 0]
-        if p[row, 0] > 0.0:
-            state[row, 1] = min(max(state[row, 1] + step / p[row, 0], -1.0), 1.0)
-        else:
-            state[row, 1] = 1.0 if step > 0.0 else (-1.0 if step < 0.0 else 0.0)
+        travel = p[row, 0] if p[row, 0] > 0.0 else 1e-300
+        state[row, 1] = min(max(state[row, 1] + step / travel, -1.0), 1.0)
         state[row, 0] = e
     elif kind == RUNNING_LOSS:
         blend = step_s / (p[row, 0] + 0.5 * step_s)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from twin.bench.plan import Matrices, Plan
@@ -27,7 +29,7 @@ def _weaken(plan: Plan, matrices: Matrices, position_m: float, factor: float) ->
     lower = position_m <= rig.lower.length
     beam, x, offset = (rig.lower, mesh.lower_x, 0) if lower else (rig.upper, mesh.upper_x, len(mesh.lower_x))
     K = np.zeros((3 * mesh.nodes, 3 * mesh.nodes))
-    for e, (a, b) in enumerate(zip(x, x[1:], strict=False)):
+    for e, (a, b) in enumerate(pairwise(x)):
         covered = max(0.0, min(b, position_m + half) - max(a, position_m - half)) / (b - a)
         if covered > 0:
             dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
