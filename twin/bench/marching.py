@@ -220,7 +220,7 @@ def _solve(
             for b in range(count):
                 value -= D[a, 1 + b] * u[1 + b]
             r[a] = value
-            largest = max(largest, abs(value) / size[a])
+            largest = max(largest, abs(value) / (size[a] + abs(y[a]) + abs(p[a])))
         if largest < TOLERANCE:
             return 0
         if count == 1:
