@@ -64,7 +64,7 @@ class SettlingDetector:
         """Remaining transient and its standard deviation, both relative, of each channel that measures something."""
         if len(self._windows) < self._count:
             return []
-        weights = self._weights()[1]
+        _, weights = self._weights()
         spread = float(np.linalg.norm(weights))
         judged = []
         for channel in self._windows[-1]:
@@ -81,14 +81,16 @@ class SettlingDetector:
         """The phasors p that the response tends to; empty for too few windows."""
         if len(self._windows) < self._count:
             return {}
-        weights = self._weights()[0]
-        return {name: complex(weights @ [window[name] for window in self._windows]) for name in self._windows[-1]}
+        shape, weights = self._weights()
+        # p = mean(p_k) - c mean(mu^k)
+        rows = 1.0 / self._count - shape.mean() * weights
+        return {name: complex(rows @ [window[name] for window in self._windows]) for name in self._windows[-1]}
 
-    def _weights(self) -> NDArray[np.complex128]:
-        """The rows that give p and c of p_k = p + c mu^k by least squares."""
+    def _weights(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Powers mu^k, and the row that gives c of p_k = p + c mu^k by least squares."""
         shape = self._decay ** np.arange(1 - self._count, 1)
-        design = np.column_stack([np.ones(self._count), shape])
-        return np.asarray(np.linalg.pinv(design))
+        apart = (shape - shape.mean()).conj()
+        return shape, apart / np.vdot(apart, apart).real
 
     def _estimate_decay(self) -> None:
         """Estimate mu by least squares over the successive differences of all channels, each relative to its size."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from twin.procedures import SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
+from twin.rehearsal.checks.dwell import transient_left
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["check_grid", "phase_steps", "steepest_linear"]
@@ -17,6 +18,7 @@ __all__ = ["check_grid", "phase_steps", "steepest_linear"]
 ALLOWED_DEGREES = 60.0
 """Phase of the response between neighbouring steps: a half turn through the peak in three steps at least."""
 MARGIN_DEGREES = 30.0
+MOST_TRANSIENT = 0.2
 
 
 def check_grid(rehearsal: Rehearsal) -> list[Caution]:
@@ -48,14 +50,18 @@ def check_grid(rehearsal: Rehearsal) -> list[Caution]:
 
 
 def phase_steps(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[float]:
-    """By how many degrees the largest response turns from each step to the next; 0 where it is next to nothing."""
+    """By how many degrees the largest response turns from each step to the next; 0 where that says nothing."""
     channel = rehearsal.response_channel(steps)
     if channel is None or rehearsal.procedure.procedure != "stepped-sine" or len({s.frequency_Hz for s in steps}) < 2:
         return []
     H = np.array([rehearsal.transfer(step, channel) for step in steps])
     seen = abs(H) > 0.02 * abs(H).max()
+    # a transient has a phase of its own: nothing is to be learnt from it about grid or jumps
+    still = [transient_left(rehearsal, step, None) < MOST_TRANSIENT for step in steps]
     turns = np.degrees(abs(np.angle(H[1:] * np.conj(H[:-1]))))
-    return [float(turn) if a or b else 0.0 for turn, a, b in zip(turns, seen[1:], seen[:-1], strict=True)]
+    return [
+        float(turns[i]) if (seen[i] or seen[i + 1]) and still[i] and still[i + 1] else 0.0 for i in range(len(turns))
+    ]
 
 
 def steepest_linear(rehearsal: Rehearsal, steps: Sequence[StepResult], index: int) -> float:

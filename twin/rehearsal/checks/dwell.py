@@ -31,10 +31,10 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
         tau_s = rehearsal.time_constant_s(step.frequency_Hz)
         wait = f"{step.settle_s:.3g} s" + (" at most" if step.settled is False else "")
         reason = (
-            f"after {wait} about {100 * left[worst]:.2g} % of the response is still a transient "
+            f"after {wait} {_part(left[worst])} of the response is still a transient "
             f"(it decays with {tau_s:.2g} s): false damping" + _hysteresis(rehearsal, sweep, steps)
         )
-        wanted_s = tau_s * math.log(max(left[worst] / 1e-3, math.e)) + step.settle_s
+        wanted_s = tau_s * math.log(max(min(left[worst], 1.0) / 1e-3, math.e)) + step.settle_s
         found.append(
             Caution(
                 kind="dwell-too-short", severity="warning", sweep=sweep, index=step.index,
@@ -68,6 +68,10 @@ def transient_left(rehearsal: Rehearsal, step: StepResult, before: StepResult | 
         if name in before.phasors and phasor and name in rehearsal.response_channels
     ]
     return max(changes, default=0.0) * math.exp(-step.settle_s / tau_s)
+
+
+def _part(left: float) -> str:
+    return "most" if left > 0.5 else f"about {100 * left:.2g} %"
 
 
 def _pairs(steps: Sequence[StepResult]) -> list[tuple[StepResult | None, StepResult]]:

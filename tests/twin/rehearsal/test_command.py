@@ -1,0 +1,92 @@
+"""`twin rehearse` on the steel rig: results, exit status, interruption."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from recordings import read_run
+from recordings.run import StepState
+from twin.cli import main
+from twin.procedures import load_procedure
+
+SWEEP = """
+procedure = "stepped-sine"
+frequencies = [26.0, 26.4]
+amplitudes = [0.2]
+settle = { tolerance = 0.005 }
+measure = { seconds = 1.0 }
+"""
+
+
+def twin(*arguments):
+    with pytest.raises(SystemExit) as ended:
+        main(["rehearse", *map(str, arguments)])
+    return ended.value.code
+
+
+def test_results_say_what_was_rehearsed(tmp_path, capsys):
+    (tmp_path / "mine.toml").write_text(SWEEP)
+    out = tmp_path / "out"
+    assert twin(tmp_path / "mine.toml", "--rig", "steel-lap-joint", "--out", out, "--json") == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result == json.loads((out / "result.json").read_text())
+    assert result["state"] == "done"
+    assert result["duration_s"] == pytest.approx(sum(s["settle_s"] + s["measure_s"] for s in result["steps"]), abs=1)
+    step = result["steps"][0]
+    assert step["phasors"]["force"]["amplitude"] == pytest.approx(0.2, rel=0.005)
+    assert 0 < step["range_use"]["force"] < 0.01
+    assert set(step["limit_use"]) == {"voltage"}
+    run = read_run(out / "run.mcap")
+    assert run.info["preload_N"] == "120"
+    assert set(run.attachments) == {"rig.toml", "procedure.toml"}
+    assert load_procedure(out / "procedure.toml").amplitudes == [0.2]
+
+
+def test_a_procedure_that_must_not_be_run_ends_with_status_1(tmp_path):
+    (tmp_path / "wild.toml").write_text(SWEEP + "limits = { peak = { acc2 = 0.5 } }\n")
+    out = tmp_path / "out"
+    assert twin(tmp_path / "wild.toml", "--rig", "steel-lap-joint", "--out", out, "--rounds", "0") == 1
+    result = json.loads((out / "result.json").read_text())
+    assert [caution["kind"] for caution in result["warnings"]] == ["limit-reached"]
+    assert read_run(out / "run.mcap").steps[-1].state == StepState.ABORTED
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "message"),
+    [
+        (SWEEP + 'target_channel = "torque"\n', [], "mine.toml: target_channel: no channel 'torque'"),
+        (SWEEP + "dwell = 3\n", [], "mine.toml: dwell: "),
+        (SWEEP, ["--preload", "9N"], "--preload: rig 'steel-lap-joint' has no preload '9N'"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, capsys, text, arguments, message):
+    (tmp_path / "mine.toml").write_text(text)
+    assert twin(tmp_path / "mine.toml", "--rig", "steel-lap-joint", "--out", tmp_path / "out", *arguments) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path):
+    command = [sys.executable, "-m", "twin", "rehearse", "steel-sweeps", "--rig", "steel-lap-joint"]
+    running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE)
+    try:
+        recording = tmp_path / "run.mcap"
+        until = time.monotonic() + 60
+        while time.monotonic() < until and not (recording.exists() and recording.stat().st_size > 100_000):
+            time.sleep(0.05)
+        running.send_signal(signal.SIGINT)
+        _, error = running.communicate(timeout=30)
+    finally:
+        running.kill()
+    assert running.returncode == 130, error.decode()
+    run = read_run(recording)
+    assert run.steps[-1].state == StepState.ABORTED
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["state"] == "interrupted"
+    assert len(result["steps"]) > 0
