@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,8 @@ from twin.identify.spectrum import BroadbandRecord, h1
 
 __all__ = ["BinnedResponse", "bin_response", "find_resonances"]
 
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
+Complex = NDArray[Any]
+Real = NDArray[Any]
 
 BIN_SHARE = 0.12
 """A bin's width beside its distance to the nearest resonance."""
@@ -46,6 +47,7 @@ class BinnedResponse:
     """
 
     run: str
+    time_s: float
     frequency_Hz: Real
     H: Complex
     covariance: Complex
@@ -143,6 +145,7 @@ def bin_response(
     density = np.sqrt(np.concatenate([[Su], Sy]) * lines_per_Hz / 2)
     return BinnedResponse(
         run=record.run,
+        time_s=record.time_s,
         frequency_Hz=centre,
         H=H,
         covariance=covariance,

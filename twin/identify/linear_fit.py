@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,8 @@ DETUNING_STD = 1e-4
 
 __all__ = ["LinearFit", "base_prior", "fit_linear", "reduce_broadband", "whiten"]
 
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
+Complex = NDArray[Any]
+Real = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,7 @@ Base parameters, which no experimenter knows well: the layer's E', G' and their 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,8 @@ from twin.structure import Structure, assemble
 
 __all__ = ["DAMPED_MODES", "BaseParameters", "LinearModel", "Output", "Ports", "build_linear_model"]
 
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
+Complex = NDArray[Any]
+Real = NDArray[Any]
 
 DAMPED_MODES = 5
 """Modes whose damping ratios are identified; those above keep what is believed."""
@@ -141,6 +142,10 @@ class LinearModel:
         """
         basis = self.basis.with_damping(base.zeta)
         R = basis.receptance(self.ports.rows, omega)
+        return update_receptance(R, self.ports.soft, self._soft_stiffness(omega, base, dE, dG))
+
+    def _soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
+        """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
         p = self.ports
         # The sine convention exp(+j omega t) makes a loss a positive imaginary stiffness.
         SE = base.E * (1 + 1j * base.loss_E) - self.reference_E + np.asarray(dE)
@@ -149,7 +154,19 @@ class LinearModel:
         S[:, p.normal] = np.broadcast_to(SE, len(omega))[:, None]
         S[:, p.shear] = np.broadcast_to(SG, len(omega))[:, None]
         S[:, p.modal] = 2 * base.detuning * self.basis.omega[:DAMPED_MODES] ** 2
-        return update_receptance(R, p.soft, S)
+        return S
+
+    def output_field(
+        self, omega: Real, base: BaseParameters, dE: Complex | float = 0.0, dG: Complex | float = 0.0
+    ) -> Complex:
+        """Displacement of the outputs per unit force on every degree of freedom, (f, o, n)."""
+        p, basis = self.ports, self.basis.with_damping(base.zeta)
+        R = basis.receptance(self.ports.rows[: p.outputs.stop], omega)
+        S = self._soft_stiffness(omega, base, dE, dG)
+        T = S[:, :, None] * np.linalg.inv(np.eye(S.shape[1]) + R[:, p.soft, p.soft] * S[:, None, :])
+        # By reciprocity: the reference structure driven by the outputs' rows less what the soft ports hold back.
+        effective = self.ports.rows[p.outputs] - (R[:, p.outputs, p.soft] @ T) @ self.ports.rows[p.soft]
+        return basis.field(effective, omega)
 
     def to_quantity(self, omega: Real) -> Complex:
         """Factors (f, o) from displacements at the outputs to their channels' quantities."""

@@ -13,6 +13,7 @@ Every sensitivity is then a product of receptances: d R'_oi / dp = - R'_o: (dZ/d
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,8 @@ from twin.structure import Modes, Structure, normal_modes
 
 __all__ = ["ModalBasis", "layer_ports", "lowest_modes_basis", "update_receptance"]
 
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
+Complex = NDArray[Any]
+Real = NDArray[Any]
 
 KEPT_MODES = 30
 
@@ -69,6 +70,13 @@ class ModalBasis:
         R = np.einsum("pm,fm,qm->fpq", P, D, P, optimize=True)
         static, static2 = ports @ self.flexibility @ ports.T, ports @ self.flexibility2 @ ports.T
         return R + static + omega[:, None, None] ** 2 * static2
+
+    def field(self, rows: Complex, omega: Real) -> Complex:
+        """Displacements (f, o, n) under loads `rows` (f, o, n)."""
+        w = omega[:, None]
+        D = 1.0 / (self.omega**2 - w**2 + 2j * self.zeta * self.omega * w)
+        modal = (rows @ self.Phi) * D[:, None, :]
+        return modal @ self.Phi.T + rows @ self.flexibility + omega[:, None, None] ** 2 * (rows @ self.flexibility2)
 
 
 def lowest_modes_basis(M: Real, K: Real, zeta: Real, *, kept: int = KEPT_MODES) -> ModalBasis:

@@ -37,7 +37,7 @@ class SteadyState:
     frequency_Hz, target_amplitude : float
         As commanded.
     time_s : float
-        Of the stretch's middle, since the run's first step.
+        Of the stretch's middle, on the recording's own time base.
     amplitude : dict of ndarray
         Complex harmonics 1 ... H of each channel, in its unit.
     variance : dict of ndarray
@@ -89,14 +89,13 @@ def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[St
     A step is dropped if less than two periods or fewer than sixteen sound samples of some channel remain.
     """
     names = list(channels or run.channels)
-    origin = min((step.time_ns for step in run.steps), default=0)
     measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
     measured.sort(key=lambda stretch: stretch.start_ns)
-    states = [_fit(run, stretch, names, origin, position) for position, stretch in enumerate(measured)]
+    states = [_fit(run, stretch, names, position) for position, stretch in enumerate(measured)]
     return [state for state in states if state is not None]
 
 
-def _fit(run: Run, stretch: Stretch, names: list[str], origin: int, position: int) -> SteadyState | None:
+def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyState | None:
     step = stretch.step
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
@@ -123,7 +122,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], origin: int, position: in
         frequency_Hz=step.frequency_Hz,
         target_channel=step.target_channel,
         target_amplitude=step.target_amplitude,
-        time_s=((stretch.start_ns + stretch.stop_ns) / 2 - origin) * 1e-9,
+        time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
         amplitude=amplitude,
         variance=variance,
         drift=drift,

@@ -21,6 +21,8 @@ class BroadbandRecord:
 
     Attributes
     ----------
+    time_s : float
+        Of the stretch's middle, on the recording's own time base.
     samples : dict of ndarray
         Each channel's samples, all of one length, in its unit.
     lost : int
@@ -29,6 +31,7 @@ class BroadbandRecord:
 
     run: str
     sweep: str
+    time_s: float
     sample_rate_Hz: float
     samples: dict[str, NDArray[np.float64]]
     lost: int
@@ -76,7 +79,14 @@ def broadband_records(run: Run) -> list[BroadbandRecord]:
                     x[missing] = np.interp(np.flatnonzero(missing), np.flatnonzero(~missing), x[~missing])
                 cut[name] = x
             records.append(
-                BroadbandRecord(run=run.path, sweep=sweep.name, sample_rate_Hz=rates.pop(), samples=cut, lost=lost)
+                BroadbandRecord(
+                    run=run.path,
+                    sweep=sweep.name,
+                    time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
+                    sample_rate_Hz=rates.pop(),
+                    samples=cut,
+                    lost=lost,
+                )
             )
     return records
 

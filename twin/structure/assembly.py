@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import Rig
-from twin.structure.beam import beam_mass, beam_stiffness, deflection_shape, slope_shape
+from twin.structure.beam import beam_mass, beam_stiffness, curvature_shape, deflection_shape, slope_shape
 from twin.structure.mesh import LapJointMesh, mesh_rig
 from twin.structure.thin_layer import thin_layer
 from twin.structure.timoshenko import timoshenko_mass
@@ -31,8 +31,8 @@ class Structure:
         Strain operators of the layer's Gauss points, KE = B_E' B_E and KG = B_G' B_G.
     normal_weight, shear_weight : ndarray, (r,)
         B_E / normal_weight is the opening in metres, B_G / shear_weight the slip.
-    layer_x : ndarray
-        Positions of the normal Gauss points, m.
+    layer_x, shear_x : ndarray
+        Positions of the normal and the shear Gauss points, m.
     free : ndarray of int
         The free ones among all 3 x nodes degrees of freedom.
     """
@@ -45,6 +45,7 @@ class Structure:
     normal_weight: Matrix
     shear_weight: Matrix
     layer_x: Matrix
+    shear_x: Matrix
     free: NDArray[np.int64]
 
     @property
@@ -69,6 +70,10 @@ class Structure:
         """Row with v'(position), the derivative of :meth:`deflection` with respect to position."""
         return self._row(position_m, slope_shape, [1, 2, 4, 5])
 
+    def curvature(self, position_m: float) -> Matrix:
+        """Row with v''(position), the beam's curvature."""
+        return self._row(position_m, curvature_shape, [1, 2, 4, 5])
+
     def axial(self, position_m: float) -> Matrix:
         """Row with u(position)."""
         return self._row(position_m, lambda xi, _length: np.array([1 - xi, xi]), [0, 3])
@@ -77,6 +82,15 @@ class Structure:
         """The same structure with a mass fixed at `position_m`."""
         v, u = self.deflection(position_m), self.axial(position_m)
         return replace(self, M=self.M + mass_kg * (np.outer(v, v) + np.outer(u, u)))
+
+    def with_layer_gradient(self, gradient: float) -> Structure:
+        """The same structure with layer moduli that vary along the overlap as 1 - gradient (xi - 1/2), xi = 0 ... 1."""
+        start, end = (self.mesh.lower_x[self.mesh.layer_nodes[i][0]] for i in (0, -1))
+        normal, shear = (
+            np.sqrt(np.maximum(1 - gradient * ((x - start) / (end - start) - 0.5), 1e-6))[:, None]
+            for x in (self.layer_x, self.shear_x)
+        )
+        return replace(self, B_E=normal * self.B_E, B_G=shear * self.B_G)
 
     def _row(self, position_m: float, shape: Callable[[float, float], Matrix], local: list[int]) -> Matrix:
         lower = position_m <= self.mesh.lower_x[-1]
@@ -93,7 +107,12 @@ class Structure:
 
 
 def assemble(
-    rig: Rig, *, mesh: LapJointMesh | None = None, clamped: bool = True, sensor_masses: bool = True
+    rig: Rig,
+    *,
+    mesh: LapJointMesh | None = None,
+    clamped: bool = True,
+    sensor_masses: bool = True,
+    clamp_rotation_stiffness: float | None = None,
 ) -> Structure:
     """Assemble the two beams and the layer of `rig`.
 
@@ -105,6 +124,8 @@ def assemble(
         Whether the lower beam is fixed at x = 0; otherwise the structure floats.
     sensor_masses
         Whether the sensors' masses are in M.
+    clamp_rotation_stiffness
+        Of a clamp that lets the beam's root turn, N m/rad; None is a rigid clamp.
     """
     mesh = mesh or mesh_rig(rig)
     size = 3 * mesh.nodes
@@ -120,7 +141,11 @@ def assemble(
                 )
             else:
                 M[dofs] += beam_mass(mass_per_length=rho * A, length=length)
-    free = np.arange(3 if clamped else 0, size)
+    held = 3 if clamped else 0
+    if clamped and clamp_rotation_stiffness is not None:
+        held = 2
+        K0[2, 2] += clamp_rotation_stiffness
+    free = np.arange(held, size)
     structure = Structure(mesh, M[np.ix_(free, free)], K0[np.ix_(free, free)], *_layer(rig, mesh, free), free=free)
     if sensor_masses:
         for sensor in rig.sensor:
@@ -128,11 +153,13 @@ def assemble(
     return structure
 
 
-def _layer(rig: Rig, mesh: LapJointMesh, free: NDArray[np.int64]) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
-    """Strain operators of all layer elements, their weights and the positions of the normal Gauss points."""
+def _layer(rig: Rig, mesh: LapJointMesh, free: NDArray[np.int64]) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix, Matrix]:
+    """Strain operators of all layer elements, their weights and the positions of their Gauss points."""
     normal: list[Matrix] = []
     shear: list[Matrix] = []
-    normal_weight, shear_weight, position = [], [], []
+    normal_weight, shear_weight = [], []
+    normal_x: list[Matrix] = []
+    shear_x: list[Matrix] = []
     width = min(rig.lower.width, rig.upper.width)
     for (low, up), (low2, _up2) in zip(mesh.layer_nodes, mesh.layer_nodes[1:], strict=False):
         length = mesh.lower_x[low2] - mesh.lower_x[low]
@@ -150,12 +177,14 @@ def _layer(rig: Rig, mesh: LapJointMesh, free: NDArray[np.int64]) -> tuple[Matri
             rows.append(full[:, free])
         normal_weight.append(element.normal_weight)
         shear_weight.append(element.shear_weight)
-        points = (np.polynomial.legendre.leggauss(len(element.B_E))[0] + 1) / 2
-        position.append(mesh.lower_x[low] + length * points)
+        for B, positions in ((element.B_E, normal_x), (element.B_G, shear_x)):
+            points = (np.polynomial.legendre.leggauss(len(B))[0] + 1) / 2
+            positions.append(mesh.lower_x[low] + length * points)
     return (
         np.vstack(normal),
         np.vstack(shear),
         np.concatenate(normal_weight),
         np.concatenate(shear_weight),
-        np.concatenate(position),
+        np.concatenate(normal_x),
+        np.concatenate(shear_x),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["beam_mass", "beam_stiffness", "deflection_shape", "slope_shape"]
+__all__ = ["beam_mass", "beam_stiffness", "curvature_shape", "deflection_shape", "slope_shape"]
 
 
 def beam_stiffness(*, EA: float, EI: float, length: float, shear_ratio: float = 0.0) -> NDArray[np.float64]:
@@ -107,5 +107,17 @@ def slope_shape(xi: float, length: float) -> NDArray[np.float64]:
             1 - 4 * xi + 3 * xi**2,
             (6 * xi - 6 * xi**2) / length,
             3 * xi**2 - 2 * xi,
+        ]
+    )
+
+
+def curvature_shape(xi: float, length: float) -> NDArray[np.float64]:
+    """Second derivative of :func:`deflection_shape` with respect to x: the curvature v'' at `xi` in 0..1."""
+    return np.array(
+        [
+            (12 * xi - 6) / length**2,
+            (6 * xi - 4) / length,
+            (6 - 12 * xi) / length**2,
+            (6 * xi - 2) / length,
         ]
     )

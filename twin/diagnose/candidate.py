@@ -1,0 +1,188 @@
+"""A model on trial: the base family extended by causes at given values, refitted with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.cause import Cause, Parameter
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+from twin.identify.gauss_newton import Solution, minimise
+from twin.identify.prediction import HarmonicResiduals, Predictor, Unknowns
+
+__all__ = ["Blame", "Candidate", "extension_of", "fit_candidate"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Blame:
+    """One cause with its label and the values of its parameters."""
+
+    cause: Cause
+    label: Mapping[str, str]
+    values: Mapping[str, float]
+    std: Mapping[str, float]
+
+    @property
+    def key(self) -> str:
+        """Name and label, such as ``channel-gain acc1``."""
+        return " ".join([self.cause.name, *self.label.values()])
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A fitted model.
+
+    Attributes
+    ----------
+    blames : tuple of Blame
+        What it blames; empty for the base family.
+    log_evidence : float
+        Laplace's approximation of the log marginal likelihood, up to a constant that all models share.
+    """
+
+    blames: tuple[Blame, ...]
+    unknowns: Unknowns
+    solution: Solution
+    log_evidence: float
+    dof: int
+
+    @property
+    def chi2_per_dof(self) -> float:
+        """Of all evidence."""
+        return self.solution.chi2 / max(1, self.dof)
+
+
+def extension_of(evidence: Evidence, blames: tuple[Blame, ...]) -> Extension:
+    """All extensions at once."""
+    whole = Extension()
+    for blame in blames:
+        whole = whole.merged(blame.cause.extension(evidence, blame.label, blame.values))
+    return whole
+
+
+def fit_candidate(
+    evidence: Evidence,
+    harmonics: HarmonicResiduals | None,
+    start: Unknowns,
+    blames: tuple[Blame, ...],
+    *,
+    iterations: int = 20,
+    tolerance: float = 0.1,
+) -> Candidate:
+    """Refit the base family together with the causes' parameters.
+
+    Parameters
+    ----------
+    blames
+        Causes with the values to begin from.
+    iterations, tolerance
+        Of the Gauss-Newton search.
+    """
+    slots = [(i, p) for i, blame in enumerate(blames) for p in blame.cause.parameters(evidence, blame.label)]
+    base_mean, base_precision = Predictor(evidence).prior(start)
+    count = len(base_mean)
+    # Parameters in units of their scale, so that one step length suits all.
+    scales = np.array([p.scale for _, p in slots])
+    mean = np.concatenate([base_mean, [_centre(p, blames[i].values[p.name]) / p.scale for i, p in slots]])
+    precision = np.zeros((len(mean), len(mean)))
+    precision[:count, :count] = base_precision
+    for k, (_, p) in enumerate(slots):
+        precision[count + k, count + k] = 1e-6 if p.places else 1.0
+    lower = np.concatenate([np.full(count, -np.inf), [p.lower / p.scale for _, p in slots]])
+    upper = np.concatenate([np.full(count, np.inf), [p.upper / p.scale for _, p in slots]])
+    x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in slots]])
+    largest = np.concatenate([_largest_base_steps(start), np.full(len(slots), 1.0)])
+    for k, (_, p) in enumerate(slots):
+        if p.places:
+            largest[count + k] = 0.1 * (p.upper - p.lower) / p.scale
+
+    def with_values(x: Array) -> tuple[Blame, ...]:
+        tables: list[dict[str, float]] = [dict(blame.values) for blame in blames]
+        for k, (i, p) in enumerate(slots):
+            tables[i][p.name] = float(x[count + k] * scales[k])
+        return tuple(replace(blame, values=table) for blame, table in zip(blames, tables, strict=True))
+
+    def residual(x: Array, *, sensitivities: bool) -> tuple[Array, Array]:
+        predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics)
+        prediction = predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
+        return prediction.residual, prediction.jacobian
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        r, J = residual(x, sensitivities=True)
+        columns = np.zeros((len(r), len(slots)))
+        for k, (_, p) in enumerate(slots):
+            step = _difference_step(p, x[count + k] * scales[k]) / p.scale
+            moved = x.copy()
+            moved[count + k] += step
+            columns[:, k] = (r - residual(moved, sensitivities=False)[0]) / step
+        return r, np.hstack([J, columns])
+
+    solution = minimise(
+        evaluate,
+        x0,
+        mean=mean,
+        precision=precision,
+        bounds=(lower, upper),
+        iterations=iterations,
+        tolerance=tolerance,
+        largest_step=largest,
+    )
+    std = np.sqrt(np.diag(solution.covariance))[count:] * scales
+    final = []
+    for i, blame in enumerate(with_values(solution.x)):
+        errors = {p.name: float(std[k]) for k, (j, p) in enumerate(slots) if j == i}
+        final.append(replace(blame, std=errors))
+    return Candidate(
+        blames=tuple(final),
+        unknowns=start.with_vector(solution.x[:count]),
+        solution=solution,
+        log_evidence=log_evidence(solution, base_precision, [p for _, p in slots]),
+        dof=len(solution.residual) - _free_count(solution),
+    )
+
+
+def log_evidence(
+    solution: Solution, base_precision: Array, parameters: list[Parameter], *, temper: float = 1.0
+) -> float:
+    """Laplace's log evidence; a parameter that places an effect has a uniform prior over its range.
+
+    Parameters
+    ----------
+    temper
+        Divides chi2: the variance by which even the best model's residual exceeds its noise.
+    """
+    A = solution.information
+    value = -0.5 * (solution.chi2 / temper + solution.penalty)
+    value -= 0.5 * (np.linalg.slogdet(A)[1] - np.linalg.slogdet(base_precision)[1])
+    for p in parameters:
+        if p.places:
+            value += 0.5 * np.log(2 * np.pi) - np.log((p.upper - p.lower) / p.scale)
+    return float(value)
+
+
+def _centre(parameter: Parameter, start: float) -> float:
+    return start if parameter.places else parameter.null
+
+
+def _difference_step(parameter: Parameter, value: float) -> float:
+    """Step of the difference quotient in a cause's parameter, away from its upper bound."""
+    step = 1e-3 * parameter.scale if parameter.places else 1e-4 * parameter.scale + 1e-4 * abs(value - parameter.null)
+    return -step if value + step > parameter.upper else step
+
+
+def _largest_base_steps(unknowns: Unknowns) -> Array:
+    base = np.concatenate([[0.3, 0.3, 0.05, 0.3], np.full(5, 1.0), np.full(5, 1e-3)])
+    return np.concatenate([base, np.full(len(unknowns.vector) - len(base) - 2, np.inf), [0.3, 0.3]])
+
+
+def _free_count(solution: Solution) -> int:
+    """Parameters that the data determine rather than the prior, rounded."""
+    data = solution.jacobian.T @ solution.jacobian
+    return round(float(np.trace(np.linalg.solve(solution.information, data))))

@@ -1,0 +1,107 @@
+"""What every cause says of itself: its parameters, what it adds to the forward model, and in words."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+from twin.structure import Structure
+
+__all__ = ["Cause", "Parameter", "Values"]
+
+Array = NDArray[Any]
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """A parameter of a cause, in SI units.
+
+    Attributes
+    ----------
+    name : str
+        As the recording contract fixes it.
+    scale : float
+        Standard deviation of its prior: how large such a fault usually is, around `null`.
+    lower, upper : float
+        Bounds.
+    null : float
+        Value at which the cause has no effect; NaN for a parameter that places an effect and has none.
+    starts : tuple of float
+        Where a search begins, the likeliest first.
+    """
+
+    name: str
+    scale: float
+    lower: float
+    upper: float
+    null: float = float("nan")
+    starts: tuple[float, ...] = ()
+
+    @property
+    def places(self) -> bool:
+        """Whether the parameter only says where or at which frequency an effect is."""
+        return bool(np.isnan(self.null))
+
+
+class Cause(ABC):
+    """One way in which the rig may differ from what is believed.
+
+    A cause is one file in ``twin/diagnose/causes``: its name and parameters, fixed by the recording contract, an
+    :class:`~twin.identify.extension.Extension` of the forward model, and a sentence.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Choices that are names, such as the channel at fault: one search each; a single empty one by default."""
+        return ({},)
+
+    @abstractmethod
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """The numbers to be found; the first one with a null value is the effect's strength."""
+
+    @abstractmethod
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """What differs from the believed rig at these values."""
+
+
+def along_beam(evidence: Evidence, count: int = 14) -> tuple[float, ...]:
+    """Positions to begin a search from, m: evenly along the structure, tip first, the clamp left out."""
+    length = evidence.rig.length
+    return tuple(float(x) for x in np.linspace(length, length / count, count))
+
+
+def position(evidence: Evidence, count: int = 14) -> Parameter:
+    """The parameter `position_m` along the whole structure."""
+    length = evidence.rig.length
+    starts = along_beam(evidence, count)
+    return Parameter(name="position_m", scale=length, lower=0.01 * length, upper=length, starts=starts)
+
+
+def point(position_m: float) -> Callable[[Structure], Array]:
+    """One port across the beam, (1, n), for an attachment."""
+    return lambda s: s.deflection(position_m)[None]
+
+
+def single_point(position_m: float) -> Callable[[Structure], Array]:
+    """One port across the beam, (n,), for a nonlinear force."""
+    return lambda s: s.deflection(position_m)
+
+
+def response_channels(evidence: Evidence) -> tuple[dict[str, str], ...]:
+    """One label for each response channel."""
+    return tuple({"channel": name} for name in evidence.channels)
+
+
+def all_channels(evidence: Evidence) -> tuple[dict[str, str], ...]:
+    """One label for each channel, the force's last."""
+    return (*response_channels(evidence), {"channel": evidence.force})

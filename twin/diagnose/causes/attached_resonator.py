@@ -1,0 +1,43 @@
+"""Something loose that resonates by itself: a cable, a bracket, a dangling connector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values, point, position
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Attachment, Extension
+
+__all__ = ["AttachedResonator"]
+
+
+class AttachedResonator(Cause):
+    """A mass on a damped spring."""
+
+    name = "attached-resonator"
+    summary = "a small mass on a spring of its own hangs on the structure"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Mass, frequency, damping and place."""
+        high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
+        frequencies = tuple(float(f) for f in np.geomspace(12.0, high, 14))
+        return (
+            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,)),
+            Parameter(name="frequency_Hz", scale=high, lower=5.0, upper=1.5 * high, starts=frequencies),
+            Parameter(name="damping_ratio", scale=0.2, lower=1e-3, upper=0.7, starts=(0.03,)),
+            position(evidence, 3),
+        )
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """Dynamic stiffness of a seismic mass."""
+        m, w, z = values["mass_kg"], 2 * np.pi * values["frequency_Hz"], values["damping_ratio"]
+
+        def stiffness(omega: Any) -> Any:
+            r = omega / w
+            link = 1 + 2j * z * r
+            return (-m * omega**2 * link / (link - r**2))[:, None]
+
+        return Extension(attachments=(Attachment(point(values["position_m"]), stiffness),))

@@ -1,0 +1,32 @@
+"""A channel is sampled late: a filter, a multiplexer, a second device not in step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values, all_channels
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["ChannelDelay"]
+
+
+class ChannelDelay(Cause):
+    """Turns one channel's phase in proportion to frequency."""
+
+    name = "channel-delay"
+    summary = "a channel lags behind the others by a constant time"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any channel."""
+        return all_channels(evidence)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """The lag."""
+        return (Parameter(name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,)),)
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """exp(-j omega delay)."""
+        return Extension(channel_factor={label["channel"]: lambda omega: np.exp(-1j * omega * values["delay_s"])})

@@ -1,0 +1,32 @@
+"""A channel's sensitivity is wrong: a mistyped calibration, a gain switch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values, all_channels
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["ChannelGain"]
+
+
+class ChannelGain(Cause):
+    """Multiplies one channel."""
+
+    name = "channel-gain"
+    summary = "a channel's sensitivity is not what was entered"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any channel."""
+        return all_channels(evidence)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Measured over true."""
+        return (Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,)),)
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A constant factor."""
+        return Extension(channel_factor={label["channel"]: lambda omega: np.full(len(omega), values["factor"] + 0j)})

@@ -1,0 +1,32 @@
+"""A channel is wired or mounted the wrong way round."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values, all_channels
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["ChannelPolarity"]
+
+
+class ChannelPolarity(Cause):
+    """Changes the sign of one channel; there is nothing to estimate."""
+
+    name = "channel-polarity"
+    summary = "a channel reads with the wrong sign"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any channel."""
+        return all_channels(evidence)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """No numbers."""
+        return ()
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """The factor -1."""
+        return Extension(channel_factor={label["channel"]: lambda omega: np.full(len(omega), -1 + 0j)})

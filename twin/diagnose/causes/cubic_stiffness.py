@@ -1,0 +1,47 @@
+"""A stiffening spring to ground: a taut wire, a membrane, a geometric effect of the suspension."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension, NonlinearForce
+
+__all__ = ["CubicStiffness"]
+
+
+class CubicStiffness(Cause):
+    """f = k v^3: three quarters of k a^2 as equivalent stiffness, a quarter of k a^3 in the third harmonic."""
+
+    name = "cubic-stiffness"
+    summary = "a spring to ground stiffens with the cube of its displacement"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Stiffness and place; the prior's scale is a force of 0.2 N at the largest measured tip amplitude."""
+        largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
+        unit = 0.2 / largest**3
+        return (
+            Parameter(
+                name="stiffness_N_per_m3", scale=10 * unit, lower=-200 * unit, upper=2e4 * unit, null=0.0,
+                starts=(unit,),
+            ),
+            position(evidence, 8),
+        )  # fmt: skip
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A local nonlinear force."""
+        k = values["stiffness_N_per_m3"]
+
+        def harmonics(a: Any, count: int) -> Any:
+            out = np.zeros((len(a), count), complex)
+            out[:, 0] = 0.75 * k * a**3
+            if count >= 3:
+                out[:, 2] = 0.25 * k * a**3
+            return out
+
+        force = NonlinearForce(single_point(values["position_m"]), lambda a, omega: 0.75 * k * a**2 + 0j, harmonics)
+        return Extension(nonlinear=(force,))

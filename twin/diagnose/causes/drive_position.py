@@ -1,0 +1,31 @@
+"""The shaker drives the beam at another place than was written down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["DrivePosition"]
+
+
+class DrivePosition(Cause):
+    """Moves the drive point along the beam."""
+
+    name = "drive-position"
+    summary = "the shaker sits at another place than was written down"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The force channel."""
+        return ({"channel": evidence.force},)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Offset towards the tip."""
+        x, L = evidence.rig.drive.position, evidence.rig.length
+        return (Parameter(name="offset_m", scale=0.01, lower=-0.8 * x, upper=0.9 * (L - x), null=0.0, starts=(0.001,)),)
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """The same structure, driven elsewhere."""
+        return Extension(drive_position_m=evidence.rig.drive.position + values["offset_m"])

@@ -1,0 +1,76 @@
+"""Micro-slip in the joint: a slider that sticks until its force is reached, then slips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Attachment, Extension, NonlinearForce
+from twin.structure import Structure
+
+__all__ = ["JointFriction"]
+
+
+class JointFriction(Cause):
+    """A Jenkins element on the mean slip of the layer."""
+
+    name = "joint-friction"
+    summary = "the joint sticks up to a force and slips beyond it"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Stiffness while sticking, and the slip force."""
+        s, E = evidence.model.structure, evidence.model
+        unit = E.reference_G * float(np.sum(s.shear_weight**2))
+        slip = self._largest_slip(evidence)
+        forces = tuple(unit * slip * share for share in (0.1, 0.3, 0.03, 0.6))
+        return (
+            Parameter(name="stiffness_N_per_m", scale=3 * unit, lower=0.0, upper=300 * unit, null=0.0,
+                      starts=(0.3 * unit,)),
+            Parameter(name="slip_force_N", scale=10 * forces[0], lower=1e-4 * forces[0], upper=1e4 * forces[0],
+                      starts=forces),
+        )  # fmt: skip
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """The stuck spring everywhere, and what slipping takes off it."""
+        k, slip_force = values["stiffness_N_per_m"], values["slip_force_N"]
+        stuck = Attachment(lambda s: _mean_slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
+
+        def harmonics(a: Any, count: int) -> Any:
+            return jenkins_harmonics(a, k, slip_force, count) - k * a[:, None] * (np.arange(count) == 0)
+
+        def equivalent(a: Any, omega: Any) -> Any:
+            return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-15)
+
+        return Extension(attachments=(stuck,), nonlinear=(NonlinearForce(_mean_slip, equivalent, harmonics),))
+
+    def _largest_slip(self, evidence: Evidence) -> float:
+        """Mean slip of the layer at the largest measured amplitude, in the shape of mode 1."""
+        s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
+        per_tip = abs(_mean_slip(s) @ phi) / abs(s.deflection(evidence.rig.length) @ phi)
+        return float(per_tip * max(np.max(evidence.steps.amplitude_m, initial=0.0), 1e-5))
+
+
+def _mean_slip(s: Structure) -> Any:
+    """Row of the layer's mean slip in metres."""
+    return (s.shear_weight @ s.B_G) / np.sum(s.shear_weight**2)
+
+
+def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int, *, samples: int = 256) -> Any:
+    """Harmonics 1 ... count (s, count) of a Jenkins element's steady force for motion a cos t, by quadrature.
+
+    On the way down from a reversal at +a the force falls from the slip force (or k a while it never slips) with slope
+    k until it slips the other way; the way up mirrors it.
+    """
+    a = np.asarray(amplitude, float)[:, None]
+    t = 2 * np.pi * (np.arange(samples) + 0.5) / samples
+    x = a * np.cos(t)
+    top = np.minimum(slip_force, k * a)
+    down = np.maximum(top - k * (a - x), -slip_force)
+    up = np.minimum(-top + k * (x + a), slip_force)
+    force = np.where(t < np.pi, down, up)
+    h = np.arange(1, count + 1)
+    return 2 / samples * force @ np.exp(-1j * t[:, None] * h)

@@ -1,0 +1,26 @@
+"""The contact fades along the overlap: the bolt is off its place, or the faces are not parallel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["JointUneven"]
+
+
+class JointUneven(Cause):
+    """Both moduli vary linearly along the overlap, 1 - gradient xi with xi from -1/2 to 1/2."""
+
+    name = "joint-uneven"
+    summary = "the joint is stiffer at one end of the overlap than at the other"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
+        return (Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,)),)
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """The structure with its strain operators weighted along the overlap."""
+        return Extension(layer_gradient=values["gradient"])

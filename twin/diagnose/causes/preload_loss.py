@@ -1,0 +1,30 @@
+"""The bolt loses preload while the test runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["PreloadLoss"]
+
+
+class PreloadLoss(Cause):
+    """E' falls linearly with time."""
+
+    name = "preload-loss"
+    summary = "the joint softens while the test goes on, as a bolt that loses its preload does"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Relative fall per second."""
+        duration = max(float(evidence.steps.time_s[-1] - evidence.origin_s) if len(evidence.steps) else 60.0, 10.0)
+        return (
+            Parameter(name="rate_per_s", scale=0.2 / duration, lower=-0.5 / duration, upper=0.95 / duration, null=0.0,
+                      starts=(0.02 / duration,)),
+        )  # fmt: skip
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A drift of the layer's normal modulus."""
+        return Extension(layer_drift_per_s=values["rate_per_s"])

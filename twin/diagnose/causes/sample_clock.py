@@ -1,0 +1,26 @@
+"""The converter's clock is off, so that every frequency is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["SampleClock"]
+
+
+class SampleClock(Cause):
+    """Scales the frequency axis."""
+
+    name = "sample-clock"
+    summary = "the sampling clock runs fast or slow, so that all frequencies are off by one factor"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Error in parts per million; a fast clock makes every frequency look low."""
+        return (Parameter(name="error_ppm", scale=1000.0, lower=-5e4, upper=5e4, null=0.0, starts=(100.0,)),)
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """True over apparent frequency."""
+        return Extension(frequency_factor=1 + values["error_ppm"] * 1e-6)

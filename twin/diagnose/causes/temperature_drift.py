@@ -1,0 +1,30 @@
+"""The structure warms up while the test runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+
+__all__ = ["TemperatureDrift"]
+
+
+class TemperatureDrift(Cause):
+    """All moduli fall linearly with time."""
+
+    name = "temperature-drift"
+    summary = "all resonances sink slowly while the test goes on, as in a structure that warms up"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Relative fall per second."""
+        duration = max(float(evidence.steps.time_s[-1] - evidence.origin_s) if len(evidence.steps) else 60.0, 10.0)
+        return (
+            Parameter(name="rate_per_s", scale=0.01 / duration, lower=-0.2 / duration, upper=0.2 / duration, null=0.0,
+                      starts=(0.002 / duration,)),
+        )  # fmt: skip
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A drift of all moduli."""
+        return Extension(beam_drift_per_s=values["rate_per_s"])

@@ -1,0 +1,114 @@
+"""The score test: how much each cause would gain, to first order, at every place where it could sit.
+
+With the residual r and the sensitivities J of the unknowns, whitened and with their prior, a cause whose column is c
+gains (c' M r)^2 / (c' M c + 1 / scale^2), M = 1 - J (J'J + P)^-1 J'.  One product for each cause, no refit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from twin.diagnose.candidate import Blame, Candidate, extension_of
+from twin.diagnose.cause import Cause, Parameter
+from twin.identify.evidence import Evidence
+from twin.identify.prediction import HarmonicResiduals, Predictor
+
+__all__ = ["Score", "score_causes"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Score:
+    """First-order gain of one cause at one place.
+
+    Attributes
+    ----------
+    blame : Blame
+        With the strength that the first order suggests.
+    gain : float
+        Expected fall of chi2.
+    column : ndarray
+        The cause's whitened signature with the unknowns projected out, of unit length.
+    """
+
+    blame: Blame
+    gain: float
+    column: Array
+
+
+def score_causes(
+    evidence: Evidence,
+    harmonics: HarmonicResiduals | None,
+    model: Candidate,
+    causes: Mapping[str, Cause],
+) -> list[Score]:
+    """Score every cause, label and starting place against the residual of `model`, best first."""
+    predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics)
+    prediction = predictor.evaluate(model.unknowns)
+    r, J = prediction.residual, prediction.jacobian
+    precision = predictor.prior(model.unknowns)[1]
+    factor = cho_factor(J.T @ J + precision)
+
+    def project(column: Array) -> Array:
+        return np.asarray(column - J @ cho_solve(factor, J.T @ column))
+
+    scores = []
+    for cause in causes.values():
+        for label in cause.labels(evidence):
+            parameters = cause.parameters(evidence, label)
+            for start in _starts(parameters):
+                values, strength = _at_small_strength(parameters, start)
+                blame = Blame(cause, label, values, {})
+                extended = Predictor(evidence, extension_of(evidence, (*model.blames, blame)), harmonics)
+                changed = extended.evaluate(model.unknowns, sensitivities=False).residual
+                scores.append(_score(blame, parameters, strength, r, changed, project))
+    return sorted(scores, key=lambda score: -score.gain)
+
+
+def _score(
+    blame: Blame, parameters: tuple[Parameter, ...], strength: float, r: Array, changed: Array, project: Any
+) -> Score:
+    if not np.isfinite(changed).all():
+        return Score(blame, 0.0, np.zeros(len(r)))
+    main = next((p for p in parameters if not p.places), None)
+    if main is None:
+        return Score(blame, float(r @ r - changed @ changed), np.zeros(len(r)))
+    column = project((r - changed) * main.scale / strength)
+    length2 = float(column @ column)
+    amount = float(column @ r) / (length2 + 1.0)
+    estimate = float(np.clip(main.null + amount * main.scale, main.lower, main.upper))
+    # Bounds matter: a mass that would have to be negative explains nothing.
+    amount = (estimate - main.null) / main.scale
+    gain = 2 * amount * float(column @ r) - amount**2 * (length2 + 1.0)
+    # First order is trusted within the prior's scale, and a start at nothing at all would have no slope to follow.
+    least = main.null + np.copysign(1e-3 * main.scale, estimate - main.null or strength)
+    value = least if abs(estimate - main.null) < abs(least - main.null) else estimate
+    value = float(np.clip(value, main.null - main.scale, main.null + main.scale))
+    values = {**blame.values, main.name: float(np.clip(value, main.lower, main.upper))}
+    return Score(Blame(blame.cause, blame.label, values, {}), gain, column / np.sqrt(length2 + 1e-300))
+
+
+def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
+    """Every combination of starting values; further strengths keep their first."""
+    main = next((p for p in parameters if not p.places), None)
+    names = [p.name for p in parameters]
+    lists = [p.starts if p.places else (p.starts if p is main else p.starts[:1]) for p in parameters]
+    for combination in product(*lists):
+        yield dict(zip(names, combination, strict=True))
+
+
+def _at_small_strength(parameters: tuple[Parameter, ...], start: dict[str, float]) -> tuple[dict[str, float], float]:
+    """Values at a strength small enough for first order, on the side of the start, and the strength's distance."""
+    main = next((p for p in parameters if not p.places), None)
+    if main is None:
+        return start, 1.0
+    step = np.copysign(min(abs(start[main.name] - main.null), 0.01 * main.scale), start[main.name] - main.null)
+    return {**start, main.name: main.null + float(step)}, float(step)

@@ -1,0 +1,35 @@
+"""A thinner copy of the evidence, for the search's first passes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from twin.identify.evidence import Evidence
+from twin.identify.prediction import HarmonicResiduals
+
+__all__ = ["thin_evidence"]
+
+
+def thin_evidence(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, *, bins: int = 200, steps: int = 60
+) -> tuple[Evidence, HarmonicResiduals | None]:
+    """Keep about `bins` broadband bins and `steps` steps, evenly picked."""
+    broadband = []
+    for data in evidence.broadband:
+        every = max(1, len(data.frequency_Hz) // bins)
+        picked = slice(every // 2, None, every)
+        broadband.append(
+            replace(
+                data,
+                frequency_Hz=data.frequency_Hz[picked],
+                H=data.H[picked],
+                covariance=data.covariance[picked],
+                distortion=data.distortion[picked],
+            )
+        )
+    count = len(evidence.steps)
+    keep = np.arange(count) % max(1, round(count / steps)) == 0
+    thinner = replace(evidence, broadband=tuple(broadband), steps=evidence.steps.select(keep))
+    return thinner, harmonics.select(keep) if harmonics is not None else None

@@ -1,0 +1,94 @@
+"""Fit the base family - linear parameters and the joint's law - to all evidence at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.evidence import Evidence
+from twin.identify.gauss_newton import Solution, minimise
+from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.linear_model import believed_parameters
+from twin.identify.prediction import Predictor, Unknowns
+
+__all__ = ["fit_base", "starting_unknowns", "stepwise_law"]
+
+Array = NDArray[Any]
+
+
+def starting_unknowns(evidence: Evidence, *, knots: int = 12) -> Unknowns:
+    """Base parameters of the broadband fit, else what is believed, and a law read off the steps one by one."""
+    base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
+    law = SplineLaw.zero(choose_knots(evidence.steps.amplitude_m, knots))
+    unknowns = Unknowns(base, law)
+    return stepwise_law(Predictor(evidence), unknowns) if len(evidence.steps) else unknowns
+
+
+def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
+    """The law that reproduces each step's reference channel, smoothed onto the knots.
+
+    Newton's method on the inverse of the response, which near one resonance is almost linear in the layer's moduli,
+    so that it converges from a linear joint even where the resonance has moved by many of its widths.
+    """
+    evidence = predictor.evidence
+    steps = evidence.steps
+    omega, X = steps.omega, steps.amplitude_m
+    time = steps.time_s - evidence.origin_s
+    measured = steps.response[:, evidence.reference, 0] / steps.force[:, 0]
+    s, loss = np.zeros(len(omega)), np.zeros(len(omega))
+    zero = Unknowns(unknowns.base, SplineLaw.zero(unknowns.law.knots))
+    dE0, dG0 = predictor.moduli_changes(zero, X, time)
+    port, drive = predictor.model.ports.outputs.start + evidence.reference, predictor.model.ports.drive
+    p, E = predictor.model.ports, predictor.moduli[0]
+    largest_loss = 5 * E / predictor.shear_share
+    for _ in range(8):
+        R = predictor.receptance(omega, unknowns.base, dE0 - s, dG0 + 1j * loss)
+        H = predictor.responses(R, omega)[:, evidence.reference]
+        receptance = R[:, port, drive]
+        SE = -np.sum(R[:, port, p.normal] * R[:, p.normal, drive], axis=1)
+        SG = -np.sum(R[:, port, p.shear] * R[:, p.shear, drive], axis=1)
+        # d(1/H)/H^-1 = -dH/H; both unknowns are real, the equation is complex.
+        gap = H / measured - 1
+        a, b = SE / receptance, -1j * SG / receptance
+        determinant = a.real * b.imag - a.imag * b.real
+        ds = (gap.real * b.imag - gap.imag * b.real) / determinant
+        dl = (a.real * gap.imag - a.imag * gap.real) / determinant
+        s = np.clip(s + np.clip(ds, -0.3 * E, 0.3 * E), -0.5 * E, 0.95 * E)
+        loss = np.clip(loss + dl, -0.1 * largest_loss, largest_loss)
+    B = unknowns.law.basis(X)
+    weight = np.minimum(1.0, np.abs(a))[:, None] + 1e-3
+    k = len(unknowns.law.knots)
+    ridge = 1e-3 * np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
+
+    def smooth(values: Array) -> Array:
+        rows = np.vstack([weight * B, ridge * np.max(weight)])
+        return np.linalg.lstsq(rows, np.concatenate([weight[:, 0] * values, np.zeros(len(ridge))]), rcond=None)[0]
+
+    law = SplineLaw(unknowns.law.knots, smooth(s), smooth(loss))
+    return Unknowns(unknowns.base, law)
+
+
+def fit_base(
+    evidence: Evidence, *, start: Unknowns | None = None, predictor: Predictor | None = None, iterations: int = 30
+) -> tuple[Unknowns, Solution]:
+    """Fit base parameters and law.
+
+    Parameters
+    ----------
+    start
+        Where to begin; read off the evidence by default.
+    predictor
+        For an extended model; the base model by default.
+    """
+    predictor = predictor or Predictor(evidence)
+    unknowns = start or starting_unknowns(evidence)
+    mean, precision = predictor.prior(unknowns)
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        prediction = predictor.evaluate(unknowns.with_vector(x))
+        return prediction.residual, prediction.jacobian
+
+    solution = minimise(evaluate, unknowns.vector, mean=mean, precision=precision, iterations=iterations)
+    return unknowns.with_vector(solution.x), solution

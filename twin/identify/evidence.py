@@ -1,0 +1,195 @@
+"""Everything a set of recordings holds, reduced to numbers with their noise: what identification and diagnosis see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.errors import InputError
+from recordings.run import Run
+from twin.identify.broadband import BinnedResponse
+from twin.identify.linear_fit import LinearFit, reduce_broadband
+from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
+from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.spectrum import broadband_records
+from twin.rigs import Rig
+
+__all__ = ["Evidence", "StepArrays", "gather_evidence"]
+
+Array = NDArray[Any]
+
+UNSETTLED_SIGMA, UNSETTLED_SHARE = 8.0, 2e-3
+"""A step whose fundamental changes by more than both within its measurement is not used as a steady state."""
+
+
+@dataclass(frozen=True)
+class StepArrays:
+    """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS)."""
+
+    omega: Array
+    force: Array
+    force_variance: Array
+    response: Array
+    response_variance: Array
+    amplitude_m: Array
+    time_s: Array
+    states: tuple[SteadyState, ...]
+
+    def __len__(self) -> int:
+        return len(self.omega)
+
+    def select(self, keep: Array) -> StepArrays:
+        """The steps where `keep` is true."""
+        picked = tuple(state for state, use in zip(self.states, keep, strict=True) if use)
+        return StepArrays(
+            self.omega[keep],
+            self.force[keep],
+            self.force_variance[keep],
+            self.response[keep],
+            self.response_variance[keep],
+            self.amplitude_m[keep],
+            self.time_s[keep],
+            picked,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """Reduced recordings, and the believed rig that they are held against.
+
+    Attributes
+    ----------
+    broadband : tuple of BinnedResponse
+    steps : StepArrays
+        Settled steps.
+    unsettled : tuple of SteadyState
+        Steps that were still changing; left out of the fits, and told.
+    linear : LinearFit or None
+        Base parameters from the broadband runs alone.
+    """
+
+    rig: Rig
+    preload: str
+    model: LinearModel
+    outputs: tuple[Output, ...]
+    force: str
+    reference: int
+    broadband: tuple[BinnedResponse, ...]
+    steps: StepArrays
+    unsettled: tuple[SteadyState, ...]
+    linear: LinearFit | None
+    runs: tuple[Run, ...]
+
+    @cached_property
+    def reference_omega(self) -> float:
+        """First natural frequency as believed, rad/s: it turns accelerations into equivalent amplitudes."""
+        return float(self.model.basis.omega[0])
+
+    @cached_property
+    def origin_s(self) -> float:
+        """Time of the first step of all runs, on the recordings' time base."""
+        return min(step.time_ns for run in self.runs for step in run.steps) * 1e-9
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the response channels."""
+        return tuple(output.channel for output in self.outputs)
+
+
+HARMONICS = 7
+
+
+def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None) -> Evidence:
+    """Reduce `runs` against `rig`.
+
+    Raises
+    ------
+    InputError
+        If the recordings lack the rig's force channel, share no response channel with the rig, or measured nothing.
+    """
+    first = runs[0]
+    force = rig.force_sensor.channel
+    present = set.intersection(*(set(run.channels) for run in runs))
+    if force not in present:
+        raise InputError(first.path, f"channel {force}", "not recorded", "the rig names its force channel so")
+    outputs = tuple(
+        Output(
+            sensor.channel,
+            first.channels[sensor.channel].quantity,
+            sensor.position,
+            -1.0 if first.channels[sensor.channel].direction.startswith("-") else 1.0,
+        )
+        for sensor in rig.response_sensors
+        if sensor.channel in present
+    )
+    if not outputs:
+        raise InputError(first.path, "channels", f"none of the rig's response channels is recorded, only {present}")
+    preload = preload or _preload_of(first, rig)
+    model = build_linear_model(rig, list(outputs), preload=preload)
+    believed = believed_parameters(rig, preload)
+    binned, fit = [], None
+    for run in runs:
+        for record in broadband_records(run):
+            data, fit = reduce_broadband(model, record, believed, force=force)
+            binned.append(data)
+    states = [state for run in runs for state in steady_states(run, channels=[force, *(o.channel for o in outputs)])]
+    if not binned and not states:
+        raise InputError(
+            first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"
+        )
+    reference = int(np.argmax([output.position_m for output in outputs]))
+    settled = [state for state in states if not _unsettled(state, outputs[reference].channel)]
+    return Evidence(
+        rig=rig,
+        preload=preload,
+        model=model,
+        outputs=outputs,
+        force=force,
+        reference=reference,
+        broadband=tuple(binned),
+        steps=_arrays(settled, force, outputs, reference, float(model.basis.omega[0])),
+        unsettled=tuple(state for state in states if _unsettled(state, outputs[reference].channel)),
+        linear=fit,
+        runs=tuple(runs),
+    )
+
+
+def _preload_of(run: Run, rig: Rig) -> str:
+    """The rig's preload that the recording names, else the rig's first."""
+    for key, unit in (("preload_N", "N"), ("preload_Nm", "Nm")):
+        if key in run.info:
+            name = f"{float(run.info[key]):g}{unit}"
+            if name in rig.joint.preload:
+                return name
+    return rig.preload_name(None)
+
+
+def _unsettled(state: SteadyState, channel: str) -> bool:
+    change, std = abs(state.drift[channel]), state.drift_std[channel]
+    return change > UNSETTLED_SIGMA * std and change > UNSETTLED_SHARE
+
+
+def _arrays(
+    states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int, reference_omega: float
+) -> StepArrays:
+    def harmonics(values: Array, fill: float) -> Array:
+        out = np.full(HARMONICS, fill, values.dtype)
+        out[: min(HARMONICS, len(values))] = values[:HARMONICS]
+        return out
+
+    omega = np.array([state.omega for state in states])
+    shape = (len(states), len(outputs), HARMONICS)
+    F = np.array([harmonics(s.amplitude[force], 0.0) for s in states]).reshape(len(states), HARMONICS)
+    F_var = np.array([harmonics(s.variance[force], np.inf) for s in states]).reshape(len(states), HARMONICS)
+    A = np.array([[harmonics(s.amplitude[o.channel], 0.0) for o in outputs] for s in states]).reshape(shape)
+    A_var = np.array([[harmonics(s.variance[o.channel], np.inf) for o in outputs] for s in states]).reshape(shape)
+    power = {"displacement": 0, "velocity": 1, "acceleration": 2}[outputs[reference].quantity]
+    # The joint's load follows the inertia outboard of it: amplitude times omega^2, expressed at the reference.
+    amplitude = np.abs(A[:, reference, 0]) * omega ** (2 - power) / reference_omega**2
+    time = np.array([state.time_s for state in states])
+    return StepArrays(omega, F, F_var, A, A_var, amplitude, time, tuple(states))

@@ -1,0 +1,144 @@
+"""How a cause extends the forward model: every way in which a rig can differ from what is believed.
+
+An empty extension is the base model.  A cause fills in what it touches; the prediction asks for nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.structure import Structure
+
+__all__ = ["Attachment", "Extension", "NonlinearForce"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """Something linear fixed to the structure.
+
+    Attributes
+    ----------
+    rows : callable
+        The ports (p, n) on a given structure.
+    stiffness : callable
+        Dynamic stiffness at omega: (f, p) for a diagonal, or (f, p, p).
+    """
+
+    rows: Callable[[Structure], Array]
+    stiffness: Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class NonlinearForce:
+    """A force on one port that depends on that port's motion.
+
+    Attributes
+    ----------
+    row : callable
+        The port (n,) on a given structure.
+    equivalent : callable
+        Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion.
+    harmonics : callable
+        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,).
+    """
+
+    row: Callable[[Structure], Array]
+    equivalent: Callable[[Array, Array], Array]
+    harmonics: Callable[[Array, int], Array]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extension:
+    """What differs from the believed rig.
+
+    Attributes
+    ----------
+    beam_modulus : mapping
+        True over believed Young's modulus of a beam.
+    beam_shear_ratio : mapping
+        E / (kappa G) of a beam.
+    clamp_rad_per_Nm : float
+        Rotation of the clamp per moment.
+    layer_gradient : float
+        Relative fall of the layer's moduli along the overlap.
+    drive_position_m : float, optional
+    output_position_m : mapping
+        Positions of response channels that are not where they are believed to be.
+    attachments : tuple of Attachment
+    nonlinear : tuple of NonlinearForce
+    channel_factor : mapping of callables
+        Measured over true response of a channel, (f,) at omega.
+    base_receptance : float
+        Motion of the clamp per drive force, m/N.
+    cross_talk : tuple of (channel, source, factor)
+        Part of a source channel's reading that is added to a channel's.
+    frequency_factor : float
+        True over commanded frequency.
+    moduli_factor : (E', G')
+        Factors on the layer's moduli beyond what the experimenter may be wrong about anyway.
+    layer_drift_per_s, beam_drift_per_s : float
+        Relative rates at which the layer's E' and all moduli of the structure fall, from the first step on.
+    """
+
+    beam_modulus: Mapping[str, float] = field(default_factory=dict)
+    beam_shear_ratio: Mapping[str, float] = field(default_factory=dict)
+    clamp_rad_per_Nm: float = 0.0
+    layer_gradient: float = 0.0
+    drive_position_m: float | None = None
+    output_position_m: Mapping[str, float] = field(default_factory=dict)
+    attachments: tuple[Attachment, ...] = ()
+    nonlinear: tuple[NonlinearForce, ...] = ()
+    channel_factor: Mapping[str, Callable[[Array], Array]] = field(default_factory=dict)
+    base_receptance: float = 0.0
+    cross_talk: tuple[tuple[str, str, float], ...] = ()
+    frequency_factor: float = 1.0
+    moduli_factor: tuple[float, float] = (1.0, 1.0)
+    layer_drift_per_s: float = 0.0
+    beam_drift_per_s: float = 0.0
+
+    def merged(self, other: Extension) -> Extension:
+        """Both at once; a position or shear ratio that both set is the other's."""
+        factors = dict(self.channel_factor)
+        for channel, factor in other.channel_factor.items():
+            mine = factors.get(channel)
+            factors[channel] = factor if mine is None else _product(mine, factor)
+        return Extension(
+            beam_modulus=_products(self.beam_modulus, other.beam_modulus),
+            beam_shear_ratio={**self.beam_shear_ratio, **other.beam_shear_ratio},
+            clamp_rad_per_Nm=self.clamp_rad_per_Nm + other.clamp_rad_per_Nm,
+            layer_gradient=self.layer_gradient + other.layer_gradient,
+            drive_position_m=self.drive_position_m if other.drive_position_m is None else other.drive_position_m,
+            output_position_m={**self.output_position_m, **other.output_position_m},
+            attachments=self.attachments + other.attachments,
+            nonlinear=self.nonlinear + other.nonlinear,
+            channel_factor=factors,
+            base_receptance=self.base_receptance + other.base_receptance,
+            cross_talk=self.cross_talk + other.cross_talk,
+            frequency_factor=self.frequency_factor * other.frequency_factor,
+            moduli_factor=(
+                self.moduli_factor[0] * other.moduli_factor[0],
+                self.moduli_factor[1] * other.moduli_factor[1],
+            ),
+            layer_drift_per_s=self.layer_drift_per_s + other.layer_drift_per_s,
+            beam_drift_per_s=self.beam_drift_per_s + other.beam_drift_per_s,
+        )
+
+    @property
+    def changes_structure(self) -> bool:
+        """Whether beams, clamp or layer must be assembled anew."""
+        return bool(self.beam_modulus or self.beam_shear_ratio or self.clamp_rad_per_Nm or self.layer_gradient)
+
+
+def _products(one: Mapping[str, float], two: Mapping[str, float]) -> dict[str, float]:
+    return {key: one.get(key, 1.0) * two.get(key, 1.0) for key in {**one, **two}}
+
+
+def _product(one: Callable[[Array], Array], two: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    return lambda omega: np.asarray(one(omega)) * np.asarray(two(omega))

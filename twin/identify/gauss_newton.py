@@ -1,0 +1,113 @@
+"""Gauss-Newton with Levenberg damping and a Gaussian prior."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Solution", "minimise"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A minimum of chi2 + prior.
+
+    Attributes
+    ----------
+    x : ndarray
+        Parameters.
+    chi2 : float
+        Sum of squared residuals at `x`.
+    penalty : float
+        The prior's part of the cost.
+    information : ndarray
+        J'J + prior precision: the inverse of the parameters' covariance.
+    residual, jacobian : ndarray
+    history : tuple of float
+        Cost after each iteration.
+    """
+
+    x: Array
+    chi2: float
+    penalty: float
+    information: Array
+    residual: Array
+    jacobian: Array
+    history: tuple[float, ...]
+
+    @property
+    def cost(self) -> float:
+        """Chi2 plus penalty."""
+        return self.chi2 + self.penalty
+
+    @property
+    def covariance(self) -> Array:
+        """Of the parameters, to first order."""
+        return np.linalg.inv(self.information)
+
+
+def minimise(
+    evaluate: Callable[[Array], tuple[Array, Array]],
+    start: Array,
+    *,
+    mean: Array,
+    precision: Array,
+    bounds: tuple[Array, Array] | None = None,
+    iterations: int = 30,
+    tolerance: float = 0.03,
+    largest_step: Array | None = None,
+) -> Solution:
+    """Minimise |r(x)|^2 + (x - mean)' precision (x - mean).
+
+    Parameters
+    ----------
+    evaluate
+        Returns the residual (measured minus predicted) and d(predicted)/dx.  A residual with entries that are not
+        finite counts as a failed step.
+    precision : ndarray, (n, n)
+        Inverse covariance of the prior; positive on the whole diagonal, which also scales the damping.
+    bounds
+        Lower and upper limits; steps are cut to stay inside.
+    tolerance
+        Stops when an iteration gains less than this, in units of the cost per degree of freedom.
+    largest_step
+        Largest change of each parameter in one iteration.
+    """
+    x = np.array(start, float)
+    lower, upper = bounds or (np.full(len(x), -np.inf), np.full(len(x), np.inf))
+    residual, J = evaluate(x)
+    chi2, penalty = float(residual @ residual), float((x - mean) @ precision @ (x - mean))
+    history = [chi2 + penalty]
+    damping = 1e-3
+    for _ in range(iterations):
+        A = J.T @ J + precision
+        gradient = J.T @ residual - precision @ (x - mean)
+        accepted = False
+        for _trial in range(10):
+            scaled = A + damping * np.diag(np.diag(A))
+            step = np.linalg.solve(scaled, gradient)
+            if largest_step is not None:
+                step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
+            trial = np.clip(x + step, lower, upper)
+            r, Jr = evaluate(trial)
+            if np.isfinite(r).all() and np.isfinite(Jr).all():
+                c, p = float(r @ r), float((trial - mean) @ precision @ (trial - mean))
+                if c + p < chi2 + penalty:
+                    accepted = True
+                    break
+            damping *= 8.0
+        if not accepted:
+            break
+        gain = chi2 + penalty - c - p
+        x, residual, J, chi2, penalty = trial, r, Jr, c, p
+        damping = max(damping / 8.0, 1e-14)
+        history.append(chi2 + penalty)
+        if gain < tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual))):
+            break
+    return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history))
