@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, Event, Gap, SampleBlock
@@ -15,6 +16,9 @@ from recordings.run import DeviceSamples, Event, Gap, SampleBlock
 __all__ = ["Assembler"]
 
 RATE_TOLERANCE = 1e-6
+STAMP_JITTER_s = 0.1
+"""How far the time stamp of a block may stray at all; from a quarter of a block on, it is told."""
+LATE_LIMIT = 10_000
 CLOCK_TOLERANCE = 1e-3
 """How far a device's clock may stray from its stated rate between two blocks (relative)."""
 
@@ -54,11 +58,14 @@ class Assembler:
         self._overload: Counter[str] = Counter()
         self._channels: dict[str, None] = {}
         self._restarts_and_times: list[Event] = []
-        self.values_held = 0
-        """Samples of all channels in memory."""
 
-    def add(self, block: SampleBlock) -> None:
+    def add(self, block: SampleBlock) -> int:
         """Take the next block.
+
+        Returns
+        -------
+        int
+            How many values of all channels were kept of it.
 
         Raises
         ------
@@ -66,7 +73,7 @@ class Assembler:
             With the reason, if it contradicts the ones before in rate, time or values; it is then not taken.
         """
         if not len(block):
-            return
+            return 0
         number = block.first_index
         if self._placed:
             rate_Hz = self._placed[0].block.sample_rate_Hz
@@ -79,13 +86,16 @@ class Assembler:
             placed = _without_repeats(placed, self._placed[at])
             at += 1
         self._repeated += len(block) - (len(placed.block) if placed else 0)
-        if placed:
-            at = bisect_right(self._placed, placed.number, key=_number_of)
-            self._late += at < len(self._placed)
-            self._placed.insert(at, placed)
-            self._overload.update(block.overload)
-            self._channels.update(dict.fromkeys(block.samples))
-            self.values_held += len(placed.block) * len(block.samples)
+        if not placed:
+            return 0
+        at = bisect_right(self._placed, placed.number, key=_number_of)
+        self._late += at < len(self._placed)
+        if self._late > LATE_LIMIT:
+            raise ValueError(f"more than {LATE_LIMIT} blocks out of order, the limit of this program")
+        self._placed.insert(at, placed)
+        self._overload.update(block.overload)
+        self._channels.update(dict.fromkeys(block.samples))
+        return len(placed.block) * len(block.samples)
 
     def _number(self, block: SampleBlock, last: _Placed, rate_Hz: float) -> int:
         """The sample number of a block after the first; checks its time against the furthest block so far."""
@@ -94,16 +104,17 @@ class Assembler:
         passed_s = (block.time_ns - last.block.time_ns) * 1e-9
         expected_s = (number - last.number) / rate_Hz
         slack_s = max(2 / rate_Hz, 0.25 * length_s) + CLOCK_TOLERANCE * abs(passed_s)
-        on_time = abs(passed_s - expected_s) <= slack_s
-        if on_time:
-            return number  # the next one, after a loss, late, or a duplicate
-        if passed_s < length_s - slack_s:
+        off_s, wide_s = abs(passed_s - expected_s), slack_s + STAMP_JITTER_s
+        if number < last.end and off_s <= wide_s:
+            return number  # late, or a duplicate
+        if passed_s < length_s - wide_s or (number >= last.end and passed_s <= 0):
             raise ValueError(
                 f"its first_index {block.first_index} and its time, {passed_s:.6g} s after that of a block of "
                 f"{length_s:.6g} s, contradict each other"
             )
         if number >= last.end:
-            self._notice(block, "time", f"{expected_s:.6g} s of samples are numbered, {passed_s:.6g} s passed")
+            if off_s > slack_s:
+                self._notice(block, "time", f"{expected_s:.6g} s of samples are numbered, {passed_s:.6g} s passed")
             return number
         missed = max(0, round((passed_s - length_s) * rate_Hz))
         self._offset = last.end + missed - block.first_index
@@ -157,32 +168,46 @@ class Assembler:
         last = self._placed[-1].block
         return self._placed[0].block.time_ns, last.time_ns + round(len(last) * 1e9 / last.sample_rate_Hz)
 
+    def layout(self) -> tuple[list[int], int, NDArray[np.int64]]:
+        """Where blocks go: the position each begins at, the number of positions, and the blocks' times.
+
+        Raises
+        ------
+        ValueError
+            With the reason, if samples and lost ones exceed the limit, or the times contradict the numbers.
+        """
+        time_ns = np.array([placed.block.time_ns for placed in self._placed], dtype=np.int64)
+        if np.any(np.diff(time_ns) <= 0):
+            raise ValueError("the time stamps do not rise with the sample numbers")
+        starts: list[int] = []
+        position, end = 0, self._placed[0].number if self._placed else 0
+        for placed in self._placed:
+            position += min(placed.number - end, self._limits.gap_fill)
+            starts.append(position)
+            position, end = position + len(placed.block), placed.end
+        if position * len(self._channels) > self._limits.values:
+            raise ValueError(f"more than {self._limits.values} samples with the lost ones, the limit of this program")
+        return starts, position, time_ns
+
     def finish(self) -> DeviceSamples | None:
         """All samples in order of their numbers, lost ones as NaN; None if there are none.
 
         Raises
         ------
         ValueError
-            If they exceed the limit together with the lost ones.
+            As `layout` does.
         """
+        starts, total, time_ns = self.layout()
         if not self._placed:
             return None
-        starts, position = [0], len(self._placed[0].block)
-        for before, after in pairwise(self._placed):
-            position += min(after.number - before.end, self._limits.gap_fill)
-            starts.append(position)
-            position += len(after.block)
-        if position * len(self._channels) > self._limits.values:
-            raise ValueError(f"more than {self._limits.values} samples with the lost ones, the limit of this program")
-        values = {name: np.full(position, np.nan, dtype=np.float32) for name in self._channels}
+        values = {name: np.full(total, np.nan, dtype=np.float32) for name in self._channels}
         for placed, start in zip(self._placed, starts, strict=True):
             for name, series in placed.block.samples.items():
                 values[name][start : start + len(series)] = series
         return DeviceSamples(
             device=self._device, sample_rate_Hz=self._placed[0].block.sample_rate_Hz, values=values,
-            block_start=np.array(starts, dtype=np.int64),
-            block_time_ns=np.array([placed.block.time_ns for placed in self._placed], dtype=np.int64),
-            overload=self.overload(), gaps=self.gaps(), first_index=self._placed[0].number,
+            block_start=np.array(starts, dtype=np.int64), block_time_ns=time_ns, overload=self.overload(),
+            gaps=self.gaps(), first_index=self._placed[0].number,
         )  # fmt: skip
 
 

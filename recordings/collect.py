@@ -29,6 +29,7 @@ class Collector:
         self._metadata: dict[str, dict[str, str]] = {}
         self._device_of: dict[str, str] = {}
         self._full = False
+        self._values = 0
         self.info: dict[str, str] = {}
         self.channels: dict[str, Channel] = {}
         self.attachments: dict[str, bytes] = {}
@@ -62,12 +63,18 @@ class Collector:
             self._breach("metadata 'run'", "is missing")
         for name, device in self._device_of.items():
             channel = self.channels.get(name)
-            place = f"metadata 'channel/{name:.80}'"
+            place = f"metadata {f'channel/{name}'!r:.80}"
             if channel is None:
                 if f"channel/{name}" not in self._metadata:  # one that broke the contract has been reported
-                    self._breach(place, f"is missing, though '/samples/{device:.80}' holds the channel")
+                    self._breach(place, f"is missing, though device {device!r:.80} has the channel")
             elif channel.device != device:
                 self._breach(place, f"says device {channel.device!r:.80}, its samples are of {device!r:.80}")
+
+        for device, assembler in self.assemblers.items():
+            try:
+                assembler.layout()
+            except ValueError as error:
+                self._breach(f"topic {f'/samples/{device}'!r:.80}", str(error))
 
     def _breach(self, place: str, reason: str) -> bool:
         self._report(Problem(kind="contract", place=place, reason=reason))
@@ -89,11 +96,11 @@ class Collector:
                 return self._breach(place, f"channel {name!r:.80} is also one of device {other!r:.80}")
         if len(self._device_of) > self._limits.records:
             return self._over(place, f"more than {self._limits.records} channels, the limit of this program")
-        if sum(each.values_held for each in self.assemblers.values()) > self._limits.values:
+        if self._values > self._limits.values:
             return self._over(place, f"more than {self._limits.values} samples, the limit of this program")
         assembler = self.assemblers.setdefault(block.device, Assembler(block.device, self._limits))
         try:
-            assembler.add(block)
+            self._values += assembler.add(block)
         except ValueError as error:
             return self._breach(place, str(error))
         return True

@@ -75,6 +75,10 @@ class MessageItem:
 Item = MetadataItem | AttachmentItem | MessageItem
 
 
+_BROKEN_BLOCK_FIELDS = 256
+"""What a sample block that cannot be decoded counts for; it may have cost as much time as one with many fields."""
+
+
 class _OverLimitError(Exception):
     """The file costs more than it may."""
 
@@ -133,7 +137,7 @@ class Interpreter:
                     after_lost_chunk = False
                     yield from self._record(found.record, found)
         except _OverLimitError as stop:
-            self._damage("whole file", f"{stop}, the limit of this program")
+            self._breach("whole file", f"{stop}, the limit of this program")
             return
         self._compare_with_summary()
 
@@ -250,7 +254,10 @@ class Interpreter:
         name = channel.topic.split("/", 2)[-1]
         try:
             if wanted == SAMPLE_BLOCK:
-                return decode_block(name, raw.data)
+                self._spend("fields of sample blocks", _BROKEN_BLOCK_FIELDS, self._limits.fields)
+                block = decode_block(name, raw.data)
+                self._spend("fields of sample blocks", len(block.samples) - _BROKEN_BLOCK_FIELDS, self._limits.fields)
+                return block
             self._spend("bytes of steps, events and indicators", len(raw.data), self._limits.text_bytes)
             if wanted == STEP:
                 return decode_step(raw.data)

@@ -17,6 +17,8 @@ class Limits:
         Samples kept in memory, all channels together, four bytes each (NaN in the place of lost ones included).
     messages
         Messages of all topics.
+    fields
+        Series of all sample blocks together: decoding one costs time even if it is empty.
     record_bytes
         One MCAP record, and one chunk after decompression.
     text_bytes
@@ -31,6 +33,7 @@ class Limits:
 
     values: int = 1 << 29
     messages: int = 2_000_000
+    fields: int = 20_000_000
     record_bytes: int = 128 << 20
     text_bytes: int = 64 << 20
     attachment_bytes: int = 64 << 20

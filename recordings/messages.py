@@ -36,6 +36,8 @@ def encode_block(block: SampleBlock) -> bytes:
     ValueError
         If the series differ in length, or a number is out of its range.
     """
+    if not math.isfinite(block.sample_rate_Hz) or block.sample_rate_Hz <= 0:
+        raise ValueError(f"a sample rate of {block.sample_rate_Hz!r} Hz cannot be recorded")
     head = message_class(SAMPLE_BLOCK)(first_index=block.first_index, sample_rate=block.sample_rate_Hz)
     _set_time(head, block.time_ns)
     parts = [head.SerializeToString()]
@@ -47,7 +49,9 @@ def encode_block(block: SampleBlock) -> bytes:
         body = _tag(1, _LENGTH_DELIMITED) + _varint(len(name)) + name
         if packed.size:
             body += _tag(2, _LENGTH_DELIMITED) + _varint(packed.nbytes)
-        overload = block.overload.get(channel, 0)
+        overload = int(block.overload.get(channel, 0))
+        if not 0 <= overload <= len(block):
+            raise ValueError(f"an overload of {overload} in {len(block)} samples of {channel!r} cannot be recorded")
         tail = _tag(3, _VARINT) + _varint(overload) if overload else b""
         parts += [_tag(4, _LENGTH_DELIMITED), _varint(len(body) + packed.nbytes + len(tail)), body]
         parts += [packed.tobytes(), tail]
@@ -55,7 +59,10 @@ def encode_block(block: SampleBlock) -> bytes:
 
 
 def encode_step(step: Step) -> bytes:
-    """A ``rig.Step``."""
+    """A ``rig.Step``; raises ValueError for what `decode_step` would refuse."""
+    for name, value in (("frequency", step.frequency_Hz), ("target amplitude", step.target_amplitude)):
+        if not math.isfinite(value) or value < 0:
+            raise ValueError(f"a {name} of {value!r} cannot be recorded")
     message = message_class(STEP)(
         sweep=step.sweep, index=step.index, frequency=step.frequency_Hz, target_channel=step.target_channel,
         target_amplitude=step.target_amplitude, state=int(step.state),

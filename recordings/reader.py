@@ -47,14 +47,8 @@ def read_run(path: str | Path, *, limits: Limits | None = None) -> Run:
         except OSError as error:
             raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
     collector.finish()
-    devices = {}
-    for name, assembler in collector.assemblers.items():
-        try:
-            samples = assembler.finish()
-        except ValueError as error:
-            raise InputError(path, f"/samples/{name}", str(error)) from error
-        if samples is not None:
-            devices[name] = samples
+    found = {name: assembler.finish() for name, assembler in collector.assemblers.items()}
+    devices = {name: samples for name, samples in found.items() if samples is not None}
     notices = [event for assembler in collector.assemblers.values() for event in assembler.notices()]
     return Run(
         path=str(path), info=collector.info, channels=collector.channels, devices=devices,

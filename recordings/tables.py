@@ -119,7 +119,7 @@ class _Columns:
         """Refuse a table without these columns."""
         for name in names:
             if name not in self.names:
-                listed = ", ".join(self.names)[:120]
+                listed = ", ".join(map(repr, self.names))[:120]
                 raise InputError(self.path, "line 1", f"no column {name!r}", f"the columns are {listed}")
 
     def numbers(self, name: str, *, least: float = -math.inf, above: float = -math.inf) -> NDArray[np.float64]:
@@ -134,7 +134,7 @@ class _Columns:
             if not math.isfinite(value):
                 self.refuse(line, name, f"{row[at]!r:.60} is not a number")
             if value < least or value <= above:
-                self.refuse(line, name, f"{row[at]:.60} is {'negative' if above < 0 else 'not above zero'}")
+                self.refuse(line, name, f"{row[at]!r:.60} is {'negative' if above < 0 else 'not above zero'}")
             values[index] = value
         return values
 

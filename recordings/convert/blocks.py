@@ -11,7 +11,7 @@ from recordings.assemble import Assembler
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, SampleBlock
 
-__all__ = ["blocks_of", "device_from_rows"]
+__all__ = ["TIME_STEP_NS", "blocks_of", "device_from_rows", "to_float32"]
 
 BLOCK_SAMPLES = 4096
 TIME_STEP_NS = 2
@@ -41,6 +41,21 @@ def blocks_of(device: DeviceSamples) -> Iterator[SampleBlock]:
             samples={name: values[start:stop] for name, values in device.values.items()},
         )  # fmt: skip
         number += stop - start + lost
+
+
+def to_float32(values: NDArray[np.float64] | NDArray[np.float32]) -> NDArray[np.float32]:
+    """Values as a recording keeps them.
+
+    Raises
+    ------
+    ValueError
+        If one is finite but beyond float32: infinity would be a silently wrong number.
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        single = values.astype(np.float32)
+    if np.any(np.isinf(single) & np.isfinite(values)):
+        raise ValueError("a value is beyond the range of float32")
+    return single
 
 
 def device_from_rows(

@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import NoReturn, TextIO
 
 import numpy as np
-from numpy.typing import NDArray
 
-from recordings.convert.blocks import blocks_of, device_from_rows
+from recordings.convert.blocks import blocks_of, device_from_rows, to_float32
 from recordings.convert.description import Description, describe, parse_description
 from recordings.errors import InputError
 from recordings.reader import open_input
@@ -126,9 +125,9 @@ class _Reader:
             if len(counts) > ROW_LIMIT:
                 self._refuse(f"more than {ROW_LIMIT} rows, the limit of this program")
         number, time_ns = np.array(counts, dtype=np.int64).reshape(-1, 2).T
-        table: NDArray[np.float32] = np.array(values, dtype=np.float32).reshape(-1, len(channels))
+        table = np.array(values, dtype=np.float64).reshape(-1, len(channels))
         try:
-            columns = {channel: np.ascontiguousarray(table[:, at]) for at, channel in enumerate(channels)}
+            columns = {channel: to_float32(table[:, at]) for at, channel in enumerate(channels)}
             return device_from_rows(name, rate, number, time_ns, columns, overload), after
         except ValueError as error:
             raise InputError(self._path, f"device {name!r:.80}, from line {first_line}", str(error)) from error

@@ -114,7 +114,7 @@ def parse_description(data: object) -> Description:
         found = _Description.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
-        raise ValueError(f"{'.'.join(str(part) for part in first['loc'])[:80]}: {first['msg']}") from error
+        raise ValueError(f"{'.'.join(str(part) for part in first['loc'])!r:.80}: {first['msg']}") from error
     channels = {name: parse_channel(name, record) for name, record in found.channels.items()}
     devices = {each.device: (each.sample_rate_Hz, each.channels, each.overload) for each in found.devices}
     for name, (_, names, overload) in devices.items():

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import scipy.io
 
-from recordings.convert.blocks import blocks_of, device_from_rows
+from recordings.convert.blocks import blocks_of, device_from_rows, to_float32
 from recordings.convert.description import describe, parse_description
 from recordings.errors import InputError
 from recordings.reader import open_input
@@ -78,10 +78,10 @@ def read_mat(path: Path) -> Run:
             raise InputError(path, f"samples_{place}", f"has the shape {samples.shape}, not (rows, channels)")
         if number.dtype.kind not in "iuf" or time_ns.dtype.kind not in "iuf" or samples.dtype.kind != "f":
             raise InputError(path, f"samples_{place}", "is not made of numbers")
-        with np.errstate(invalid="ignore", over="ignore"):
-            columns = {each: samples[:, at].astype(np.float32) for at, each in enumerate(channels)}
+        with np.errstate(invalid="ignore"):
             numbers, times = number.astype(np.int64), time_ns.astype(np.int64)
         try:
+            columns = {each: to_float32(samples[:, at]) for at, each in enumerate(channels)}
             device = device_from_rows(name, rate, numbers, times, columns, overload)
         except ValueError as error:
             raise InputError(path, f"device {name!r:.80}", str(error)) from error

@@ -21,7 +21,7 @@ import numpy as np
 import pyuff
 from numpy.typing import NDArray
 
-from recordings.convert.blocks import TIME_STEP_NS, blocks_of, device_from_rows
+from recordings.convert.blocks import TIME_STEP_NS, blocks_of, device_from_rows, to_float32
 from recordings.convert.uff_fields import channel_of, fields_of, quantity_of, start_ns_of, text_pairs
 from recordings.errors import InputError
 from recordings.reader import open_input
@@ -206,8 +206,8 @@ def _piece(path: Path, fields: dict[str, Any], number: int) -> tuple[_Piece | No
         count = int(fields["num_pts"])
         if count != len(fields["data"]) and not 0 <= len(fields["data"]) - count <= 1:
             raise ValueError(f"{len(fields['data'])} values where {count} should be")
-        with np.errstate(over="ignore"):
-            values = (np.asarray(fields["data"][:count], dtype=np.float64) * factor).astype(np.float32)
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = to_float32(np.asarray(fields["data"][:count], dtype=np.float64) * factor)
         piece = _Piece(
             channel=channel_of(fields, quantity, name), sample_rate_Hz=rate_Hz, start_ns=start_ns_of(fields),
             first_index=int(pairs.get("first_index", "0")), values=values,

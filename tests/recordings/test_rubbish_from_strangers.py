@@ -107,10 +107,11 @@ def parse(kind: str, path: Path) -> None:
 def told(action: Callable[[], object]) -> object:
     try:
         return action()
-    except InputError as error:
-        assert "\n" not in str(error)
-        assert len(str(error)) < 600
-        return error
+    except InputError as raised:
+        error = raised
+    assert "\n" not in str(error)
+    assert len(str(error)) < 600
+    return error
 
 
 @pytest.mark.parametrize("kind", Kinds)

@@ -88,6 +88,19 @@ def test_restart_of_the_device_goes_on_by_the_clock() -> None:
     np.testing.assert_array_equal(device.times_ns(start, start + 1), [later.time_ns])
 
 
+def test_stamps_that_jitter_are_told_but_not_refused() -> None:
+    """A host that stamps blocks of 10 ms when they arrive is up to 60 ms late: the numbers still hold."""
+    jitter_ns = [0, 60_000_000, 55_000_000, 50_000_000, 5_000_000, 0]
+    blocks = [block_at(k * 256) for k in range(6)]
+    device, notices = assembled(
+        *(changed(b, time_ns=b.time_ns + late) for b, late in zip(blocks, jitter_ns[:4], strict=False))
+    )
+    np.testing.assert_array_equal(device.values["force"], block_at(0, 1024).samples["force"])
+    assert set(notices) == {"time"}
+    with pytest.raises(ValueError, match="contradict"):
+        assembled(*(changed(b, time_ns=b.time_ns + late) for b, late in zip(blocks, jitter_ns, strict=True)))
+
+
 def test_clock_that_drifts_is_followed_by_the_time_stamps() -> None:
     """100 ppm over 100 blocks: positions come from the stamps, not from the nominal rate."""
     length = 256

@@ -17,9 +17,9 @@ from google.protobuf import descriptor_pb2
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader, make_reader
 from mcap_protobuf.decoder import DecoderFactory
-from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, write_run
+from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step_at, write_run
 
-from recordings import Channel, Event, Indicator, InputError, RunWriter, SampleBlock, read_run
+from recordings import Channel, Event, Indicator, InputError, RunWriter, SampleBlock, Step, StepState, read_run
 from recordings.check import check_run
 from recordings.messages import encode_block
 from recordings.schema import SAMPLE_BLOCK, message_class
@@ -236,6 +236,20 @@ def test_contract_is_checked_before_a_file_is_made(
     with pytest.raises(ValueError, match=reason):
         RunWriter(tmp_path / "run.mcap", info=info, channels=[channel])
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"frequency_Hz": float("nan")}, {"target_amplitude": -1.0}, {"time_ns": -1}, {"index": -1}],
+    ids=lambda change: next(iter(change)),
+)
+def test_step_that_could_not_be_read_back_is_not_written(tmp_path: Path, change: dict[str, float]) -> None:
+    step = step_at(START_NS, StepState.DONE)
+    with RunWriter(tmp_path / "run.mcap", info=INFO, channels=CHANNELS) as writer:
+        with pytest.raises(ValueError, match=r"cannot be recorded|[Oo]ut of range"):
+            writer.write_step(Step(**{**step.__dict__, **change}))
+        writer.write_step(step)
+    assert read_run(tmp_path / "run.mcap").steps == (step,)
 
 
 def test_error_inside_the_block_still_finishes_the_file(tmp_path: Path) -> None:

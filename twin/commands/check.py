@@ -26,9 +26,10 @@ LISTED = 20
 )
 @json_option
 def command(run: Path, out: Path | None, as_json: bool) -> int:
-    r"""Check RUN, an .mcap, against the recording contract.
+    r"""Check RUN, an .mcap, against the recording contract; a .csv is checked as a table of sweeps or of modes.
 
-    Exit status 0 if it is sound, 1 if it is damaged or breaks the contract, 2 if it is not there or no MCAP file.
+    Exit status 0 if it is sound, 1 if it is damaged or breaks the contract, 2 if it is not there or no MCAP file (or
+    a table that cannot be used).
 
     \b
     Examples:
@@ -36,6 +37,12 @@ def command(run: Path, out: Path | None, as_json: bool) -> int:
       twin check cut.mcap --recover whole.mcap
     """
     from dataclasses import asdict
+
+    if run.suffix.lower() == ".csv":
+        if out:
+            raise click.UsageError("--recover is for .mcap files")
+        _check_table(run, as_json)
+        return 0
 
     from recordings.check import check_run
     from recordings.recover import recover
@@ -51,35 +58,50 @@ def command(run: Path, out: Path | None, as_json: bool) -> int:
     return 0 if report.sound else 1
 
 
+def _check_table(path: Path, as_json: bool) -> None:
+    from recordings.tables import SweepTable, read_table
+
+    table = read_table(path)
+    kind = f"sweeps ({table.quantity})" if isinstance(table, SweepTable) else "natural frequencies"
+    if as_json:
+        print_json({"path": path, "sound": True, "table": kind, "rows": len(table)})
+    else:
+        _say(f"{path}: a table of {kind}, {len(table)} rows, sound")
+
+
+def _say(text: str) -> None:
+    """Print for people; names from a stranger's file must not steer the terminal."""
+    console.print("".join(c if c.isprintable() else "?" for c in text), markup=False, soft_wrap=True)
+
+
 def _print_report(report: CheckReport) -> None:
     """For people, on standard error."""
     for problem in report.problems[:LISTED]:
-        console.print(f"{problem.kind}: {problem.place}: {problem.reason}", markup=False, soft_wrap=True)
+        _say(f"{problem.kind}: {problem.place}: {problem.reason}")
     more = len(report.problems) - LISTED + report.problems_not_listed
     if more > 0:
-        console.print(f"and {more} more; --json lists them", markup=False)
+        _say(f"and {more} more; --json lists them")
     for channel in report.channels:
-        console.print(
+        _say(
             f"{channel.name} ({channel.quantity}, {channel.unit}, device {channel.device}): {channel.samples} samples, "
-            f"{channel.lost} lost in {channel.gaps} gaps, {channel.overload} overloaded",
-            markup=False, soft_wrap=True,
+            f"{channel.lost} lost in {channel.gaps} gaps, {channel.overload} overloaded"
         )  # fmt: skip
     events = ", ".join(f"{count} {kind}" for kind, count in report.events.items()) or "none"
-    console.print(f"{report.steps} step messages, events: {events}, {report.duration_s:.3f} s", markup=False)
+    _say(f"{report.steps} step messages, events: {events}, {report.duration_s:.3f} s")
     if not report.sound:
         lost = ", ".join(f"{count} of {topic}" for topic, count in report.messages_lost.items())
         known = f", with messages {lost}" if lost else ""
-        console.print(f"{report.bytes_lost} bytes could not be read{known}", markup=False, soft_wrap=True)
-    console.print(f"{report.path}: {'sound' if report.sound else 'NOT sound'}", markup=False, soft_wrap=True)
+        _say(f"{report.bytes_lost} bytes could not be read{known}")
+    _say(f"{report.path}: {'sound' if report.sound else 'NOT sound'}")
 
 
 def _print_recovered(recovered: RecoverReport) -> None:
     kept = ", ".join(f"{count} of {topic}" for topic, count in recovered.kept.items()) or "none"
-    console.print(f"{recovered.path}: messages recovered: {kept}", markup=False, soft_wrap=True)
+    _say(f"{recovered.path}: messages recovered: {kept}")
     if recovered.set_aside:
         aside = ", ".join(f"{count} in {topic}" for topic, count in recovered.set_aside.items())
-        console.print(f"set aside, because they break the contract: {aside}", markup=False, soft_wrap=True)
+        _say(f"set aside, because they break the contract: {aside}")
     for note in recovered.notes:
-        console.print(note, markup=False, soft_wrap=True)
+        _say(note)
     if not recovered.sound:
-        console.print(f"{recovered.path} still breaks the contract; run 'twin check' on it", markup=False)
+        _say(f"{recovered.path} still breaks the contract; run 'twin check' on it")
