@@ -2,6 +2,18 @@
 
 from twin.bench.bench import Bench, SAMPLE_RATES_Hz, open_bench
 from twin.bench.effects import EFFECTS
+from twin.bench.hidden import FIRST_CAUSES, HiddenCase, draw_case
 from twin.bench.layer import JointLaw, default_law, no_law
 
-__all__ = ["EFFECTS", "Bench", "JointLaw", "SAMPLE_RATES_Hz", "default_law", "no_law", "open_bench"]
+__all__ = [
+    "EFFECTS",
+    "FIRST_CAUSES",
+    "Bench",
+    "HiddenCase",
+    "JointLaw",
+    "SAMPLE_RATES_Hz",
+    "default_law",
+    "draw_case",
+    "no_law",
+    "open_bench",
+]

@@ -219,13 +219,12 @@ def build(
 def _matrices(plan: Plan, free: Structure) -> Matrices:
     """Clamp the root, rigidly or on a rotational spring, and let the effects change the matrices."""
     keep = np.arange(2 if plan.clamp_compliance else 3, len(free.M))
-    B_E = free.B_E[:, keep]
-    if plan.normal_profile:
-        overlap = plan.rig.joint.overlap
-        along = (free.layer_x - (plan.rig.lower.length - overlap)) / overlap
-        B_E = B_E * np.sqrt(plan.normal_profile(along))[:, None]
+    B_E, B_G = free.B_E[:, keep], free.B_G[:, keep]
+    if plan.layer_profile:
+        B_E = B_E * np.sqrt(plan.layer_profile(_along(plan, free.layer_x)))[:, None]
+        B_G = B_G * np.sqrt(plan.layer_profile(_along(plan, free.shear_x)))[:, None]
     box = np.ix_(keep, keep)
-    structure = replace(free, M=free.M[box], K0=free.K0[box], B_E=B_E, B_G=free.B_G[:, keep], free=free.free[keep])
+    structure = replace(free, M=free.M[box], K0=free.K0[box], B_E=B_E, B_G=B_G, free=free.free[keep])
     K_beam = structure.K0.copy()
     if plan.clamp_compliance:
         K_beam[0, 0] += 1.0 / plan.clamp_compliance
@@ -233,6 +232,11 @@ def _matrices(plan: Plan, free: Structure) -> Matrices:
     for change in plan.matrix_changes:
         change(matrices)
     return matrices
+
+
+def _along(plan: Plan, x: Matrix) -> Matrix:
+    """Position along the overlap, 0 at the clamp's end and 1 at the tip's."""
+    return (x - (plan.rig.lower.length - plan.rig.joint.overlap)) / plan.rig.joint.overlap
 
 
 def _layer_rows(B: Matrix, weight: Matrix, first: Matrix, groups: int) -> list[tuple[Matrix, float]]:

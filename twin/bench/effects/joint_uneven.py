@@ -10,7 +10,7 @@ __all__ = ["joint_uneven"]
 
 
 def joint_uneven(plan: Plan, *, gradient: float) -> None:
-    """Make E' fall evenly from E' (1 + gradient/2) at the clamp's end of the overlap to E' (1 - gradient/2)."""
+    """Make E' and G' fall evenly along the overlap, from 1 + gradient/2 of their value to 1 - gradient/2 at its end."""
     if abs(gradient) >= 2:
         raise ValueError(f"a gradient of {gradient} would make the modulus negative; it must be between -2 and 2")
-    plan.normal_profile = lambda along: 1.0 + gradient * (0.5 - np.asarray(along))
+    plan.layer_profile = lambda along: 1.0 + gradient * (0.5 - np.asarray(along))
