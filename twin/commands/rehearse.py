@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 import time
@@ -140,7 +141,8 @@ def _tell(rehearsed: Rehearsed, wall_s: float | None) -> None:
     for summary in rehearsed.rehearsal.summaries():
         console.print(
             f"  {summary.sweep}: peak at {summary.peak_frequency_Hz:g} Hz, "
-            f"{summary.response_channel} {summary.peak_response:.4g}, Q {summary.quality_factor:.3g}"
+            f"{summary.response_channel} {summary.peak_response:.4g}"
+            + (f", Q {summary.quality_factor:.3g}" if math.isfinite(summary.quality_factor) else "")
         )
     for caution in rehearsed.cautions:
         console.print(_line(caution))

@@ -140,7 +140,8 @@ class Rehearsal:
         """Q of one degree of freedom: 1/H = k - m w2 + i w c, least squares weighted by H, over the peak's steps."""
         powers = {"displacement": 0, "velocity": 1, "acceleration": 2}
         frequency_Hz = np.array([step.frequency_Hz for step in steps])
-        if len(np.unique(frequency_Hz)) < 4:
+        # a backbone or a ladder has many frequencies or levels, but no resonance curve
+        if len(np.unique(frequency_Hz)) < 4 or len({step.target_amplitude for step in steps}) > 1:
             return math.nan
         w = frequency_Hz / frequency_Hz.mean()
         H = (

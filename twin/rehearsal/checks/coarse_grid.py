@@ -15,9 +15,10 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["check_grid", "phase_steps", "steepest_linear"]
 
-ALLOWED_DEGREES = 60.0
-"""Phase of the response between neighbouring steps: a half turn through the peak in three steps at least."""
-MARGIN_DEGREES = 30.0
+ALLOWED_DEGREES = 80.0
+"""Phase of the response between neighbouring steps.  At worst the peak lies half way: cos 40 degrees, a quarter low."""
+MARGIN_DEGREES = 45.0
+"""What a bent resonance turns faster than a linear one before it jumps."""
 MOST_TRANSIENT = 0.2
 
 
