@@ -188,6 +188,7 @@ class RigAcquisition:
                 self._generator.acknowledge(self._consumed)
             target = self._consumed + self._block_length
             with self._mailbox.changed:
+                self._mailbox.wanted = target
                 complete = self._mailbox.changed.wait_for(lambda: self._is_complete(target), NUDGE_S)  # noqa: B023
                 late = time.monotonic() - progress > SILENT_S
                 if complete or (late and self._give_up_silent(target)):

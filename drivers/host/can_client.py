@@ -216,7 +216,7 @@ class CanClient:
                 for channel, frames in enumerate(pending[: self._node_channels]):
                     if frames:
                         self._take_samples(channel, frames)
-            self._mailbox.changed.notify_all()
+                self._mailbox.announce(self.inbox)
 
     def _take_control(self, identifier: int, data: bytes) -> None:
         inbox = self.inbox

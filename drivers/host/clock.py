@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections import deque
 
 import numpy as np
 
@@ -23,7 +22,9 @@ class ClockFit:
     def __init__(self) -> None:
         self._reference: dict[int, int] = {}
         self._local: dict[int, int] = {}
-        self._pairs: deque[tuple[int, int]] = deque(maxlen=PAIRS)  # local time, reference minus local
+        self._pairs = np.zeros((2, PAIRS), np.int64)  # local time, reference minus local; the oldest is overwritten
+        self._count = 0
+        self._fitted = True
         self._origin_ns = 0
         self._offset_ns = 0.0
         self._drift = 0.0
@@ -31,12 +32,13 @@ class ClockFit:
     @property
     def drift_ppm(self) -> float:
         """How much faster the reference runs."""
+        self._fit()
         return 1e6 * self._drift
 
     @property
     def synchronised(self) -> bool:
         """Whether a pulse was seen by both."""
-        return bool(self._pairs)
+        return self._count > 0
 
     def add_reference(self, pulse: int, time_ns: int) -> None:
         """The reference saw a pulse."""
@@ -50,26 +52,30 @@ class ClockFit:
         mine[pulse] = time_ns
         if pulse in other:
             local, reference = self._local.pop(pulse), self._reference.pop(pulse)
-            self._pairs.append((local, reference - local))
-            self._fit()
+            self._pairs[:, self._count % PAIRS] = local, reference - local
+            self._count += 1
+            self._fitted = False
         while len(mine) > PAIRS:  # the other one has missed them
             del mine[next(iter(mine))]
 
     def _fit(self) -> None:
-        local = np.array([pair[0] for pair in self._pairs])
-        difference = np.array([pair[1] for pair in self._pairs])
-        self._origin_ns = int(local[-1])
-        base = int(difference[-1])
-        spread = (difference - base).astype(float)
-        if len(local) < 2 or not spread.any():
-            self._offset_ns, self._drift = float(base), 0.0
+        """Straight line through the pairs, if there are new ones."""
+        if self._fitted:
             return
-        elapsed = (local - self._origin_ns).astype(float)
-        self._drift, intercept = np.polyfit(elapsed, spread, 1)
-        self._offset_ns = base + intercept
+        self._fitted = True
+        local, difference = self._pairs[:, : self._count]
+        latest = (self._count - 1) % PAIRS
+        self._origin_ns, base = int(local[latest]), int(difference[latest])
+        spread = difference - base
+        self._offset_ns, self._drift = float(base), 0.0
+        if spread.any():
+            elapsed = (local - self._origin_ns).astype(float)
+            self._drift, intercept = np.polyfit(elapsed, spread.astype(float), 1)
+            self._offset_ns = base + intercept
 
     def to_reference(self, time_ns: int) -> int:
         """A time of the device in the reference's clock."""
+        self._fit()
         return time_ns + round(self._offset_ns + self._drift * (time_ns - self._origin_ns))
 
 

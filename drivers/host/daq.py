@@ -259,7 +259,7 @@ class DaqClient:
             with self._mailbox.changed:
                 for frame in frames:
                     self._take(frame)
-                self._mailbox.changed.notify_all()
+                self._mailbox.announce(self.inbox)
             counts = (decoder.bad_headers + decoder.bad_payloads, decoder.lost_frames)
             if counts != seen:
                 if counts[0] > seen[0]:

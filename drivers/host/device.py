@@ -26,6 +26,13 @@ class Mailbox:
         self._events: list[Event] = []
         self._clocks: dict[str, ClockFit] = {}
         self.now_ns = 0
+        self.wanted = 0
+        """The sample up to which the acquisition waits."""
+
+    def announce(self, inbox: DeviceInbox) -> None:
+        """Wake the acquisition if a device has what it waits for: not for every frame, which would cost more."""
+        if inbox.ended or inbox.samples.ready >= self.wanted:
+            self.changed.notify_all()
 
     def register_clock(self, device: str, clock: ClockFit) -> None:
         """A device's clock is to be compared with the reference."""

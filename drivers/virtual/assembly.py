@@ -38,6 +38,13 @@ class Addresses:
     can: str | None = None
     can_channels: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse addresses that make no sense before anything is opened; raises InputError."""
+        if self.tcp is not None:
+            _parsed(parse_tcp, "--tcp", self.tcp)
+        if self.can is not None:
+            _parsed(parse_can, "--can", self.can)
+
 
 class VirtualRig:
     """The instruments of one source, ready to be served.

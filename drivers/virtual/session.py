@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["Session"]
 
 
+WRITE_BYTES = 16384
+
+
 class Session:
     """Bytes of one port to the instrument and back.
 
@@ -74,6 +77,14 @@ class Session:
     def _flush(self) -> bool:
         moved = False
         while self._queue and not self._instrument.stalled:
+            if len(self._queue) > 1 and not self._sent_of_first:
+                # One system call, and one waking of the client, for what is due together.
+                chunks = [self._queue.popleft()]
+                size = len(chunks[0])
+                while self._queue and size + len(self._queue[0]) <= WRITE_BYTES:
+                    chunks.append(self._queue.popleft())
+                    size += len(chunks[-1])
+                self._queue.appendleft(b"".join(chunks))
             first = self._queue[0]
             sent = self.port.write(memoryview(first)[self._sent_of_first :])
             if sent == 0:

@@ -2,6 +2,7 @@
 
 import time
 from collections import Counter
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -33,9 +34,8 @@ def line(request):
 
 @pytest.fixture(params=["unixbus", "virtual", "udp_multicast"])
 def bus(request, tmp_path):
-    return {"unixbus": f"unixbus:{tmp_path}/bus", "virtual": "virtual:rig", "udp_multicast": "udp_multicast:239.74.163.7"}[
-        request.param
-    ]  # fmt: skip
+    channel = {"unixbus": f"{tmp_path}/bus", "virtual": "rig", "udp_multicast": "239.74.163.7"}[request.param]
+    return f"{request.param}:{channel}"
 
 
 def test_over_a_line_alone_samples_are_bit_for_bit(line):
@@ -110,7 +110,7 @@ def test_a_setting_that_the_instrument_refuses_is_an_error_with_its_reason(line)
 
     with served(FilteredSine(), **line) as rig, open_instruments(rig.instruments()) as acquisition:
         acquisition.start()
-        with pytest.raises(InputError, match="-222.*Data out of range"):
+        with pytest.raises(InputError, match=r"-222.*Data out of range"):
             acquisition.set_output(Excitation(kind="sine", amplitude_V=11.0, frequency_Hz=10.0))
         acquisition.set_output(SINE)
         assert take(acquisition, 2)
@@ -188,7 +188,7 @@ def test_lost_samples_are_counted_exactly(tmp_path):
         acquisition.stop()
         lost = [e for e in acquisition.take_events() if e.kind == "lost-samples"]
     counted = sum(int(event.detail.split()[0]) for event in lost)
-    missing = sum(b.first_index - a.first_index - len(a) for a, b in zip(blocks[:-1], blocks[1:], strict=True))
+    missing = sum(b.first_index - a.first_index - len(a) for a, b in pairwise(blocks))
     assert counted == missing + blocks[0].first_index > 0
 
 
@@ -241,8 +241,7 @@ def test_an_instrument_that_has_gone_is_an_error_in_time(tmp_path):
         take(acquisition, 2)
     began = time.monotonic()
     with pytest.raises(TimeoutError, match="disconnected"):
-        for _ in range(100):
-            acquisition.read(timeout_s=1.0)
+        take(acquisition, 100, timeout_s=1.0)
     assert time.monotonic() - began < 5.0
     assert "disconnected" in {event.kind for event in acquisition.take_events()}
     acquisition.close()

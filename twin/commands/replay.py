@@ -25,4 +25,4 @@ def command(run: Path, **options: Any) -> None:
     from drivers.virtual import RecordedSource
     from recordings import read_run
 
-    serve_source(RecordedSource(read_run(run)), origin="replayed", **options)
+    serve_source(lambda: RecordedSource(read_run(run)), origin="replayed", **options)

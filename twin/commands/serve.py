@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from recordings.errors import InputError
 from twin.commands.output import json_option
 from twin.commands.serving import address_options, serve_source
+
+if TYPE_CHECKING:
+    from recordings.streams import SampleSource
 
 __all__ = ["command"]
 
@@ -28,9 +31,14 @@ def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> No
 
     rig = load_rig(rig_name)
     try:
-        bench = open_bench(rig, preload=preload, seed=seed)
+        name = rig.preload_name(preload)
     except KeyError as error:
         raise InputError("--preload", "", str(error.args[0])) from error
-    except ValueError as error:
-        raise InputError(rig_name, "", str(error)) from error
-    serve_source(bench, origin="simulated", seed=seed, **options)
+
+    def open_source() -> SampleSource:
+        try:
+            return open_bench(rig, preload=name, seed=seed)
+        except ValueError as error:
+            raise InputError(rig_name, "", str(error)) from error
+
+    serve_source(open_source, origin="simulated", seed=seed, **options)

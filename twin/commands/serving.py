@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["address_options", "serve_source"]
 
 _OPTIONS = [
-    click.option(
-        "--serial", metavar="auto|PATH", help="New pseudo-terminal, a name for one, or a port."
-    ),
+    click.option("--serial", metavar="auto|PATH", help="New pseudo-terminal, a name for one, or a port."),
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
     click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN FD node on any python-can interface."),
     click.option("--can-channels", metavar="NAME,...", default="", help="Channels on CAN instead of the line."),
@@ -44,7 +42,7 @@ def address_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def serve_source(
-    source: SampleSource,
+    open_source: Callable[[], SampleSource],
     *,
     origin: str,
     serial: str | None,
@@ -57,7 +55,7 @@ def serve_source(
     instruments_out: Path | None,
     as_json: bool,
 ) -> None:
-    """Serve a source until SIGINT or SIGTERM, telling the addresses as JSON lines once they can be used.
+    """Open a source and serve it until SIGINT or SIGTERM, telling the addresses as JSON lines when they are ready.
 
     `origin` is what a recording made from it is: simulated or replayed.
 
@@ -76,14 +74,9 @@ def serve_source(
     addresses = Addresses(
         serial=serial, tcp=tcp, can=can, can_channels=tuple(name for name in can_channels.split(",") if name)
     )
-    rig = VirtualRig(
-        source,
-        addresses,
-        origin=origin,
-        speed=_parse_speed(speed),
-        faults=[parse_fault(fault) for fault in faults],
-        seed=seed,
-    )
+    multiple = _parse_speed(speed)
+    parsed_faults = [parse_fault(fault) for fault in faults]
+    rig = VirtualRig(open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed)
     previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         if instruments_out is not None:

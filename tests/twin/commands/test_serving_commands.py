@@ -1,0 +1,159 @@
+"""`twin serve`, `twin acquire` and `twin replay` as processes, the way a user runs them."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings import read_run
+from twin.cli import main
+
+SWEEP = """
+procedure = "stepped-sine"
+target_channel = "force"
+control = "force"
+amplitudes = [1.5]
+sample_rate = 1024.0
+[grid]
+start = 40.0
+stop = 42.0
+step = 1.0
+[settle]
+tolerance = 0.01
+maximum = 30.0
+[measure]
+seconds = 0.5
+[limits]
+voltage = 10.0
+"""
+
+
+@contextmanager
+def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], list[dict[str, str]]]]:
+    """A server, and the addresses it has told."""
+    command = [sys.executable, "-m", "twin", *arguments]
+    expected = sum(option in arguments for option in ("--serial", "--tcp", "--can"))
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            lines = [process.stdout.readline() for _ in range(expected)]
+            assert all(lines), process.stderr.read() if process.stderr else ""
+            yield process, [json.loads(line) for line in lines]
+        finally:
+            process.kill()
+
+
+def twin(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "twin", *arguments], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def acquired(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short sweep of the steel rig over a pseudo-terminal and CAN, as fast as it goes."""
+    folder = tmp_path_factory.mktemp("acquired")
+    (folder / "sweep.toml").write_text(SWEEP)
+    arguments = ["--serial", "auto", "--can", f"unixbus:{folder}/bus", "--speed", "fast"]
+    file = str(folder / "instruments.toml")
+    with running("serve", "--rig", "steel-lap-joint", *arguments, "--instruments-out", file) as (server, addresses):
+        assert [address["device"] for address in addresses] == ["daq", "can"]
+        run = folder / "run.mcap"
+        done = twin(
+            "acquire", str(folder / "sweep.toml"), "--instruments", file, "--out", str(run),
+            "--rig", "steel-lap-joint", "--json",
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        result = json.loads(done.stdout)
+        server.send_signal(signal.SIGINT)
+        assert server.wait(10) == 0
+    assert result["state"] == "done"
+    assert result["steps"] == 3
+    assert result["events"] == {}
+    return run
+
+
+def test_a_sweep_over_serial_and_can_is_recorded_whole(acquired):
+    run = read_run(acquired)
+    assert run.info["source"] == "simulated"
+    assert run.info["rig"] == "steel-lap-joint"
+    assert set(run.attachments) == {"rig.toml", "procedure.toml"}
+    assert {name: channel.device for name, channel in run.channels.items()} == {
+        "force": "daq", "acc1": "daq", "acc2": "can",
+    }  # fmt: skip
+    assert not any(device.gaps for device in run.devices.values())
+    samples = run.devices["daq"].values["force"][-512:]
+    spectrum = np.abs(np.fft.rfft(samples * np.hanning(512)))
+    assert np.argmax(spectrum) * 2.0 == pytest.approx(42.0, abs=2.0)
+    assert samples.max() == pytest.approx(1.5, rel=0.05)
+
+
+@pytest.mark.parametrize("kind", ["serial", "tcp"])
+def test_a_replayed_run_comes_back_bit_for_bit(acquired, kind, tmp_path):
+    address = str(tmp_path / "line") if kind == "serial" else "127.0.0.1:0"
+    file, again = str(tmp_path / "instruments.toml"), tmp_path / "again.mcap"
+    arguments = [f"--{kind}", address, "--speed", "fast", "--instruments-out", file]
+    with running("replay", str(acquired), *arguments) as (server, _):
+        done = twin("acquire", "--instruments", file, "--out", str(again), "--json")
+        assert done.returncode == 0, done.stderr
+        server.send_signal(signal.SIGTERM)
+        assert server.wait(10) == 0
+    assert not (tmp_path / "line").is_symlink()
+    before, after = read_run(acquired), read_run(again)
+    assert after.info["source"] == "replayed"
+    for name, channel in before.channels.items():
+        old = before.devices[channel.device].values[name]
+        new = after.devices["daq"].values[name]
+        assert np.array_equal(old.view(np.uint32), new.view(np.uint32))
+
+
+def test_what_went_wrong_is_in_the_file_and_told(tmp_path):
+    file, out = str(tmp_path / "instruments.toml"), tmp_path / "run.mcap"
+    arguments = ["--tcp", "127.0.0.1:0", "--speed", "fast", "--fault", "drop:probability=0.3"]
+    with running("serve", "--rig", "steel-lap-joint", *arguments, "--instruments-out", file):
+        done = twin("acquire", "--seconds", "5", "--instruments", file, "--out", str(out), "--json")
+    assert done.returncode == 0, done.stderr
+    assert "lost-samples (daq)" in done.stderr
+    result = json.loads(done.stdout)
+    assert result["lost_samples"]["daq"] > 0
+    run = read_run(out)
+    assert {"lost-samples", "lost-frames"} <= {event.kind for event in run.events}
+    assert sum(gap.count for gap in run.devices["daq"].gaps) == result["lost_samples"]["daq"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["serve", "--rig", "no-such-rig"], "no-such-rig"),
+        (["serve", "--rig", "steel-lap-joint", "--preload", "9N"], "has no preload '9N'"),
+        (["serve", "--rig", "steel-lap-joint", "--tcp", "5025"], "not HOST:PORT"),
+        (["serve", "--rig", "steel-lap-joint", "--tcp", "203.0.113.1:1"], "cannot listen there"),
+        (["serve", "--rig", "steel-lap-joint", "--can", "nonsense:0"], "no CAN interface 'nonsense'"),
+        (["serve", "--rig", "steel-lap-joint", "--speed", "warp"], "--speed"),
+        (["serve", "--rig", "steel-lap-joint", "--fault", "gremlins"], "no such kind of fault"),
+        (["serve", "--rig", "steel-lap-joint", "--fault", "drop:probability=2"], "probability"),
+        (["serve", "--rig", "steel-lap-joint", "--fault", "stuck:channel=acc9"], "no channel 'acc9'"),
+        (["serve", "--rig", "steel-lap-joint", "--serial", "."], "no serial port"),
+        (["replay", "none.mcap"], "none.mcap"),
+        (["acquire", "--instruments", "none.toml", "--out", "run.mcap"], "none.toml"),
+        (["acquire", "none.toml", "--instruments", "none.toml", "--out", "run.mcap"], "none.toml"),
+    ],
+)
+def test_a_mistake_is_one_line_and_status_2(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    out, err = capsys.readouterr()
+    assert ended.value.code == 2, err
+    assert words in err
+    assert err.count("\n") == 1
+    assert out == ""
+    assert list(tmp_path.iterdir()) == []
