@@ -41,7 +41,7 @@ def chunk_data(chunk: mcap.Chunk, limits: Limits, *, cut: bool = False) -> bytes
         With the reason, if the chunk is damaged, has no checksum or is too large.
     """
     try:
-        data = _decompress(chunk, limits.record_bytes + 1)
+        data = _decompress(chunk, min(limits.record_bytes, chunk.uncompressed_size) + 1)
     except (RuntimeError, zstandard.ZstdError, MemoryError) as error:
         raise ValueError(f"its {chunk.compression} data are damaged") from error
     if len(data) > limits.record_bytes:
@@ -50,6 +50,8 @@ def chunk_data(chunk: mcap.Chunk, limits: Limits, *, cut: bool = False) -> bytes
         return data
     if chunk.uncompressed_crc == 0 and data:
         raise ValueError("a chunk without checksum")
+    if len(data) > chunk.uncompressed_size:
+        raise ValueError(f"a chunk that is larger than the {chunk.uncompressed_size} bytes it claims")
     if zlib.crc32(data) != chunk.uncompressed_crc:
         raise ValueError("checksum of the chunk is wrong")
     if len(data) != chunk.uncompressed_size:

@@ -6,6 +6,7 @@ Samples are packed by numpy, which writes the same bytes as protobuf several tim
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,11 @@ FIELD_LIMIT = 4096
 """Fields of one sample block: each costs memory of its own when decoded, however few bytes it has."""
 
 _LENGTH_DELIMITED, _VARINT = 2, 0
+_PACKED = np.dtype("<f4")
 
 
 def encode_block(block: SampleBlock) -> bytes:
-    """A ``rig.SampleBlock``; samples are packed little-endian floats whatever array they came in.
+    """A ``rig.SampleBlock``; its series are tagged by hand, samples packed from whatever array they came in.
 
     Raises
     ------
@@ -40,21 +42,19 @@ def encode_block(block: SampleBlock) -> bytes:
         raise ValueError(f"a sample rate of {block.sample_rate_Hz!r} Hz cannot be recorded")
     head = message_class(SAMPLE_BLOCK)(first_index=block.first_index, sample_rate=block.sample_rate_Hz)
     _set_time(head, block.time_ns)
-    parts = [head.SerializeToString()]
+    count = len(block)
+    parts: list[bytes | memoryview] = [head.SerializeToString()]
     for channel, values in block.samples.items():
-        packed = np.ascontiguousarray(values, dtype="<f4")
-        if packed.ndim != 1 or len(packed) != len(block):
-            raise ValueError(f"series {channel!r} has shape {packed.shape}, the block {len(block)} samples")
-        name = channel.encode()
-        body = _tag(1, _LENGTH_DELIMITED) + _varint(len(name)) + name
-        if packed.size:
-            body += _tag(2, _LENGTH_DELIMITED) + _varint(packed.nbytes)
+        packed = np.ascontiguousarray(values, dtype=_PACKED)
+        if packed.shape != (count,):
+            raise ValueError(f"series {channel!r} has shape {packed.shape}, the block {count} samples")
         overload = int(block.overload.get(channel, 0))
-        if not 0 <= overload <= len(block):
-            raise ValueError(f"an overload of {overload} in {len(block)} samples of {channel!r} cannot be recorded")
-        tail = _tag(3, _VARINT) + _varint(overload) if overload else b""
-        parts += [_tag(4, _LENGTH_DELIMITED), _varint(len(body) + packed.nbytes + len(tail)), body]
-        parts += [packed.tobytes(), tail]
+        if not 0 <= overload <= count:
+            raise ValueError(f"an overload of {overload} in {count} samples of {channel!r} cannot be recorded")
+        before = _channel_field(channel) + (b"\x12" + _varint(packed.nbytes) if count else b"")
+        after = b"\x18" + _varint(overload) if overload else b""
+        parts.append(b"\x22" + _varint(len(before) + packed.nbytes + len(after)) + before)
+        parts += [packed.data.cast("B"), after] if count else [after]
     return b"".join(parts)
 
 
@@ -171,10 +171,13 @@ def _finish(message: Any, time_ns: int) -> bytes:
     return bytes(message.SerializeToString())
 
 
-def _tag(field: int, wire_type: int) -> bytes:
-    return bytes([field << 3 | wire_type])
+@lru_cache(maxsize=1024)
+def _channel_field(name: str) -> bytes:
+    encoded = name.encode()
+    return b"\x0a" + _varint(len(encoded)) + encoded
 
 
+@lru_cache(maxsize=1024)  # lengths repeat from block to block
 def _varint(value: int) -> bytes:
     """Base-128 number, low bits first."""
     encoded = bytearray()
