@@ -134,11 +134,11 @@ def remember(kind: int, p: Series, state: Series, row: int, e: float, displaceme
         blend = step_s / (p[row, 0] + 0.5 * step_s)
         state[row, 0] += blend * (displacement * displacement - state[row, 0])
         state[row, 1] += blend * (e * e - state[row, 1])
+        coefficient = 0.0
         if state[row, 0] > 1e-40 and state[row, 1] > 0.0:
             n = int(p[row, 1])
             position = min(sqrt(2.0 * state[row, 0]) / p[row, 2] * (n - 1), n - 1.0)
             i = min(int(position), n - 2)
             eta = p[row, 3 + i] + (p[row, 4 + i] - p[row, 3 + i]) * (position - i)
-            state[row, 2] = eta / max(sqrt(state[row, 1] / state[row, 0]), SLOWEST_RAD_PER_S)
-        else:
-            state[row, 2] = 0.0
+            coefficient = eta / max(sqrt(state[row, 1] / state[row, 0]), SLOWEST_RAD_PER_S)
+        state[row, 2] += blend * (coefficient - state[row, 2])

@@ -4,10 +4,11 @@ Sliders cannot dissipate more than the stiffness they hold, and the measured los
 modulus; a term c |e|^(k+1) sign(de/dt) can, but has a steep negative tangent when it unloads.  Here the force is
 proportional to the velocity, and its coefficient follows running means of the motion itself::
 
-    dM0/dt = (e^2 - M0)/tau,  dM1/dt = (v^2 - M1)/tau,  A = sqrt(2 M0),  w = sqrt(M1/M0),  f = eta(A) v / w
+    dM0/dt = (e^2 - M0)/tau,  dM1/dt = (v^2 - M1)/tau,  A = sqrt(2 M0),  w = sqrt(M1/M0),
+    dc/dt = (eta(A)/w - c)/tau,  f = c v
 
 On a sine of any frequency f is eta(A) times the displacement a quarter period ahead: the describing function is
-j eta(A), and no harmonics but the running means' small ripple at twice the frequency.
+j eta(A), without harmonics, for the means are averaged once more and their ripple is 1/(2 w tau)^2.
 """
 
 from __future__ import annotations
@@ -27,8 +28,7 @@ __all__ = ["RunningLoss"]
 class RunningLoss:
     """Loss modulus eta given at equal steps of the amplitude from 0 to `limit_m`, constant beyond.
 
-    It acts on a velocity coordinate, and reads the displacement beside it; the memory is M0, M1 and the coefficient
-    eta(A)/w of the next step.
+    It acts on a velocity coordinate, and reads the displacement beside it; the memory is M0, M1 and c.
     """
 
     kind: ClassVar[int] = RUNNING_LOSS
