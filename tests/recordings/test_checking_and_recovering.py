@@ -229,6 +229,31 @@ def test_command_tells_sound_from_damaged_from_unreadable(sound: Path, tmp_path:
         assert str(path) in result.stderr
 
 
+def test_command_checks_tables_too(tmp_path: Path) -> None:
+    table = FOREIGN.with_name("brake_reuss_response_control.csv")
+    result = twin(table, "--json")
+    assert result.returncode == 0
+    assert json.loads(result.stdout)["rows"] == 328
+    (tmp_path / "bad.csv").write_text("mode,frequency_Hz\n1,x\n")
+    result = twin(tmp_path / "bad.csv")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert "line 2, column frequency_Hz" in result.stderr
+
+
+def test_names_from_a_file_cannot_steer_the_terminal(tmp_path: Path) -> None:
+    writer = ForeignWriter(tmp_path / "run.mcap")
+    writer.channels["acc\x1b[2J"] = writer.channels.pop("acc1")
+    writer.message("/events", "Event", START_NS, source="\x1b[31m", kind="\x1b]0;evil\x07", detail="\r\n")
+    writer.message("/procedure", "Step", START_NS, sweep="\x1b[1m", state=8)
+    writer.block(block_at(0))
+    writer.raw("/samples/\x1b[5m", "rig.Event", START_NS, b"")
+    path = writer.finish()
+    assert "\x1b" not in twin(path).stderr
+    with pytest.raises(InputError) as caught:
+        read_run(path)
+    assert "\x1b" not in str(caught.value)
+
+
 def test_recovered_foreign_file_keeps_its_bytes(tmp_path: Path) -> None:
     data = bytearray(FOREIGN.read_bytes())
     data[-300] ^= 1  # in the summary: every message is still there

@@ -16,7 +16,7 @@ from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step
 
 from recordings import Channel, Event, Indicator, InputError, Run, RunWriter, SampleBlock, StepState, read_run
 from recordings.check import check_run
-from recordings.convert import FORMATS, convert
+from recordings.convert import FORMATS, Format, convert
 
 DATA = Path(__file__).parents[1] / "data" / "recordings"
 UNIVERSAL = sorted((DATA / "uff").glob("*.uff"))
@@ -190,6 +190,26 @@ def test_mat_that_unpacks_to_too_much_or_holds_objects_is_refused(
     assert len(bomb) < 1 << 20
     with pytest.raises(InputError, match="holds more than"):
         read(tmp_path / "bomb.mat")
+
+
+def test_format_from_elsewhere_joins_in(original: Path, tmp_path: Path) -> None:
+    """What needs knowledge of hardware, CAN frames for one, is added by the caller."""
+    frames = Format(suffix=".blf", name="BLF", read=lambda path: read_run(original), write=None)
+    (tmp_path / "frames.blf").write_bytes(b"")
+    convert(tmp_path / "frames.blf", tmp_path / "out.mcap", formats=[*FORMATS, frames])
+    assert_same_samples(read_run(original), read_run(tmp_path / "out.mcap"))
+    with pytest.raises(InputError, match="BLF can be read but not written"):
+        convert(original, tmp_path / "out.blf", formats=[*FORMATS, frames])
+
+
+def test_value_beyond_float32_is_refused_not_made_infinite(original: Path, tmp_path: Path) -> None:
+    convert(original, tmp_path / "run.csv")
+    lines = (tmp_path / "run.csv").read_text().splitlines()
+    lines[5] = ",".join([*lines[5].split(",")[:2], "1e39", "0"])
+    (tmp_path / "run.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match="beyond the range of float32"):
+        convert(tmp_path / "run.csv", tmp_path / "out.mcap")
+    assert not (tmp_path / "out.mcap").exists()
 
 
 def test_command_converts_and_tells(original: Path, tmp_path: Path) -> None:
