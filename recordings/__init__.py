@@ -1,20 +1,26 @@
 """Runs on disk: channels, sample blocks, steps and events in MCAP.  No physics, no hardware."""
 
+from recordings.check import CheckReport, check_run
 from recordings.errors import InputError
 from recordings.limits import Limits
 from recordings.reader import read_run
+from recordings.recover import RecoverReport, recover
 from recordings.run import Channel, DeviceSamples, Event, Gap, Indicator, Run, SampleBlock, Step, StepState
 from recordings.sweeps import Stretch, Sweep, sweeps
+from recordings.tables import FrequencyTable, SweepTable, read_table
 from recordings.writer import RunWriter
 
 __all__ = [
     "Channel",
+    "CheckReport",
     "DeviceSamples",
     "Event",
+    "FrequencyTable",
     "Gap",
     "Indicator",
     "InputError",
     "Limits",
+    "RecoverReport",
     "Run",
     "RunWriter",
     "SampleBlock",
@@ -22,6 +28,10 @@ __all__ = [
     "StepState",
     "Stretch",
     "Sweep",
+    "SweepTable",
+    "check_run",
     "read_run",
+    "read_table",
+    "recover",
     "sweeps",
 ]
