@@ -199,7 +199,7 @@ class RigAcquisition:
                     progress = time.monotonic()
                     continue
             if time.monotonic() - began >= timeout_s and not any(device.recovering for device in self._devices):
-                raise TimeoutError(self._why_nothing(timeout_s))
+                raise TimeoutError(self._why_nothing(time.monotonic() - began))
             if self._generator.inbox.ended:
                 return self._take_rest()
             limit = self._generator.waits_at()
@@ -232,9 +232,9 @@ class RigAcquisition:
                 self._mailbox.report(device.name, "silent", f"no samples for {SILENT_S:g} s")
         return len(self._silent) < len(self._devices)
 
-    def _why_nothing(self, timeout_s: float) -> str:
+    def _why_nothing(self, waited_s: float) -> str:
         reasons = [f"{device.name} at {device.address}: {device.failure}" for device in self._devices if device.failure]
-        return f"no samples within {timeout_s:g} s" + (f" ({'; '.join(reasons)})" if reasons else "")
+        return f"no samples for {waited_s:.1f} s" + (f" ({'; '.join(reasons)})" if reasons else "")
 
     def _take(self, target: int) -> list[SampleBlock]:
         """Blocks of all devices up to a sample."""

@@ -66,6 +66,8 @@ class CanClient:
         self._answered = threading.Condition()
         self._streaming = False
         self._state = NodeState.IDLE
+        self._highest = 0
+        self._overrun = 0
         self._heard_s = time.monotonic()
         self._stopping = threading.Event()
         self.channels: Sequence[Channel] = ()
@@ -220,7 +222,7 @@ class CanClient:
 
     def _take_control(self, identifier: int, data: bytes) -> None:
         inbox = self.inbox
-        if identifier == MessageId.TIME_SYNC:
+        if identifier == MessageId.TIME_SYNC and self._streaming:
             sync = TimeSync.unpack(data)
             inbox.sample_rate_Hz = sync.sample_rate_Hz
             inbox.times.add(self._unwrap(sync.counter), sync.time_ns)

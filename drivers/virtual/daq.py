@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.frames import MAX_PAYLOAD, Frame, FrameKind, encode, encode_samples
-from drivers.scpi import Boolean, Choice, Deferred, Instrument, Integer, Interpreter, Number, ScpiError, command
+from drivers.scpi import Deferred, Integer, Interpreter, Number, ScpiError, command
 from drivers.virtual.faults import LinkFaults
 from drivers.virtual.feed import SampleFeed
+from drivers.virtual.generator import Generator
 from drivers.virtual.ports import Port
 from drivers.virtual.session import Session
 from recordings.run import SampleBlock
-from recordings.streams import Excitation
 
 __all__ = ["AcquisitionInstrument"]
 
@@ -47,7 +47,7 @@ class _Reading:
     parts: list[NDArray[np.float32]]
 
 
-class AcquisitionInstrument(Instrument):
+class AcquisitionInstrument(Generator):
     """A generator and some channels behind one or more ports.
 
     Parameters
@@ -73,10 +73,9 @@ class AcquisitionInstrument(Instrument):
         origin: str = "simulated",
         faults: LinkFaults | None = None,
     ) -> None:
-        super().__init__()
+        super().__init__(feed)
         self.identity = (MAKER, "DAQ-GEN", origin, "1.0")
         self.name = name
-        self._feed = feed
         known = {channel.name: channel for channel in feed.channels}
         self._channels = tuple(known[channel] for channel in channels)
         self._lossless = lossless
@@ -88,10 +87,6 @@ class AcquisitionInstrument(Instrument):
         self._recent_count = 0
         self._window = 0
         self._speaking: Session | None = None
-        self._output_on = False
-        self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
-        self._applied = Excitation()
-        self._effective = (0, 0)
 
     # --- what the server asks -------------------------------------------------------------------------------------
 
@@ -172,6 +167,11 @@ class AcquisitionInstrument(Instrument):
         for session in self._sessions:
             session.port.close()
 
+    @property
+    def stream_origin(self) -> int:
+        """The sample that the stream counts as 0."""
+        return self._stream.origin if self._stream else 0
+
     # --- streaming ------------------------------------------------------------------------------------------------
 
     def _emit(self, stream: _Stream, frame: bytes) -> None:
@@ -242,98 +242,12 @@ class AcquisitionInstrument(Instrument):
             self._reading = None
             reading.answer.finish(np.concatenate(reading.parts, axis=1).astype("<f4").tobytes())
 
-    # --- generator ------------------------------------------------------------------------------------------------
-
     def reset(self) -> None:
         """Generator off, defaults, stream off."""
+        super().reset()
         self._end_stream()
-        self._output_on = False
-        self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
         self._window = 0
         self._feed.block_length = 240
-
-    def end_message(self) -> None:
-        """Apply the generator's settings of one message at one sample."""
-        wanted = self._excitation if self._output_on else Excitation()
-        if wanted != self._applied:
-            self._effective = self._feed.schedule_output(wanted)
-            self._applied = wanted
-
-    def _set(self, **changes: object) -> None:
-        self._excitation = replace(self._excitation, **changes)  # type: ignore[arg-type]
-
-    @command("SOURce:FUNCtion[:SHAPe]", Choice(("SINusoid", "RANDom")))
-    def _set_function(self, name: str) -> None:
-        """Sine, or Gaussian noise in a band."""
-        self._set(kind="sine" if name == "SIN" else "random")
-
-    @command("SOURce:FUNCtion[:SHAPe]?")
-    def _get_function(self) -> str:
-        """SIN or RAND."""
-        return "SIN" if self._excitation.kind == "sine" else "RAND"
-
-    @command("SOURce:FREQuency", Number(minimum=1e-3, maximum=1e5, unit="Hz"))
-    def _set_frequency(self, value: float) -> None:
-        """Frequency of the sine; changes without a jump of phase."""
-        self._set(frequency_Hz=value)
-
-    @command("SOURce:FREQuency?")
-    def _get_frequency(self) -> float:
-        """In Hz."""
-        return self._excitation.frequency_Hz
-
-    @command("SOURce:VOLTage[:AMPLitude]", Number(minimum=0.0, maximum=10.0, unit="V"))
-    def _set_voltage(self, value: float) -> None:
-        """Peak value of the sine, rms value of the noise."""
-        self._set(amplitude_V=value)
-
-    @command("SOURce:VOLTage[:AMPLitude]?")
-    def _get_voltage(self) -> float:
-        """In V."""
-        return self._excitation.amplitude_V
-
-    @command(
-        "SOURce:NOISe:BAND",
-        Number(minimum=0.0, maximum=1e5, unit="Hz"),
-        Number(minimum=0.0, maximum=1e5, unit="Hz"),
-    )
-    def _set_band(self, low: float, high: float) -> None:
-        """Lower and upper end of the noise."""
-        if not low < high:
-            raise ScpiError(-224, "the band's upper end is not above its lower one")
-        self._set(band_Hz=(low, high))
-
-    @command("SOURce:NOISe:BAND?")
-    def _get_band(self) -> tuple[float, float]:
-        """In Hz."""
-        return self._excitation.band_Hz
-
-    @command("SOURce:NOISe:SEED", Integer(maximum=2**63 - 1))
-    def _set_seed(self, value: int) -> None:
-        """Seed of the noise."""
-        self._set(seed=value)
-
-    @command("SOURce:NOISe:SEED?")
-    def _get_seed(self) -> int:
-        """The seed."""
-        return self._excitation.seed
-
-    @command("OUTPut[:STATe]", Boolean())
-    def _set_output(self, on: bool) -> None:
-        """Switch the generator; it and the settings of the same line hold from the same sample."""
-        self._output_on = on
-
-    @command("OUTPut[:STATe]?")
-    def _get_output(self) -> bool:
-        """Whether it is on."""
-        return self._output_on
-
-    @command("OUTPut:EFFective?")
-    def _get_effective(self) -> tuple[int, int]:
-        """Sample of the stream, and time in ns, from which the latest change of the output holds."""
-        self.end_message()
-        index, time_ns = self._effective
-        return index - (self._stream.origin if self._stream else 0), time_ns
 
     # --- channels and samples -------------------------------------------------------------------------------------
 

@@ -193,7 +193,7 @@ def test_lost_samples_are_counted_exactly(tmp_path):
 
 
 def test_a_slow_client_in_real_time_costs_samples_and_the_instrument_says_how_many():
-    with served(FilteredSine(rate_Hz=25600.0), tcp=True, speed=200.0) as rig:
+    with served(FilteredSine(rate_Hz=25600.0), serial=True, speed=100.0) as rig:
         acquisition = open_instruments(rig.instruments())
         acquisition.start()
         take(acquisition, 2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -94,6 +95,8 @@ class _CountingSink:
         self.events: Counter[str] = Counter()
         self.first_events: dict[str, Event] = {}
         self._next: dict[str, int] = {}
+        self.end_ns = 0
+        """Time in the file at which the latest samples end."""
 
     def write_block(self, block: SampleBlock) -> None:
         """Record a block."""
@@ -101,6 +104,7 @@ class _CountingSink:
         self.samples[block.device] += len(block)
         self.lost[block.device] += block.first_index - self._next.get(block.device, block.first_index)
         self._next[block.device] = block.first_index + len(block)
+        self.end_ns = max(self.end_ns, block.time_ns + round(len(block) * 1e9 / block.sample_rate_Hz))
 
     def write_step(self, step: Step) -> None:
         """Record a step."""
@@ -174,7 +178,10 @@ def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink)
             where = f", {step.sweep} at {step.frequency_Hz:.2f} Hz"
             on_time(passed)
 
-        return run_procedure(procedure, acquisition, sink, progress=on_time, on_step=on_step)
+        result = run_procedure(procedure, acquisition, sink, progress=on_time, on_step=on_step)
+    for event in acquisition.take_events():  # what ended the run may have been noticed after its last sample
+        sink.write_event(replace(event, time_ns=sink.end_ns))
+    return result
 
 
 def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | None) -> str:
@@ -217,7 +224,9 @@ def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | N
 def _tell(out: Path, sink: _CountingSink, state: str, reason: str, steps: int, as_json: bool) -> int:
     for name, count in sink.events.items():
         event = sink.first_events[name]
-        console.print(f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}", markup=False)
+        console.print(
+            f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}", markup=False, soft_wrap=True
+        )
     if as_json:
         print_json(
             {
@@ -231,5 +240,9 @@ def _tell(out: Path, sink: _CountingSink, state: str, reason: str, steps: int, a
             }
         )
     total = sum(sink.samples.values())
-    console.print(f"{state}{': ' + reason if reason else ''}; {steps} steps, {total} samples in {out}", markup=False)
+    console.print(
+        f"{state}{': ' + reason if reason else ''}; {steps} steps, {total} samples in {out}",
+        markup=False,
+        soft_wrap=True,
+    )
     return 0 if state == "done" else 1

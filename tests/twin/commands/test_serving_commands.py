@@ -117,9 +117,9 @@ def test_a_replayed_run_comes_back_bit_for_bit(acquired, kind, tmp_path):
 
 def test_what_went_wrong_is_in_the_file_and_told(tmp_path):
     file, out = str(tmp_path / "instruments.toml"), tmp_path / "run.mcap"
-    arguments = ["--tcp", "127.0.0.1:0", "--speed", "fast", "--fault", "drop:probability=0.3"]
+    arguments = ["--tcp", "127.0.0.1:0", "--speed", "fast", "--fault", "drop:probability=0.15"]
     with running("serve", "--rig", "steel-lap-joint", *arguments, "--instruments-out", file):
-        done = twin("acquire", "--seconds", "5", "--instruments", file, "--out", str(out), "--json")
+        done = twin("acquire", "--seconds", "3", "--instruments", file, "--out", str(out), "--json")
     assert done.returncode == 0, done.stderr
     assert "lost-samples (daq)" in done.stderr
     result = json.loads(done.stdout)

@@ -1,0 +1,122 @@
+"""The generator's half of the instrument: what it puts out, set by SCPI."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from drivers.scpi import Boolean, Choice, Instrument, Integer, Number, ScpiError, command
+from drivers.virtual.feed import SampleFeed
+from recordings.streams import Excitation
+
+__all__ = ["Generator"]
+
+
+class Generator(Instrument):
+    """Sine or noise; all settings of one message hold from the same sample.
+
+    Parameters
+    ----------
+    feed
+        What the output drives.
+    """
+
+    def __init__(self, feed: SampleFeed) -> None:
+        super().__init__()
+        self._feed = feed
+        self._output_on = False
+        self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
+        self._applied = Excitation()
+        self._effective = (0, 0)
+
+    @property
+    def stream_origin(self) -> int:
+        """The sample that a client counts as 0."""
+        return 0
+
+    def reset(self) -> None:
+        """Off, with defaults."""
+        self._output_on = False
+        self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
+
+    def end_message(self) -> None:
+        """Apply the generator's settings of one message at one sample."""
+        wanted = self._excitation if self._output_on else Excitation()
+        if wanted != self._applied:
+            self._effective = self._feed.schedule_output(wanted)
+            self._applied = wanted
+
+    def _set(self, **changes: object) -> None:
+        self._excitation = replace(self._excitation, **changes)  # type: ignore[arg-type]
+
+    @command("SOURce:FUNCtion[:SHAPe]", Choice(("SINusoid", "RANDom")))
+    def _set_function(self, name: str) -> None:
+        """Sine, or Gaussian noise in a band."""
+        self._set(kind="sine" if name == "SIN" else "random")
+
+    @command("SOURce:FUNCtion[:SHAPe]?")
+    def _get_function(self) -> str:
+        """SIN or RAND."""
+        return "SIN" if self._excitation.kind == "sine" else "RAND"
+
+    @command("SOURce:FREQuency", Number(minimum=1e-3, maximum=1e5, unit="Hz"))
+    def _set_frequency(self, value: float) -> None:
+        """Frequency of the sine; changes without a jump of phase."""
+        self._set(frequency_Hz=value)
+
+    @command("SOURce:FREQuency?")
+    def _get_frequency(self) -> float:
+        """In Hz."""
+        return self._excitation.frequency_Hz
+
+    @command("SOURce:VOLTage[:AMPLitude]", Number(minimum=0.0, maximum=10.0, unit="V"))
+    def _set_voltage(self, value: float) -> None:
+        """Peak value of the sine, rms value of the noise."""
+        self._set(amplitude_V=value)
+
+    @command("SOURce:VOLTage[:AMPLitude]?")
+    def _get_voltage(self) -> float:
+        """In V."""
+        return self._excitation.amplitude_V
+
+    @command(
+        "SOURce:NOISe:BAND",
+        Number(minimum=0.0, maximum=1e5, unit="Hz"),
+        Number(minimum=0.0, maximum=1e5, unit="Hz"),
+    )
+    def _set_band(self, low: float, high: float) -> None:
+        """Lower and upper end of the noise."""
+        if not low < high:
+            raise ScpiError(-224, "the band's upper end is not above its lower one")
+        self._set(band_Hz=(low, high))
+
+    @command("SOURce:NOISe:BAND?")
+    def _get_band(self) -> tuple[float, float]:
+        """In Hz."""
+        return self._excitation.band_Hz
+
+    @command("SOURce:NOISe:SEED", Integer(maximum=2**63 - 1))
+    def _set_seed(self, value: int) -> None:
+        """Seed of the noise."""
+        self._set(seed=value)
+
+    @command("SOURce:NOISe:SEED?")
+    def _get_seed(self) -> int:
+        """The seed."""
+        return self._excitation.seed
+
+    @command("OUTPut[:STATe]", Boolean())
+    def _set_output(self, on: bool) -> None:
+        """Switch the generator; it and the settings of the same line hold from the same sample."""
+        self._output_on = on
+
+    @command("OUTPut[:STATe]?")
+    def _get_output(self) -> bool:
+        """Whether it is on."""
+        return self._output_on
+
+    @command("OUTPut:EFFective?")
+    def _get_effective(self) -> tuple[int, int]:
+        """Sample of the stream, and time in ns, from which the latest change of the output holds."""
+        self.end_message()
+        index, time_ns = self._effective
+        return index - self.stream_origin, time_ns
