@@ -73,6 +73,7 @@ class Bench:
         self._generator = Generator(1.0 / internal_rate_Hz)
         self._frozen_until = np.zeros(len(self._instruments), np.int64)
         self._held = np.zeros(len(self._instruments), np.float32)
+        self._noise_rngs = self._rng.spawn(len(self._instruments))
         self._hum_phase = [self._rng.uniform(0, 2 * np.pi, len(i.hum)) for i in self._instruments]
         self._states = np.zeros(self._built.common_size)
         self._u = np.zeros(1 + self._built.locals)
@@ -228,7 +229,7 @@ class Bench:
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
             noise: NDArray[np.float32] = np.zeros(count, np.float32)
             if sigma:
-                noise = np.asarray(self._rng.standard_normal(count, np.float32))
+                noise = np.asarray(self._noise_rngs[c].standard_normal(count, np.float32))
             out = np.empty(count, np.float32)
             overload[i.name] = convert(
                 signal, noise, sigma, self._filters[c][:, 0].copy(), self._filters[c][:, 1].copy(), self._memory[c],

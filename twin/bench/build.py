@@ -96,7 +96,7 @@ class Built:
         ratios = self.plan.rig.damping.modal_ratio
         zeta = np.array([ratios[min(r, len(ratios) - 1)] for r in range(len(modal.omega))])
         outputs = [Output("velocity" if velocity else "displacement", row) for row, velocity in self.rows]
-        outputs += [Output("displacement", row) for row in self.auxiliary_rows]
+        outputs += [Output("integral", row) for row in self.auxiliary_rows]
         instruments = list(self.plan.instruments.values())
         outputs += [Output(i.quantity, row) for i, row in zip(instruments, self.channel_rows, strict=True)]  # type: ignore[arg-type]
         rig = linear_rig(

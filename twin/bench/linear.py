@@ -24,9 +24,13 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Output:
-    """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker."""
+    """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker.
 
-    quantity: Literal["displacement", "velocity", "acceleration", "force", "voltage", "current"]
+    Velocities and accelerations are those of the kept modes; `integral` is the displacement that goes with such a
+    velocity, `displacement` has the static share of all other modes in it.
+    """
+
+    quantity: Literal["displacement", "integral", "velocity", "acceleration", "force", "voltage", "current"]
     row: Matrix | None = None
 
 
@@ -143,6 +147,8 @@ def linear_rig(
                 C[n] += (residual @ drive_load) * F_x
                 D[n] = (residual @ drive_load) * F_u
                 D[n, 1:] += residual @ patterns
+            elif output.quantity == "integral":
+                C[n, q] = shape
             elif output.quantity == "velocity":
                 C[n, dq] = shape
             else:

@@ -32,4 +32,4 @@ class Cubic:
 
     def stiffness(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness."""
-        return (0.75 * self.stiffness_N_per_m3 * np.asarray(amplitude, float) ** 2).astype(complex)
+        return np.asarray(0.75 * self.stiffness_N_per_m3 * np.asarray(amplitude, float) ** 2, complex)

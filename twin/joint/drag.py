@@ -32,4 +32,4 @@ class QuadraticDrag:
 
     def stiffness(self, amplitude: Series) -> Stiffness:
         """Force over velocity, real."""
-        return (8.0 / (3.0 * np.pi) * self.coefficient * np.asarray(amplitude, float)).astype(complex)
+        return np.asarray(8.0 / (3.0 * np.pi) * self.coefficient * np.asarray(amplitude, float), complex)

@@ -54,4 +54,4 @@ class RunningLoss:
 
     def stiffness(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness, imaginary."""
-        return (1j * self.modulus(np.asarray(amplitude, float))).astype(complex)
+        return np.asarray(1j * self.modulus(np.asarray(amplitude, float)), complex)

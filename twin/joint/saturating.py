@@ -50,4 +50,4 @@ class Saturating:
         series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3
         big = np.maximum(m, SMALL)
         exact = 4.0 / (np.pi * big) * (ellipe(-big) - ellipk(-big))
-        return (self.k * np.where(m < SMALL, series, exact) + self.spring).astype(complex)
+        return np.asarray(self.k * np.where(m < SMALL, series, exact) + self.spring, complex)

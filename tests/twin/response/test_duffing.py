@@ -1,0 +1,58 @@
+"""Continuation through the folds of a Duffing oscillator, against its closed one-harmonic response."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from twin.bench import no_law, open_bench
+from twin.response import HarmonicBalance
+from twin.rigs import Effect, load_rig
+
+RIG = load_rig("steel-lap-joint")
+
+
+def balance(harmonics=1, **options):
+    hard = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 2e7})
+    bench = open_bench(RIG, drive="force", joint_law=no_law(), effects=[hard])
+    return HarmonicBalance(bench.built, harmonics=harmonics, **options)
+
+
+@pytest.fixture(scope="module")
+def branch():
+    return balance().branch(26.2, 29.0, 3.0)
+
+
+def test_the_branch_turns_twice(branch):
+    frequency = np.array([point.frequency_Hz for point in branch])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(frequency))))
+    assert len(turns) == 2
+    assert frequency[turns[0] + 1] > frequency[turns[1] + 1] + 0.2
+
+
+def test_every_point_lies_on_the_exact_amplitude_equation(branch):
+    """|V - alpha_vf F + alpha_vv (3/4) k V^2 V| = 0 on the tip, with receptances of the linear rig."""
+    bench = open_bench(RIG, drive="force", joint_law=no_law())
+    rig = bench.built.rig(0.0, 51200.0)
+    built = bench.built
+    tip = [c.name for c in bench.channels].index("acc2") + built.locals + built.auxiliaries
+    at_tip = [s.model_copy(update={"position": 0.42}) if s.channel == "force" else s for s in RIG.sensor]
+    moved = RIG.model_copy(update={"sensor": at_tip})
+    loaded = open_bench(moved, drive="force", joint_law=no_law()).built.rig(0.0, 51200.0)
+    for point in branch[:: len(branch) // 12]:
+        w = 2 * np.pi * point.frequency_Hz
+        v = -point.channels[2, 1] / w**2
+        alpha_f = -rig.transfer(np.array([point.frequency_Hz]))[0, tip, 0] / w**2
+        alpha_v = -loaded.transfer(np.array([point.frequency_Hz]))[0, tip, 0] / w**2
+        expected = alpha_f * (-3j) - alpha_v * 0.75 * 2e7 * abs(v) ** 2 * v
+        assert abs(v - expected) < 2e-3 * abs(v)
+
+
+def test_plain_twin_gives_the_same_state():
+    compiled, plain = (balance(5, samples=128, kernel=kernel).solve(26.5, 1.0) for kernel in ("numba", "numpy"))
+    np.testing.assert_allclose(compiled.channels, plain.channels, rtol=1e-10, atol=1e-12)
+
+
+def test_no_solution_is_said():
+    with pytest.raises(ArithmeticError, match="more than 3 points"):
+        balance().branch(26.2, 29.0, 3.0, most=3)
