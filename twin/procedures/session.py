@@ -65,11 +65,20 @@ class Session:
         self.frequency_Hz = 0.0
         self.voltage_V = 0.0
         self.saturated = False
+        self.latency_ns = 0
+        self.free_rate: complex | None = None
+        """Of the structure's own decay as the last step showed it, -1/tau + 2 pi i f0, 1/s."""
 
     @property
     def force_channel(self) -> Channel | None:
         """The force cell, if there is one."""
         return next((channel for channel in self.channels.values() if channel.quantity == "force"), None)
+
+    @property
+    def reference_channel(self) -> str:
+        """The channel whose phase the others are told by: the force where there is one."""
+        force = self.force_channel
+        return force.name if force is not None else next(iter(self.channels))
 
     @property
     def elapsed_s(self) -> float:
@@ -84,10 +93,16 @@ class Session:
 
     def set_output(self, excitation: Excitation) -> int:
         """Change the generator; returns the time from which samples show it, on the primary device's grid."""
+        before_ns = self.stream.latest_ns
         holds_ns = self._acquisition.set_output(excitation)
+        self.latency_ns = max(0, holds_ns - before_ns)
         if self.start_ns is None:
             self.start_ns = holds_ns
         return self.stream.align(holds_ns)
+
+    def expected_ns(self) -> int:
+        """The time from which a change made now would probably hold."""
+        return self.stream.latest_ns + self.latency_ns
 
     def mark(self, place: Place, state: StepState, time_ns: int, frequency_Hz: float) -> None:
         """Write the start of a state of a step."""

@@ -5,49 +5,65 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["USUAL_DAMPING_RATIO", "SettlingDetector"]
+__all__ = ["USUAL_DAMPING_RATIO", "SettlingDetector", "usual_rate"]
 
 USUAL_DAMPING_RATIO = 0.0023
 """Of a bolted steel structure: what is assumed before the data tell."""
-USUAL_DECAY = math.exp(-2 * math.pi * USUAL_DAMPING_RATIO * 10)
-"""The decay it means from one window of ten cycles to the next."""
-SLOWEST_DECAY = 0.98
-"""Slower than this is not told from standing still within a few windows."""
+FULL, FEWEST = 8, 4
+"""Windows looked at; and how many are enough where the decay is known and shows within them."""
+WELL_KNOWN = 2.5
+"""Most that noise and model errors of one window may grow by when the transient is told from the rest."""
+
+
+def usual_rate(frequency_Hz: float) -> complex:
+    """Rate of a free decay, 1/s, before the data tell."""
+    return complex(-2 * math.pi * USUAL_DAMPING_RATIO * frequency_Hz)
+
+
+@dataclass(frozen=True)
+class _Window:
+    time_s: float
+    phasors: dict[str, complex]
+    stds: dict[str, float]
 
 
 class SettlingDetector:
     """Watches the phasors of equally long windows.
 
-    Near its end a transient is one mode's: p_k = p + c mu^k with complex mu, decay and beating.  mu is estimated from
-    the successive differences while they stand out of the noise, and kept; then c, what is left in the newest window
-    (k = 0), is a linear fit over all windows kept, good down to the noise, and with a known uncertainty.
+    Near its end a transient is one mode's: p_k = p + c exp(s t_k) with complex s, decay and beating.  s is estimated
+    from the successive differences while they stand out of the noise, and kept; then c, what is left in the newest
+    window, is a linear fit over all windows kept, good down to the noise, and with a known uncertainty.
 
     Parameters
     ----------
     tolerance
         What may remain of the transient, relative to the response of each channel.
-    windows
-        How many windows are looked at.
+    rate
+        s, 1/s, as far as it is known.
+    certain
+        Whether it is known from data, so that few windows are enough to tell what remains.
     """
 
-    def __init__(self, tolerance: float, *, windows: int = 8) -> None:
-        self._tolerance, self._count = tolerance, windows
-        self._windows: deque[dict[str, complex]] = deque(maxlen=windows)
-        self._stds: deque[dict[str, float]] = deque(maxlen=windows)
-        self._decay: complex = USUAL_DECAY
+    def __init__(self, tolerance: float, *, rate: complex, certain: bool = False) -> None:
+        self._tolerance = tolerance
+        self._windows: deque[_Window] = deque(maxlen=FULL)
+        self.rate, self.certain = rate, certain
 
-    def add(self, phasors: Mapping[str, complex], stds: Mapping[str, float]) -> None:
+    def add(self, phasors: Mapping[str, complex], stds: Mapping[str, float], *, time_s: float) -> None:
         """Take the phasors of one window and their standard deviations, in a frame where a settled response rests."""
-        if self._windows and phasors.keys() != self._windows[-1].keys():  # a channel came or went: begin again
-            self._windows.clear()
-            self._stds.clear()
-        self._windows.append(dict(phasors))
-        self._stds.append(dict(stds))
-        self._estimate_decay()
+        if self._windows and phasors.keys() != self._windows[-1].phasors.keys():  # a channel came or went
+            self.restart()
+        self._windows.append(_Window(time_s, dict(phasors), dict(stds)))
+        self._estimate_rate()
+
+    def restart(self) -> None:
+        """Forget the windows, keep the rate: something was done to the response."""
+        self._windows.clear()
 
     @property
     def remaining(self) -> float:
@@ -60,52 +76,68 @@ class SettlingDetector:
         judged = self._judge()
         return bool(judged) and all(left <= max(self._tolerance, 3 * noise) for left, noise in judged)
 
-    def _judge(self) -> list[tuple[float, float]]:
-        """Remaining transient and its standard deviation, both relative, of each channel that measures something."""
-        if len(self._windows) < self._count:
-            return []
-        _, weights = self._weights()
-        spread = float(np.linalg.norm(weights))
-        judged = []
-        for channel in self._windows[-1]:
-            values = np.array([window[channel] for window in self._windows])
-            size = abs(values.mean())
-            # the smallest: a fast transient looks like noise to the fit of a window
-            std = min(stds[channel] for stds in self._stds)
-            if size > 5 * std:  # a channel of nothing but noise must not stop the test
-                judged.append((float(abs(weights @ values)) / size, math.sqrt(2.0) * std * spread / size))
-        return judged
-
     @property
     def steady(self) -> dict[str, complex]:
         """The phasors p that the response tends to; empty for too few windows."""
-        if len(self._windows) < self._count:
+        return {name: p for name, (p, _) in self.split().items()}
+
+    def split(self) -> dict[str, tuple[complex, complex]]:
+        """Per channel p and c, the transient in the newest window; empty for too few windows."""
+        if not self._enough():
             return {}
         shape, weights = self._weights()
-        # p = mean(p_k) - c mean(mu^k)
-        rows = 1.0 / self._count - shape.mean() * weights
-        return {name: complex(rows @ [window[name] for window in self._windows]) for name in self._windows[-1]}
+        found = {}
+        for name in self._windows[-1].phasors:
+            values = self._values(name)
+            c = complex(weights @ values)
+            found[name] = (complex(values.mean() - c * shape.mean()), c)
+        return found
+
+    def _judge(self) -> list[tuple[float, float]]:
+        """Remaining transient and its standard deviation, both relative, of each channel that measures something."""
+        spread = float(np.linalg.norm(self._weights()[1])) if len(self._windows) > 1 else 0.0
+        judged = []
+        for name, (_, c) in self.split().items():
+            size, std = self._size(name)
+            if size > 5 * std:  # a channel of nothing but noise must not stop the test
+                judged.append((abs(c) / size, math.sqrt(2.0) * std * spread / size))
+        return judged
+
+    def _enough(self) -> bool:
+        if len(self._windows) < FULL:
+            if not self.certain or len(self._windows) < FEWEST:
+                return False
+            return float(np.linalg.norm(self._weights()[1])) < WELL_KNOWN
+        return True
+
+    def _values(self, name: str) -> NDArray[np.complex128]:
+        return np.array([window.phasors[name] for window in self._windows])
+
+    def _size(self, name: str) -> tuple[float, float]:
+        """Magnitude of a channel and its noise, the smallest: a fast transient looks like noise to a window's fit."""
+        return float(abs(self._values(name).mean())), min(window.stds[name] for window in self._windows)
 
     def _weights(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Powers mu^k, and the row that gives c of p_k = p + c mu^k by least squares."""
-        shape = self._decay ** np.arange(1 - self._count, 1)
+        """exp(s (t_k - t_last)), and the row that gives c of p_k = p + c exp(..) by least squares."""
+        times = np.array([window.time_s for window in self._windows])
+        shape = np.exp(self.rate * (times - times[-1]))
         apart = (shape - shape.mean()).conj()
-        return shape, apart / np.vdot(apart, apart).real
+        return shape, apart / max(np.vdot(apart, apart).real, 1e-12)
 
-    def _estimate_decay(self) -> None:
-        """Estimate mu by least squares over the successive differences of all channels, each relative to its size."""
-        if len(self._windows) < 5:
+    def _estimate_rate(self) -> None:
+        """Estimate s by least squares over the successive differences of all channels, each relative to its size."""
+        times = np.array([window.time_s for window in self._windows])
+        gaps = np.diff(times)
+        if len(times) < 5 or np.ptp(gaps) > 0.02 * gaps[0]:
             return
         above = below = 0j
         energy = noise = 0.0
-        for channel in self._windows[-1]:
-            values = np.array([window[channel] for window in self._windows])
-            size = abs(values.mean())
-            std = min(stds[channel] for stds in self._stds)
+        for name in self._windows[-1].phasors:
+            size, std = self._size(name)
             if size <= 5 * std:
                 continue
-            steps = np.diff(values) / size
-            # neighbouring differences share one window, whose noise would pull mu towards -1/2
+            steps = np.diff(self._values(name)) / size
+            # neighbouring differences share one window, whose noise would pull the decay towards -1/2
             shared = (len(steps) - 1) * 2 * (std / size) ** 2
             above += complex(np.vdot(steps[:-1], steps[1:])) + shared
             below += complex(np.vdot(steps[:-1], steps[:-1])) - 2 * shared
@@ -114,7 +146,8 @@ class SettlingDetector:
         if energy <= 100 * noise or below == 0:
             return
         decay = above / below
-        if abs(decay) > SLOWEST_DECAY:  # grows, or hardly decays
-            decay *= SLOWEST_DECAY / abs(decay)
-        if abs(decay) > 0.5:  # faster is a step of the control, not a mode
-            self._decay = decay
+        if abs(decay) < 0.5:  # a step of the control, not a mode
+            return
+        # what grows, or hardly decays, is not told from standing still within a few windows
+        self.rate = complex(min(math.log(abs(decay)), math.log(0.98)), np.angle(decay)) / float(gaps[0])
+        self.certain = True

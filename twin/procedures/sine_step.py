@@ -10,10 +10,11 @@ import numpy as np
 
 from recordings.run import StepState
 from twin.procedures.amplitude import AmplitudeControl
+from twin.procedures.brake import Brake
 from twin.procedures.phase import PhaseLock, resonance_phase
 from twin.procedures.results import StepResult
 from twin.procedures.session import Place, Session
-from twin.procedures.settling import SettlingDetector
+from twin.procedures.settling import SettlingDetector, usual_rate
 from twin.procedures.sine_fit import SineFit
 from twin.procedures.stream import Series
 from twin.procedures.tables import Settle
@@ -94,7 +95,12 @@ class _Wait:
     def __init__(self, session: Session, step: SineStep, holds_ns: int, sample_rate_Hz: float) -> None:
         self._session, self._step, self._sample_rate_Hz = session, step, sample_rate_Hz
         self._holds_ns = self._reference_ns = holds_ns
-        self._detector = SettlingDetector(step.settle.tolerance)
+        # the free decay of the last step, seen from this step's frequency
+        known = session.free_rate
+        rate = usual_rate(step.frequency_Hz) if known is None else known - 2j * math.pi * step.frequency_Hz
+        self._detector = SettlingDetector(step.settle.tolerance, rate=rate, certain=known is not None)
+        self._brake = Brake(step.settle.tolerance)
+        self._may_detour = step.settle.detours and step.phase is None
         self.settled: bool | None = None
 
     @property
@@ -128,11 +134,18 @@ class _Wait:
             if not fits:
                 start_ns = end_ns
                 continue
-            held = self._regulate(fits, length_s, end_ns)
+            held = self._regulate(fits, length_s, start_ns)
             start_ns = held if held is not None else end_ns
             if fixed_s is None and held is None and after_s >= step.settle.minimum and self._is_settled(fits):
                 self.settled = True
+                if self._detector.certain:
+                    session.free_rate = self._detector.rate + 2j * math.pi * session.frequency_Hz
                 return end_ns
+            if fixed_s is None and held is None and self._may_detour:
+                back_ns = self._brake.act(self._session, self._detector, length_s=length_s, end_ns=end_ns)
+                if back_ns is not None:
+                    step.control.begin()
+                    start_ns = self._reference_ns = back_ns
         if fixed_s is not None:
             return session.stream.align(self._holds_ns + round(fixed_s * 1e9))
         self.settled = False
@@ -143,11 +156,13 @@ class _Wait:
         session.note("unsettled", detail)
         return start_ns
 
-    def _regulate(self, fits: Mapping[str, SineFit], length_s: float, end_ns: int) -> int | None:
+    def _regulate(self, fits: Mapping[str, SineFit], length_s: float, start_ns: int) -> int | None:
         """Feed detector, amplitude and phase control; the time from which a change holds, None without a change."""
         step, session = self._step, self._session
         turned = _relative_phasors(session, fits, step.measured_channel)
-        self._detector.add(turned, {name: fits[name].std for name in turned})
+        end_ns = start_ns + round(length_s * 1e9)
+        time_s = (start_ns - self._holds_ns) * 1e-9
+        self._detector.add(turned, {name: fits[name].std for name in turned}, time_s=time_s)
         nearness = _nearness(session, self._detector.steady, step.measured_channel)
         frequency_Hz, voltage_V = session.frequency_Hz, session.voltage_V
         if step.phase is not None and step.phase_channel in turned:

@@ -69,6 +69,12 @@ class Stream:
         return max(self._end_ns.values())
 
     @property
+    def block_s(self) -> float:
+        """Length of the primary device's latest block, s: what is done at its end is timed in such pieces."""
+        blocks = self._blocks[self._primary]
+        return len(blocks[-1]) / blocks[-1].sample_rate_Hz if blocks else 0.1
+
+    @property
     def buffered(self) -> Sequence[SampleBlock]:
         """The blocks kept."""
         return [block for blocks in self._blocks.values() for block in blocks]

@@ -74,13 +74,15 @@ class Settle(Table):
     """The wait before each measurement: `seconds` as given, or until the data say so.
 
     Automatic: wait until what is left of the transient, extrapolated from how it decays, is below `tolerance` of the
-    response, at least `minimum` and at most `maximum` seconds.
+    response, at least `minimum` and at most `maximum` seconds.  Short detours of the frequency shorten it by a third or
+    so; `detours` = false forbids them.
     """
 
     seconds: Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)] | None = None
     tolerance: Annotated[float, Field(gt=0, le=0.5)] = 5e-4
     minimum: NonNegative = 0.0
     maximum: Duration = 60.0
+    detours: bool = True
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
