@@ -101,6 +101,8 @@ class UnixBus(can.BusABC):
 
     def _flush(self) -> bool:
         """Send what waits; whether nothing waits any more."""
+        if not any(self._pending.values()):
+            return True
         empty = True
         for descriptor in list(self._pending):
             pending = self._pending[descriptor]

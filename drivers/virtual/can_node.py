@@ -200,12 +200,13 @@ class CanNode:
             self._born = time.monotonic()
 
     def _quantise(self, block: SampleBlock) -> NDArray[np.int16]:
-        values = np.stack([block.samples[channel.name] for channel in self._channels])
-        steps = np.rint(values * self._scale)
-        clipped = np.count_nonzero(~(np.abs(steps) < FULL_SCALE), axis=1)
+        steps = np.rint(np.stack([block.samples[channel.name] for channel in self._channels]) * self._scale)
+        within = np.abs(steps) < FULL_SCALE
+        if within.all() and not block.overload:
+            return steps.astype(np.int16)
         overload = tuple(
-            total + max(int(count), block.overload.get(channel.name, 0))
-            for total, count, channel in zip(self._status.overload, clipped, self._channels, strict=True)
+            total + max(len(row) - int(np.count_nonzero(row)), block.overload.get(channel.name, 0))
+            for total, row, channel in zip(self._status.overload, within, self._channels, strict=True)
         )
         if overload != self._status.overload:
             self._status = Status(self._status.overrun, overload)

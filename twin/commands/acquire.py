@@ -74,15 +74,16 @@ def command(
         try:
             with writer:
                 if procedure is None:
-                    state, reason, steps = _record(acquisition, sink, seconds), "", 0
+                    ended: dict[str, Any] = {"state": _record(acquisition, sink, seconds), "reason": "", "steps": 0}
                 else:
                     result = _run(procedure, acquisition, sink)
-                    state, reason, steps = result.state, result.reason, len(result.steps)
+                    ended = {"state": result.state, "reason": result.reason, "steps": len(result.steps)}
+                    ended["rig_seconds"] = result.duration_s
         except InputError:
             if not sink.samples:
                 out.unlink(missing_ok=True)  # nothing was measured: leave nothing behind
             raise
-    return _tell(out, sink, state, reason, steps, as_json)
+    return _tell(out, sink, ended, as_json)
 
 
 class _CountingSink:
@@ -221,7 +222,7 @@ def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | N
     return state
 
 
-def _tell(out: Path, sink: _CountingSink, state: str, reason: str, steps: int, as_json: bool) -> int:
+def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) -> int:
     for name, count in sink.events.items():
         event = sink.first_events[name]
         console.print(
@@ -230,19 +231,14 @@ def _tell(out: Path, sink: _CountingSink, state: str, reason: str, steps: int, a
     if as_json:
         print_json(
             {
-                "state": state,
-                "reason": reason,
+                **ended,
                 "recording": out,
-                "steps": steps,
                 "samples": dict(sink.samples),
                 "lost_samples": dict(sink.lost),
                 "events": dict(sink.events),
             }
         )
+    outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     total = sum(sink.samples.values())
-    console.print(
-        f"{state}{': ' + reason if reason else ''}; {steps} steps, {total} samples in {out}",
-        markup=False,
-        soft_wrap=True,
-    )
-    return 0 if state == "done" else 1
+    console.print(f"{outcome}; {ended['steps']} steps, {total} samples in {out}", markup=False, soft_wrap=True)
+    return 0 if ended["state"] == "done" else 1
