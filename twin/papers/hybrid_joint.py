@@ -28,7 +28,7 @@ def reproduce_hybrid_joint() -> Reproduction:
     generator = np.random.default_rng(SEED)
     table3 = {name: study.condition[name].measured for name in PRELOADS}
     table2 = {name: study.condition[f"{name}, Table 2"].measured for name in PRELOADS}
-    found = search(rig, table3, generator=generator)
+    found = search(rig, table3, generator=generator, starts=14)
     other = search(rig, table2, generator=generator)
     trials = _statements(rig, table3, generator)
     update = found.update
