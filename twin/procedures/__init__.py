@@ -2,11 +2,11 @@
 
 from twin.procedures.direct import DirectAcquisition
 from twin.procedures.grid import planned_steps
+from twin.procedures.kinds import Dwell, Procedure, Random, RingDown, SteppedSine, SweptSine
 from twin.procedures.recorder import RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.run import check_channels, run_procedure
 from twin.procedures.store import PROCEDURE_FILES, dump_procedure, load_procedure, parse_procedure, save_procedure
-from twin.procedures.tables import Dwell, Procedure, Random, RingDown, SteppedSine, SweptSine
 
 __all__ = [
     "PROCEDURE_FILES",

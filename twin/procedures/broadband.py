@@ -9,10 +9,10 @@ import numpy as np
 
 from recordings.run import StepState
 from recordings.streams import Excitation
+from twin.procedures.kinds import Random, SweptSine
 from twin.procedures.results import StepResult
 from twin.procedures.session import MEASURED, Place, Session
 from twin.procedures.stream import Series
-from twin.procedures.tables import Random, SweptSine
 
 __all__ = ["run_random", "run_swept_sine"]
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from twin.procedures.tables import Grid, Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.tables import Grid
 
 __all__ = ["fixed_frequencies", "planned_steps", "step_frequencies"]
 

@@ -10,12 +10,12 @@ from recordings.errors import InputError
 from recordings.run import Channel, StepState
 from recordings.streams import Acquisition
 from twin.procedures.broadband import run_random, run_swept_sine
+from twin.procedures.kinds import Procedure, Random, SweptSine
 from twin.procedures.recorder import Recorder, RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.session import MEASURED, Session
 from twin.procedures.sine_sweeps import run_sine
 from twin.procedures.stream import GuardTrip, Stream
-from twin.procedures.tables import Procedure, Random, SweptSine
 
 __all__ = ["check_channels", "run_procedure"]
 

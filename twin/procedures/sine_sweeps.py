@@ -9,12 +9,12 @@ from recordings.run import StepState
 from recordings.streams import Excitation
 from twin.procedures.amplitude import AmplitudeControl, FastHold, OpenLoop, SlowHold
 from twin.procedures.grid import fixed_frequencies, step_frequencies
+from twin.procedures.kinds import Dwell, RingDown, SteppedSine
 from twin.procedures.phase import PhaseLock, resonance_phase
 from twin.procedures.results import StepResult
 from twin.procedures.session import Place, Session
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.procedures.sine_step import SineStep, run_sine_step
-from twin.procedures.tables import Dwell, RingDown, SteppedSine
 
 __all__ = ["run_sine"]
 

@@ -1,0 +1,159 @@
+"""The procedures there are, field by field.  SI units throughout."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from twin.procedures.tables import (
+    MOST_STEPS,
+    Controller,
+    Duration,
+    Frequency,
+    Grid,
+    Limits,
+    Measure,
+    Name,
+    NonNegative,
+    Phase,
+    Positive,
+    Settle,
+    Table,
+)
+
+__all__ = ["Dwell", "Procedure", "Random", "RingDown", "SteppedSine", "SweptSine"]
+
+
+class _Common(Table):
+    sample_rate: Annotated[float, Field(ge=1, le=1e7)]
+    store: Literal["all", "settled"] = "settled"
+    limits: Limits = Limits()
+    controller: Controller = Controller()
+    target_channel: Name = "force"
+
+
+class _Sine(_Common):
+    """What all sine procedures share."""
+
+    sample_rate: Annotated[float, Field(ge=1, le=1e7)] = 2048.0
+    amplitudes: list[Positive] = Field(min_length=1, max_length=1000)
+    direction: Literal["up", "down", "both"] = "up"
+    control: Literal["force", "response", "voltage", "phase-resonance"] = "force"
+    settle: Settle = Settle()
+    measure: Measure = Measure(seconds=2.0)
+    phase: Phase | None = None
+
+    @model_validator(mode="after")
+    def _phase_where_needed(self) -> Self:
+        if (self.control == "phase-resonance") != (self.phase is not None):
+            raise ValueError("the table 'phase' belongs to control = 'phase-resonance' and is needed there")
+        return self
+
+
+class SteppedSine(_Sine):
+    """Sweeps in steps of frequency, one for each amplitude and direction.
+
+    With ``control = "phase-resonance"`` the frequency follows the resonance from the only one given, and the steps of
+    a sweep are the `amplitudes`, up, down or both: the backbone.  With ``order = "amplitude"`` the steps of a sweep
+    are the amplitudes too, one sweep for each frequency and direction: an amplitude ladder.
+    """
+
+    procedure: Literal["stepped-sine"] = "stepped-sine"
+    frequencies: list[Frequency] = Field(default=[], max_length=MOST_STEPS)
+    grid: Grid | None = None
+    order: Literal["frequency", "amplitude"] = "frequency"
+
+    @model_validator(mode="after")
+    def _one_grid(self) -> Self:
+        if bool(self.frequencies) == (self.grid is not None):
+            raise ValueError("give either 'frequencies' or a 'grid'")
+        if self.control == "phase-resonance" and len(self.frequencies) != 1:
+            raise ValueError("control = 'phase-resonance' starts from one frequency: frequencies = [f]")
+        if any(b <= a for a, b in zip(self.frequencies, self.frequencies[1:], strict=False)):
+            raise ValueError("frequencies must increase; 'direction' says which way to go")
+        highest = self.grid.stop if self.grid else self.frequencies[-1]
+        if 2.5 * highest > self.sample_rate:
+            raise ValueError(
+                f"sample_rate {self.sample_rate:g} Hz is too low for {highest:g} Hz; at least {2.5 * highest:g}"
+            )
+        if self.order == "amplitude" and self.grid is not None and self.grid.kind == "adaptive":
+            raise ValueError("an amplitude ladder takes fixed frequencies, not an adaptive grid")
+        return self
+
+
+class Dwell(_Sine):
+    """Each amplitude held at one frequency for `duration` seconds after settling."""
+
+    procedure: Literal["dwell"] = "dwell"
+    frequency: Frequency
+    duration: Duration
+
+    @model_validator(mode="after")
+    def _own_measure(self) -> Self:
+        if "measure" in self.model_fields_set:
+            raise ValueError("a dwell measures for its 'duration'; it takes no table 'measure'")
+        return self
+
+
+class RingDown(_Sine):
+    """Each amplitude held at one frequency until settled, then the generator to zero and `duration` seconds recorded.
+
+    The decay is a step of its own with target amplitude 0.
+    """
+
+    procedure: Literal["ring-down"] = "ring-down"
+    frequency: Frequency
+    duration: Duration
+
+
+class Random(_Common):
+    """Gaussian noise in a band, Hz, with the `rms` of the target channel (or of the voltage) for `duration` seconds."""
+
+    procedure: Literal["random"] = "random"
+    sample_rate: Annotated[float, Field(ge=1, le=1e7)] = 5120.0
+    band: tuple[NonNegative, Positive]
+    rms: Positive
+    duration: Duration
+    control: Literal["force", "response", "voltage"] = "force"
+    controller: Controller = Controller(tolerance=0.1)
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 1
+    settle: Settle = Settle(seconds=5.0)
+
+    @model_validator(mode="after")
+    def _band(self) -> Self:
+        if self.band[1] <= self.band[0]:
+            raise ValueError(f"band must increase, got {list(self.band)}")
+        if 2.5 * self.band[1] > self.sample_rate:
+            raise ValueError(
+                f"sample_rate {self.sample_rate:g} Hz is too low for {self.band[1]:g} Hz; at least "
+                f"{2.5 * self.band[1]:g}"
+            )
+        if self.settle.seconds is None:
+            raise ValueError("random excitation settles for a fixed time: settle.seconds")
+        return self
+
+
+class SweptSine(_Common):
+    """A sine whose frequency runs from `start` to `stop`, Hz, at `rate`, Hz/s, at a fixed voltage amplitude."""
+
+    procedure: Literal["swept-sine"] = "swept-sine"
+    sample_rate: Annotated[float, Field(ge=1, le=1e7)] = 2048.0
+    start: Frequency
+    stop: Frequency
+    rate: Positive
+    voltages: list[Positive] = Field(min_length=1, max_length=1000)
+    direction: Literal["up", "down", "both"] = "up"
+
+    @model_validator(mode="after")
+    def _range(self) -> Self:
+        if self.stop <= self.start:
+            raise ValueError(
+                f"stop {self.stop:g} must lie above start {self.start:g}; 'direction' says which way to go"
+            )
+        if 2.5 * self.stop > self.sample_rate:
+            raise ValueError(f"sample_rate {self.sample_rate:g} Hz is too low; at least {2.5 * self.stop:g}")
+        return self
+
+
+Procedure = SteppedSine | Dwell | RingDown | Random | SweptSine
