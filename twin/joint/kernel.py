@@ -132,8 +132,10 @@ def remember(kind: int, p: Series, state: Series, row: int, e: float, displaceme
         state[row, 0] = e
     elif kind == RUNNING_LOSS:
         blend = step_s / (p[row, 0] + 0.5 * step_s)
-        state[row, 0] += blend * (displacement * displacement - state[row, 0])
-        state[row, 1] += blend * (e * e - state[row, 1])
+        state[row, 3] += blend * (displacement * displacement - state[row, 3])
+        state[row, 4] += blend * (e * e - state[row, 4])
+        state[row, 0] += blend * (state[row, 3] - state[row, 0])
+        state[row, 1] += blend * (state[row, 4] - state[row, 1])
         coefficient = 0.0
         if state[row, 0] > 1e-40 and state[row, 1] > 0.0:
             n = int(p[row, 1])

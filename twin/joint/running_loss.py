@@ -4,11 +4,11 @@ Sliders cannot dissipate more than the stiffness they hold, and the measured los
 modulus; a term c |e|^(k+1) sign(de/dt) can, but has a steep negative tangent when it unloads.  Here the force is
 proportional to the velocity, and its coefficient follows running means of the motion itself::
 
-    dM0/dt = (e^2 - M0)/tau,  dM1/dt = (v^2 - M1)/tau,  A = sqrt(2 M0),  w = sqrt(M1/M0),
-    dc/dt = (eta(A)/w - c)/tau,  f = c v
+    M0 = mean of e^2,  M1 = mean of v^2,  A = sqrt(2 M0),  w = sqrt(M1/M0),  c = mean of eta(A)/w,  f = c v
 
-On a sine of any frequency f is eta(A) times the displacement a quarter period ahead: the describing function is
-j eta(A), without harmonics, for the means are averaged once more and their ripple is 1/(2 w tau)^2.
+where a mean is an exponential one of time tau, M0 and M1 twice over: three stages leave of the squares' ripple at twice
+the frequency 1/(2 w tau)^3, some 1e-5.  On a sine of any frequency f is eta(A) times the displacement a quarter period
+ahead: the describing function is j eta(A), without harmonics.
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ __all__ = ["RunningLoss"]
 class RunningLoss:
     """Loss modulus eta given at equal steps of the amplitude from 0 to `limit_m`, constant beyond.
 
-    It acts on a velocity coordinate, and reads the displacement beside it; the memory is M0, M1 and c.
+    It acts on a velocity coordinate, and reads the displacement beside it; the memory is M0, M1, c
+    and the first stages of M0 and M1.
     """
 
     kind: ClassVar[int] = RUNNING_LOSS
-    states: ClassVar[int] = 3
+    states: ClassVar[int] = 5
     limit_m: float
     eta: Series
-    tau_s: float = field(default=0.25)
+    tau_s: float = field(default=0.15)
 
     @property
     def parameters(self) -> Series:

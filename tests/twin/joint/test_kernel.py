@@ -63,7 +63,7 @@ def test_running_loss_turns_a_sine_by_a_quarter_at_any_rate():
         step, w = 1e-4, 2 * np.pi * frequency
         t = step * np.arange(40000)
         x, v = 3.0 * np.sin(w * t), 3.0 * w * np.cos(w * t)
-        p, state = law.parameters[None], np.zeros((1, 3))
+        p, state = law.parameters[None], np.zeros((1, law.states))
         force = np.empty_like(t)
         for i in range(len(t)):
             force[i] = evaluate(law.kind, p, state, 0, v[i])[0]
