@@ -9,7 +9,7 @@ offset size field        meaning
 0      4    sync         ``D7 52 49 47``
 4      1    kind         1 samples, 2 text, 3 sync pulse, 4 counters, 5 end of stream
 5      1    channels     number of channels in the payload (samples only, else 0)
-6      2    sequence     counts all frames but text, which may overtake, modulo 65536: a jump is a loss
+6      2    sequence     modulo 65536, a jump is a loss; text and counters may overtake and are not counted
 8      4    length       bytes of payload, at most 65536
 12     8    first index  sample the frame starts at, counted from the start of the stream
 20     8    time         nanoseconds of the instrument's clock at that sample
@@ -192,7 +192,7 @@ class Decoder:
                 position = start + 1
                 continue
             position = end
-            if kind != FrameKind.TEXT:
+            if kind not in (FrameKind.TEXT, FrameKind.COUNTERS):
                 self._count(sequence)
             frames.append(
                 Frame(

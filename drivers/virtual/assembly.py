@@ -11,11 +11,13 @@ import numpy as np
 
 from drivers.addresses import Address, parse_can, parse_tcp
 from drivers.bus import open_bus
+from drivers.virtual.bus_time import BusTime
 from drivers.virtual.can_node import CanNode
 from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import Fault, FaultPlan
 from drivers.virtual.feed import SampleFeed
-from drivers.virtual.ports import Port, PtyPort, SerialPort, TcpPort
+from drivers.virtual.line_speed import WirePort
+from drivers.virtual.ports import DEFAULT_BAUD, Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.server import VirtualDevice, serve
 from recordings.errors import InputError
 from recordings.run import Channel
@@ -30,13 +32,18 @@ class Addresses:
 
     `serial` is ``auto`` for a new pseudo-terminal, a serial port of this machine, or a name that does not exist yet,
     which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `can` is
-    ``INTERFACE:CHANNEL``; `can_channels` are the channels that go over CAN instead of the line.
+    ``INTERFACE:CHANNEL``; `can_channels` are the channels that go over CAN instead of the line.  With `baud` a
+    pseudo-terminal is as slow as a wire, and deaf to other rates; `bitrate` and `data_bitrate` limit the CAN bus.
+    Neither speed is limited where the rig runs as fast as it can.
     """
 
     serial: str | None = None
     tcp: str | None = None
     can: str | None = None
     can_channels: tuple[str, ...] = ()
+    baud: int | None = None
+    bitrate: float = 1e6
+    data_bitrate: float = 5e6
 
     def __post_init__(self) -> None:
         """Refuse addresses that make no sense before anything is opened; raises InputError."""
@@ -80,6 +87,7 @@ class VirtualRig:
     ) -> None:
         self._speed = speed
         self._origin = origin
+        self._baud = addresses.baud
         self._feed = SampleFeed(source, flow_controlled=speed is None)
         on_line, on_can = split_channels(source.channels, addresses)
         names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
@@ -99,7 +107,7 @@ class VirtualRig:
         ports: list[Port] = []
         try:
             if addresses.serial is not None or (addresses.tcp is None and addresses.can is None):
-                ports.append(open_serial(addresses.serial or "auto"))
+                ports.append(open_serial(addresses.serial or "auto", addresses.baud, self._speed))
                 self.ready.append({"device": "daq", "serial": ports[-1].address})
             if addresses.tcp is not None:
                 where = _parsed(parse_tcp, "--tcp", addresses.tcp)
@@ -132,6 +140,9 @@ class VirtualRig:
                     lossless=self._speed is None,
                     faults=self._faults.link("can", flip_message),
                     clock=self._faults.clock("can"),
+                    bus_time=BusTime(
+                        bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate, multiple=self._speed
+                    ),
                 )
             )
         except BaseException:
@@ -168,6 +179,8 @@ class VirtualRig:
                 continue  # a second address of the same device
             kind = next(key for key in entry if key != "device")
             lines += ["[[device]]", f'name = "{device}"', f'address = "{kind}:{entry[kind]}"']
+            if self._baud is not None and kind == "serial":
+                lines.append(f"baud = {self._baud}")
             lines += ["generator = true", ""] if device == "daq" else [""]
         if "generator = true" not in lines:
             raise InputError("--instruments-out", "", "a CAN node alone has no generator", "add --serial or --tcp")
@@ -205,16 +218,17 @@ def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[l
     return on_line, on_can
 
 
-def open_serial(where: str) -> PtyPort | SerialPort:
+def open_serial(where: str, baud: int | None, multiple: float | None) -> Port:
     """A new pseudo-terminal, one with a name of its own, or a serial port that is there."""
     path = Path(where)
-    if where == "auto":
-        return PtyPort()
-    if path.is_symlink() or not path.exists():
-        return PtyPort(path)
+    if where == "auto" or path.is_symlink() or not path.exists():
+        terminal = PtyPort(None if where == "auto" else path)
+        if baud is None:
+            return terminal
+        return WirePort(terminal, baud=baud, multiple=multiple)
     if not path.is_char_device():
         raise InputError("--serial", where, "exists and is no serial port", "give a name that is free, or auto")
-    return SerialPort(where)
+    return SerialPort(where, baud or DEFAULT_BAUD)
 
 
 def flip_message(message: can.Message, generator: np.random.Generator) -> can.Message:

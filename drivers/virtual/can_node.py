@@ -26,6 +26,7 @@ from drivers.can_protocol import (
     TimeSync,
     frame_sizes,
 )
+from drivers.virtual.bus_time import BusTime
 from drivers.virtual.faults import ClockFault, LinkFaults
 from drivers.virtual.feed import SampleFeed
 from recordings.errors import InputError
@@ -35,6 +36,7 @@ __all__ = ["CanNode"]
 
 QUEUE_FRAMES = 4096
 """Memory of the node for frames the bus has not taken; beyond it samples are lost and counted."""
+URGENT_FRAMES = 64
 NO_PULSE = 0xFFFFFFFF
 HEARTBEAT_S = 1.0
 _COMMANDS_A_TURN = 64
@@ -53,6 +55,8 @@ class CanNode:
         Names of the feed's channels this node carries, at most four; each needs a range.
     lossless
         Let the feed wait for the bus; otherwise a full queue is an overrun.
+    bus_time
+        How fast the bus is; without limit if left out.
     """
 
     def __init__(
@@ -65,6 +69,7 @@ class CanNode:
         lossless: bool,
         faults: LinkFaults | None = None,
         clock: ClockFault | None = None,
+        bus_time: BusTime | None = None,
     ) -> None:
         self.name = name
         known = {channel.name: channel for channel in feed.channels}
@@ -82,6 +87,7 @@ class CanNode:
         self._lossless = lossless
         self._faults = faults or LinkFaults()
         self._clock = clock or ClockFault()
+        self._bus_time = bus_time or BusTime()
         self._state = NodeState.IDLE
         self._queue: deque[can.Message] = deque()
         self._born = time.monotonic()
@@ -128,8 +134,7 @@ class CanNode:
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT_S
             beat = Heartbeat(self._state, len(self._channels), int(1000 * (now - self._born)))
-            if len(self._queue) < QUEUE_FRAMES:
-                self._put(MessageId.HEARTBEAT, beat.pack())
+            self._tell(MessageId.HEARTBEAT, beat.pack())
         return self._flush() or moved
 
     def _receive(self) -> can.Message | None:
@@ -153,11 +158,11 @@ class CanNode:
         elif command.opcode == Opcode.DESCRIBE and 0 <= command.value < len(self._channels):
             index = int(command.value)
             info = ChannelInfo(index, len(self._channels), self._channels[index])
-            self._put(MessageId.CHANNEL_INFO, info.pack())
+            self._tell(MessageId.CHANNEL_INFO, info.pack())
             return
         else:
             refused = 1
-        self._put(MessageId.REPLY, Reply(command.opcode, refused, self._feed.sample_rate_Hz).pack())
+        self._tell(MessageId.REPLY, Reply(command.opcode, refused, self._feed.sample_rate_Hz).pack())
 
     def _start(self) -> None:
         self._begin()
@@ -190,9 +195,9 @@ class CanNode:
         for start in range(0, whole, 30):
             self._put_samples(values[:, start : start + 30])
         self._rest = values[:, whole:]
-        if self._status != self._reported and len(self._queue) < QUEUE_FRAMES:
+        if self._status != self._reported:
             self._reported = self._status
-            self._put(MessageId.STATUS, self._status.pack())
+            self._tell(MessageId.STATUS, self._status.pack())
         if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
             # The node loses its power: it comes back idle, and says nothing of what it had.
             self._queue.clear()
@@ -228,15 +233,18 @@ class CanNode:
         self._put(MessageId.TIME_SYNC, sync.pack())
 
     def _put(self, identifier: int, data: bytes) -> None:
-        message = can.Message(
-            arbitration_id=identifier, data=data, is_extended_id=False, is_fd=True, bitrate_switch=True
-        )
-        streamed = MessageId.SAMPLES <= identifier < MessageId.SAMPLES + CHANNELS_LIMIT
-        self._queue.extend(self._faults.pass_on(message) if streamed else [message])
+        """Queue a frame of the stream."""
+        message = _message(identifier, data)
+        self._queue.extend(self._faults.pass_on(message) if identifier != MessageId.TIME_SYNC else [message])
+
+    def _tell(self, identifier: int, data: bytes) -> None:
+        """Send ahead of the samples that wait; dropped if the bus takes nothing at all."""
+        if len(self._queue) < QUEUE_FRAMES + URGENT_FRAMES:
+            self._queue.appendleft(_message(identifier, data))
 
     def _flush(self) -> bool:
         moved = False
-        while self._queue and not self._faults.stalled:
+        while self._queue and not self._faults.stalled and self._bus_time.take(len(self._queue[0].data)):
             try:
                 self._bus.send(self._queue[0], timeout=0)
             except can.CanError:
@@ -252,3 +260,7 @@ class CanNode:
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()
+
+
+def _message(identifier: int, data: bytes) -> can.Message:
+    return can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=True, bitrate_switch=True)

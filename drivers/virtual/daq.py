@@ -35,7 +35,6 @@ class _Stream:
     origin: int
     sequence: int = 0
     overrun: int = 0
-    reported_overrun: int = 0
 
 
 @dataclass
@@ -190,9 +189,8 @@ class AcquisitionInstrument(Generator):
         session = stream.session
         if session is None or (not self._lossless and session.queued_bytes + values.nbytes > FIFO_BYTES):
             stream.overrun += values.shape[1]
-            return
-        if stream.overrun != stream.reported_overrun:
             self._send_counters(stream)
+            return
         frame = encode_samples(
             values,
             overload=overload,
@@ -222,9 +220,9 @@ class AcquisitionInstrument(Generator):
             )
 
     def _send_counters(self, stream: _Stream) -> None:
-        stream.reported_overrun = stream.overrun
-        payload = stream.overrun.to_bytes(8, "little")
-        self._emit(stream, encode(Frame(kind=FrameKind.COUNTERS, sequence=stream.sequence, payload=payload)))
+        if stream.session is not None:
+            payload = stream.overrun.to_bytes(8, "little")
+            stream.session.notify(encode(Frame(kind=FrameKind.COUNTERS, sequence=0, payload=payload)))
 
     def _remember(self, values: NDArray[np.float32]) -> None:
         """Keep the latest samples for FETCh?."""
@@ -380,8 +378,6 @@ class AcquisitionInstrument(Generator):
     def _end_stream(self) -> None:
         stream = self._stream
         if stream is not None and stream.session is not None:
-            if stream.overrun != stream.reported_overrun:
-                self._send_counters(stream)
             session = stream.session
             end = encode(Frame(kind=FrameKind.END, sequence=stream.sequence))
             session.send([*self._faults.flush(), end])

@@ -20,17 +20,26 @@ from recordings.errors import InputError
 __all__ = ["Port", "PtyPort", "SerialPort", "TcpPort"]
 
 CHUNK_BYTES = 65536
+DEFAULT_BAUD = 921600
 _BUSY = (errno.EAGAIN, errno.EWOULDBLOCK)
 
 
 class Port(Protocol):
     """A line to one client at a time."""
 
-    address: str
+    @property
+    def address(self) -> str:
+        """What a client opens."""
+        ...
 
     @property
     def connected(self) -> bool:
         """Whether a client is there."""
+        ...
+
+    @property
+    def throttled(self) -> bool:
+        """Whether it takes nothing at the moment although its buffer has room."""
         ...
 
     def poll(self) -> None:
@@ -72,9 +81,16 @@ class PtyPort:
         Path of a symbolic link to make to it, for clients that want a name that stays; None for none.
     """
 
+    throttled = False
+
     def __init__(self, link: Path | None = None) -> None:
         self._link = link
         self._open()
+
+    @property
+    def descriptor(self) -> int:
+        """The master's, which also tells the client's settings."""
+        return self._master
 
     def _open(self) -> None:
         self._master, slave = pty.openpty()
@@ -147,7 +163,9 @@ class PtyPort:
 class SerialPort:
     """A serial port of this machine, for a virtual instrument at the far end of a real cable."""
 
-    def __init__(self, path: str, baud: int = 921600) -> None:
+    throttled = False
+
+    def __init__(self, path: str, baud: int = DEFAULT_BAUD) -> None:
         try:
             self._serial = serial.Serial(path, baud, timeout=0, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as error:
@@ -201,6 +219,8 @@ class TcpPort:
     port
         0 for any that is free.
     """
+
+    throttled = False
 
     def __init__(self, host: str = "127.0.0.1", port: int = 5025) -> None:
         try:

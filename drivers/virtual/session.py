@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["Session"]
 
 
-WRITE_BYTES = 16384
+WRITE_BYTES = 8192
 
 
 class Session:
@@ -35,6 +35,7 @@ class Session:
         self._interpreter = Interpreter(self._instrument)
         self._queue: deque[bytes] = deque()
         self._sent_of_first = 0
+        self._notice = b""
         self.queued_bytes = 0
 
     def send(self, chunks: Iterable[bytes]) -> None:
@@ -52,6 +53,10 @@ class Session:
         position = 1 if self._sent_of_first else 0
         self._queue.insert(position, chunk)
         self.queued_bytes += len(chunk)
+
+    def notify(self, frame: bytes) -> None:
+        """Send a frame ahead of the samples; if an earlier one still waits, this one takes its place."""
+        self._notice = frame
 
     def service(self) -> bool:
         """Take what has come, answer, send what the line takes; whether anything moved."""
@@ -76,7 +81,11 @@ class Session:
 
     def _flush(self) -> bool:
         moved = False
-        while self._queue and not self._instrument.stalled:
+        while (self._queue or self._notice) and not self._instrument.stalled:
+            if self._notice and not self._sent_of_first:
+                self._queue.appendleft(self._notice)
+                self.queued_bytes += len(self._notice)
+                self._notice = b""
             if len(self._queue) > 1 and not self._sent_of_first:
                 # One system call, and one waking of the client, for what is due together.
                 chunks = [self._queue.popleft()]
@@ -101,4 +110,4 @@ class Session:
     @property
     def wants_to_write(self) -> bool:
         """Whether something waits for room on the line."""
-        return bool(self._queue) and not self._instrument.stalled
+        return bool(self._queue or self._notice) and not self._instrument.stalled and not self.port.throttled

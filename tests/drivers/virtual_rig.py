@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -103,11 +104,14 @@ def served(
     speed: float | None = None,
     faults: Sequence[str] = (),
     link: Path | None = None,
+    **wire: Any,
 ) -> Iterator[Served]:
     """Virtual instruments in a thread of this process."""
     rig = VirtualRig(
         source,
-        Addresses(serial=str(link or "auto") if serial else None, tcp="127.0.0.1:0" if tcp else None, can=can_bus),
+        Addresses(
+            serial=str(link or "auto") if serial else None, tcp="127.0.0.1:0" if tcp else None, can=can_bus, **wire
+        ),
         speed=speed,
         faults=[parse_fault(text) for text in faults],
         seed=3,

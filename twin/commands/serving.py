@@ -25,6 +25,7 @@ _OPTIONS = [
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
     click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN FD node on any python-can interface."),
     click.option("--can-channels", metavar="NAME,...", default="", help="Channels on CAN instead of the line."),
+    click.option("--baud", type=click.IntRange(300, 20_000_000), help="Make the line as slow as a wire."),
     click.option("--speed", default="1", metavar="N|fast", show_default=True, help="Multiple of real time."),
     click.option("--fault", "faults", multiple=True, metavar="KIND:KEY=VALUE,...", help="Go wrong on purpose."),
     click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of noise and faults."),
@@ -49,6 +50,7 @@ def serve_source(
     tcp: str | None,
     can: str | None,
     can_channels: str,
+    baud: int | None,
     speed: str,
     faults: tuple[str, ...],
     seed: int,
@@ -72,7 +74,7 @@ def serve_source(
         told_to_stop.append(number)
 
     addresses = Addresses(
-        serial=serial, tcp=tcp, can=can, can_channels=tuple(name for name in can_channels.split(",") if name)
+        serial=serial, tcp=tcp, can=can, baud=baud, can_channels=tuple(name for name in can_channels.split(",") if name)
     )
     multiple = _parse_speed(speed)
     parsed_faults = [parse_fault(fault) for fault in faults]

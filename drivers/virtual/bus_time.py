@@ -1,0 +1,50 @@
+"""How long a frame occupies a CAN FD bus: no software bus enforces it, so the node does, or a rehearsal would lie."""
+
+from __future__ import annotations
+
+import time
+
+__all__ = ["BusTime", "frame_seconds"]
+
+STUFFING = 1.1
+_NOMINAL_BITS = 17 + 12
+"""Start to bit-rate switch; acknowledge, end of frame and the gap to the next one."""
+_DATA_BITS = 1 + 4 + 4 + 1
+"""Error-state indicator, length code, stuff count, CRC delimiter."""
+
+
+def frame_seconds(data_bytes: int, *, bitrate: float, data_bitrate: float) -> float:
+    """Time of one frame with an 11-bit identifier, with a tenth of its bits stuffed (ISO 11898-1)."""
+    checksum = 17 + 5 if data_bytes <= 16 else 21 + 6  # with its fixed stuff bits
+    data_phase = _DATA_BITS + 8 * data_bytes + checksum
+    return STUFFING * (_NOMINAL_BITS / bitrate + data_phase / data_bitrate)
+
+
+class BusTime:
+    """Lets frames through as fast as the bit rates allow.
+
+    Parameters
+    ----------
+    bitrate, data_bitrate
+        Of the arbitration and of the data phase, bit/s.
+    multiple
+        Of real time; None for a bus without limit.
+    """
+
+    BURST_S = 0.02
+    """How late the node may be called and still make use of the time that has passed."""
+
+    def __init__(self, *, bitrate: float = 1e6, data_bitrate: float = 5e6, multiple: float | None = None) -> None:
+        self._seconds = [frame_seconds(size, bitrate=bitrate, data_bitrate=data_bitrate) for size in range(65)]
+        self._multiple = multiple
+        self._free_at = 0.0
+
+    def take(self, data_bytes: int) -> bool:
+        """Whether the bus is free for a frame now; if so, it is taken for the time the frame needs."""
+        if self._multiple is None:
+            return True
+        now = time.monotonic() * self._multiple
+        if self._free_at > now:
+            return False
+        self._free_at = max(self._free_at, now - self.BURST_S * self._multiple) + self._seconds[data_bytes]
+        return True

@@ -1,0 +1,87 @@
+"""A virtual line and a virtual bus are as slow as real ones, and as deaf at the wrong rate."""
+
+import time
+
+import can
+import pytest
+import serial
+from virtual_rig import FilteredSine, served
+
+from drivers.can_protocol import SAMPLES_PER_FRAME, Command, MessageId, Opcode
+from drivers.host import open_instruments
+from drivers.instruments import Instruments
+from drivers.virtual.bus_time import BusTime, frame_seconds
+from recordings.errors import InputError
+
+
+def test_an_answer_takes_the_time_of_its_bits():
+    with served(FilteredSine(), serial=True, speed=1.0, baud=19200) as rig:
+        assert rig.serial is not None
+        with serial.Serial(rig.serial, 19200, timeout=10) as line:
+            line.write(b"SYST:HELP:HEAD?\n")
+            began = time.monotonic()
+            digits = int(line.read(2)[1:])
+            size = int(line.read(digits))
+            assert len(line.read(size + 1)) == size + 1
+            elapsed = time.monotonic() - began
+    assert elapsed == pytest.approx(10 * (size + 4) / 19200, rel=0.2)
+
+
+def test_at_the_wrong_rate_nobody_understands_and_the_client_says_what_to_check():
+    with served(FilteredSine(), serial=True, speed=1.0, baud=115200) as rig:
+        device = {"name": "daq", "address": f"serial:{rig.serial}", "generator": True}
+        for baud, fits in ((9600, False), (115200, True)):
+            instruments = Instruments.model_validate({"device": [device | {"baud": baud}], "timeout_s": 1.0})
+            if fits:
+                open_instruments(instruments).close()
+            else:
+                with pytest.raises(InputError, match="the right baud rate"):
+                    open_instruments(instruments)
+
+
+def test_a_stream_too_fast_for_its_line_overruns_and_says_so():
+    with served(FilteredSine(rate_Hz=5120.0), serial=True, speed=40.0, baud=115200) as rig:
+        device = {"name": "daq", "address": f"serial:{rig.serial}", "generator": True, "baud": 115200}
+        with open_instruments(Instruments.model_validate({"device": [device]})) as acquisition:
+            acquisition.start()
+            kinds: set[str] = set()
+            deadline = time.monotonic() + 20
+            while not {"overrun", "lost-samples"} <= kinds and time.monotonic() < deadline:
+                acquisition.read()
+                kinds |= {event.kind for event in acquisition.take_events()}
+    assert {"overrun", "lost-samples"} <= kinds
+
+
+def test_capacity_of_a_bus_at_1_and_5_megabits():
+    samples = SAMPLES_PER_FRAME / frame_seconds(64, bitrate=1e6, data_bitrate=5e6)
+    assert samples / 4 == pytest.approx(49.6e3, rel=0.02)  # four channels, as computed independently for hardware
+    classic = frame_seconds(8, bitrate=1e6, data_bitrate=1e6)
+    assert 64e-6 * 1.5 < classic < 64e-6 * 2.5
+
+
+def test_a_limited_bus_lets_through_what_its_bit_rates_allow():
+    bus = BusTime(multiple=2.0)
+    began, frames = time.monotonic(), 0
+    while time.monotonic() - began < 0.3:
+        frames += bus.take(64)
+    assert frames == pytest.approx(
+        (0.6 + 2 * BusTime.BURST_S) / frame_seconds(64, bitrate=1e6, data_bitrate=5e6), rel=0.1
+    )
+
+
+def test_a_node_beyond_the_capacity_of_its_bus_overruns_and_says_so():
+    with (
+        served(FilteredSine(rate_Hz=25600.0), can_bus="virtual:slow", speed=1.0, bitrate=125e3, data_bitrate=250e3),
+        can.Bus(interface="virtual", channel="slow", fd=True) as bus,
+    ):
+        start = Command(Opcode.START).pack()
+        bus.send(can.Message(arbitration_id=MessageId.COMMAND, data=start, is_extended_id=False, is_fd=True))
+        began, frames, overrun = time.monotonic(), 0, 0
+        while time.monotonic() - began < 6.0 and not overrun:
+            message = bus.recv(0.1)
+            if message is not None and message.arbitration_id == MessageId.STATUS:
+                overrun = int.from_bytes(message.data[:4], "little")
+            frames += message is not None
+        elapsed = time.monotonic() - began
+    assert overrun > 0
+    assert frames / elapsed == pytest.approx(1 / frame_seconds(64, bitrate=125e3, data_bitrate=250e3), rel=0.15)
