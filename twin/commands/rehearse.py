@@ -6,6 +6,7 @@ import math
 import re
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from recordings.errors import InputError
 from twin.commands.output import console, json_option, print_json, progress_bar, write_json
 
 if TYPE_CHECKING:
+    from recordings.streams import SampleSource
     from twin.procedures import Procedure
     from twin.rehearsal import Caution, Rehearsed
     from twin.rigs import Rig
@@ -26,14 +28,17 @@ __all__ = ["command"]
 @click.argument("procedure", metavar="PROCEDURE")
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder of the results.")
-@click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
+@click.option(
+    "--preload", "preloads", multiple=True, metavar="NAME",
+    help="State of the joint; the rig's first if left out.  Several are rehearsed side by side, each in DIR/NAME.",
+)  # fmt: skip
 @click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True, help="Of the noise.")
 @click.option(
     "--rounds", type=click.IntRange(0, 20), default=5, show_default=True, help="Most improvements; 0 for none."
 )
 @json_option
 def command(
-    procedure: str, rig_name: str, out: Path, preload: str | None, seed: int, rounds: int, as_json: bool
+    procedure: str, rig_name: str, out: Path, preloads: tuple[str, ...], seed: int, rounds: int, as_json: bool
 ) -> int:
     """Rehearse PROCEDURE (a shipped procedure's name or a TOML file) on the twin of RIG.
 
@@ -41,71 +46,136 @@ def command(
     rehearsal (improved.mcap) raises no warning, or unchanged where there was none.  Ends with status 1 if the procedure
     must not be run as it is: a guard ended it, or a converter was overloaded.
     """
-    from twin.bench import open_bench
-    from twin.procedures import check_channels, load_procedure, save_procedure
-    from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
-    from twin.rigs import load_rig
-
-    asked, rig = load_procedure(procedure), load_rig(rig_name)
-    _check_preload(rig, preload)
-    believed = Believed(
-        rig_name=rig.name,
-        rig_file=_rig_bytes(rig),
-        preload_N=_preload_newtons(rig.preload_name(preload)),
-        damping_ratio=min(rig.damping.modal_ratio),
-        bits=rig.acquisition.bits,
-    )
-
-    def make_source() -> Any:
-        try:
-            return open_bench(rig, preload=preload, seed=seed, sample_rate_Hz=asked.sample_rate)
-        except ValueError as error:
-            raise InputError(rig_name, "", str(error)) from error
-
-    source = make_source()
-    check_channels(asked, source.channels, source=procedure)
-    _make_folder(out)
+    jobs = [
+        _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=folder)
+        for name, folder in _folders(out, preloads)
+    ]
+    for job in jobs:
+        job.prepare()
+    for job in jobs:
+        _make_folder(job.out)
     started = time.perf_counter()
-    with _Meter("rehearsing", asked) as meter:
-        first = rehearse(asked, source, out / "run.mcap", believed=believed, on_step=meter.step, progress=meter.time)
-    wall_s = time.perf_counter() - started
-    _tell(first, wall_s)
-    result: dict[str, Any] = {
-        "procedure": procedure,
-        "rig": rig.name,
-        "preload": rig.preload_name(preload),
-        "seed": seed,
-        **rehearsed_table(first),
-        "wall_s": wall_s,
-        "improved": None,
-    }
-    better: Rehearsed | None = None
-    if rounds and not first.clear and first.rehearsal.result.state != "interrupted":
-        with _Meter("improving", asked) as meter:
-            better = rehearse_until_clear(
-                first, make_source, out / "improved.mcap", believed=believed, rounds=rounds,
-                on_step=meter.step, progress=meter.time, on_round=meter.restart,
-            )  # fmt: skip
-    if better is not None:
-        result["improved"] = rehearsed_table(better)
-        console.print("[bold]Improved procedure[/bold]")
-        _tell(better, None)
-    save_procedure((better or first).rehearsal.procedure, out / "procedure.toml")
-    write_json(result, out / "result.json")
+    results = [jobs[0].run(meter=True)] if len(jobs) == 1 else _side_by_side(jobs)
+    result: dict[str, Any] = results[0]
+    if len(jobs) > 1:
+        result = {"preloads": {r["preload"]: r for r in results}, "wall_s": time.perf_counter() - started}
+        write_json(result, out / "result.json")
     if as_json:
         print_json(result)
-    if "interrupted" in (first.rehearsal.result.state, better.rehearsal.result.state if better else ""):
+    if any("interrupted" in _states(one) for one in results):
         console.print(f"interrupted; what was rehearsed is in {out}")
         sys.exit(130)
     console.print(f"results in {out}")
-    return 1 if first.must_not_run or first.rehearsal.result.state == "aborted" else 0
+    return int(any(one["must_not_run"] for one in results))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Job:
+    """One procedure on one state of the rig."""
+
+    procedure: str
+    rig: str
+    preload: str | None
+    seed: int
+    rounds: int
+    out: Path
+
+    def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
+        """Everything that can be wrong is found here, before anything is written."""
+        from twin.bench import open_bench
+        from twin.procedures import check_channels, load_procedure
+        from twin.rigs import load_rig
+
+        asked, rig = load_procedure(self.procedure), load_rig(self.rig)
+        try:
+            source = open_bench(rig, preload=self.preload, seed=self.seed, sample_rate_Hz=asked.sample_rate)
+        except KeyError as error:
+            raise InputError("--preload", "", str(error.args[0])) from error
+        except ValueError as error:
+            raise InputError(self.rig, "", str(error)) from error
+        check_channels(asked, source.channels, source=self.procedure)
+        return asked, rig, source
+
+    def run(self, *, meter: bool) -> dict[str, Any]:
+        """Rehearse, improve, write; returns what went into result.json."""
+        from twin.procedures import save_procedure
+        from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
+
+        asked, rig, source = self.prepare()
+        believed = Believed(
+            rig_name=rig.name,
+            rig_file=_rig_bytes(rig),
+            preload_N=_preload_newtons(rig.preload_name(self.preload)),
+            damping_ratio=min(rig.damping.modal_ratio),
+            bits=rig.acquisition.bits,
+        )
+        started = time.perf_counter()
+        with _Meter("rehearsing", asked, shown=meter) as shown:
+            first = rehearse(
+                asked, source, self.out / "run.mcap", believed=believed, on_step=shown.step, progress=shown.time
+            )
+        wall_s = time.perf_counter() - started
+        better = None
+        if self.rounds:
+            with _Meter("improving", asked, shown=meter) as shown:
+                better = rehearse_until_clear(
+                    first, lambda: self.prepare()[2], self.out / "improved.mcap", believed=believed,
+                    rounds=self.rounds, on_step=shown.step, progress=shown.time, on_round=shown.restart,
+                )  # fmt: skip
+        _tell(rig.preload_name(self.preload), first, wall_s)
+        if better is not None:
+            _tell("improved procedure", better, None)
+        save_procedure((better or first).rehearsal.procedure, self.out / "procedure.toml")
+        result: dict[str, Any] = {
+            "procedure": self.procedure,
+            "rig": rig.name,
+            "preload": rig.preload_name(self.preload),
+            "seed": self.seed,
+            **rehearsed_table(first),
+            "wall_s": wall_s,
+            "improved": rehearsed_table(better) if better is not None else None,
+        }
+        write_json(result, self.out / "result.json")
+        return result
+
+
+def _folders(out: Path, preloads: tuple[str, ...]) -> list[tuple[str | None, Path]]:
+    if not preloads:
+        return [(None, out)]
+    if len(preloads) == 1:
+        return [(preloads[0], out)]
+    for name in preloads:
+        if not re.fullmatch(r"[\w.+-]+", name) or name.startswith("."):
+            raise InputError("--preload", "", f"{name!r} cannot name a folder", "rehearse it by itself")
+    return [(name, out / name) for name in dict.fromkeys(preloads)]
+
+
+def _side_by_side(jobs: list[_Job]) -> list[dict[str, Any]]:
+    """Each job in a process of its own."""
+    import multiprocessing
+    import os
+    from concurrent.futures import ProcessPoolExecutor
+
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(len(jobs), os.cpu_count() or 1), mp_context=context) as pool:
+        running = [pool.submit(job.run, meter=False) for job in jobs]
+        while True:
+            try:
+                return [one.result() for one in running]
+            except KeyboardInterrupt:  # the processes got it too, and end their runs with what they have
+                continue
+
+
+def _states(result: dict[str, Any]) -> set[str]:
+    return {result["state"], (result["improved"] or result)["state"]}
 
 
 class _Meter:
     """Progress of one rehearsal on standard error."""
 
-    def __init__(self, title: str, procedure: Procedure) -> None:
+    def __init__(self, title: str, procedure: Procedure, *, shown: bool) -> None:
         self._bar = progress_bar()
+        self._bar.disable = not shown
         self._task = self._bar.add_task(title)
         self._title, self._procedure = title, procedure
 
@@ -132,10 +202,12 @@ class _Meter:
         self._bar.update(self._task, description=f"{self._title}, {seconds / 60:.1f} min of rig time")
 
 
-def _tell(rehearsed: Rehearsed, wall_s: float | None) -> None:
+def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
     result = rehearsed.rehearsal.result
     speed = f", rehearsed in {wall_s:.1f} s" if wall_s is not None else ""
-    console.print(f"{len(result.steps)} steps, {result.duration_s / 60:.1f} min on the rig{speed}")
+    console.print(
+        f"[bold]{title}[/bold]: {len(result.steps)} steps, {result.duration_s / 60:.1f} min on the rig{speed}"
+    )
     if result.state != "done":
         console.print(f"[red]{result.state}[/red]: {result.reason}")
     for summary in rehearsed.rehearsal.summaries():
@@ -162,13 +234,6 @@ def _rig_bytes(rig: Rig) -> bytes:
     import tomli_w
 
     return tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode()
-
-
-def _check_preload(rig: Rig, preload: str | None) -> None:
-    try:
-        rig.preload_name(preload)
-    except KeyError as error:
-        raise InputError("--preload", "", str(error.args[0])) from error
 
 
 def _preload_newtons(name: str) -> float | None:

@@ -54,8 +54,8 @@ class Rehearsed:
 
     @property
     def must_not_run(self) -> bool:
-        """A guard or a converter stopped it."""
-        return any(caution.severity == "stop" for caution in self.cautions)
+        """It did not get to its end, or a converter was overloaded."""
+        return self.rehearsal.result.state == "aborted" or any(caution.severity == "stop" for caution in self.cautions)
 
 
 def judge(rehearsal: Rehearsal) -> tuple[Caution, ...]:

@@ -23,6 +23,7 @@ def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
         "state": result.state,
         "reason": result.reason,
         "clear": rehearsed.clear,
+        "must_not_run": rehearsed.must_not_run,
         "duration_s": result.duration_s,
         "sample_rate_Hz": result.sample_rate_Hz,
         "recording": rehearsed.recording.name,

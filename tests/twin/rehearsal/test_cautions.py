@@ -9,7 +9,7 @@ from twin.procedures.tables import Grid, Limits, Measure, Settle
 from twin.rehearsal import Believed, rehearse, rehearse_until_clear
 
 GOOD = SteppedSine(
-    grid=Grid(kind="adaptive", start=25.9, stop=27.1, step=0.1, smallest=0.01, change=0.3),
+    grid=Grid(kind="adaptive", start=26.0, stop=27.0, step=0.12, smallest=0.02, change=0.4),
     amplitudes=[1.5],
     measure=Measure(seconds=1.0),
 )

@@ -90,3 +90,15 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path):
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["state"] == "interrupted"
     assert len(result["steps"]) > 0
+
+
+def test_two_preloads_are_rehearsed_side_by_side(tmp_path, capfd):
+    (tmp_path / "mine.toml").write_text(SWEEP)
+    out = tmp_path / "out"
+    preloads = ["--preload", "120N", "--preload", "540N"]
+    assert twin(tmp_path / "mine.toml", "--rig", "steel-lap-joint", "--out", out, "--json", *preloads) == 0
+    result = json.loads(capfd.readouterr().out)
+    assert list(result["preloads"]) == ["120N", "540N"]
+    for name, newtons in (("120N", "120"), ("540N", "540")):
+        assert read_run(out / name / "run.mcap").info["preload_N"] == newtons
+        assert json.loads((out / name / "result.json").read_text())["preload"] == name
