@@ -25,8 +25,8 @@ __all__ = ["Bench", "SAMPLE_RATES_Hz", "open_bench"]
 
 SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
 """Rates the converter has."""
-INTERNAL_RATE_Hz = 8192.0
-"""The physics takes at least this many steps a second."""
+INTERNAL_RATE_Hz = 11264.0
+"""The physics takes at least this many steps a second: enough for all modes that the bench keeps."""
 CHUNK_STEPS = 1 << 15
 """Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
@@ -110,8 +110,8 @@ class Bench:
         self._substeps = max(1, int(np.ceil(self._internal_rate / rate - 1e-9)))
         self._step_s = 1.0 / (rate * (1.0 + self._plan.clock_error) * self._substeps)
         delays = np.array([i.delay_s for i in self._instruments]) / self._step_s
-        self._filtered = self._substeps > 1 or bool(delays.any())
-        self._taps = decimation_taps(self._substeps, delays)
+        slow = self._built.differentiable
+        self._taps = decimation_taps(self._substeps, delays, differentiate=slow, step_s=self._step_s)
         self._history = np.zeros((len(self._instruments), self._taps.shape[1] - 1))
         self._filters = [
             np.array([high_pass_coefficients(c, rate) for c in i.corners_Hz]).reshape(-1, 2) for i in self._instruments
@@ -175,12 +175,9 @@ class Bench:
         if failures or not np.isfinite(internal[-1]).all():
             raise ArithmeticError(f"the joint's equations had no solution in {failures} of {steps} steps")
         self._time_s += steps * self._step_s
-        if self._filtered:
-            stream = np.concatenate([self._history, internal.T], axis=1)
-            decimate(stream, self._taps, self._substeps, out)
-            self._history = stream[:, stream.shape[1] - self._history.shape[1] :].copy()
-        else:
-            out[:] = internal.T
+        stream = np.concatenate([self._history, internal.T], axis=1)
+        decimate(stream, self._taps, self._substeps, out)
+        self._history = stream[:, stream.shape[1] - self._history.shape[1] :].copy()
 
     def _follow_drift(self) -> None:
         """Compute the modes anew when the moduli have drifted far enough."""
@@ -202,7 +199,7 @@ class Bench:
     def _load_model(self) -> None:
         """Poles and step coefficients at the present time; the motion goes on."""
         self._drift_at_s = self._time_s
-        self._poles = self._built.poles(self._time_s, 1.0 / self._step_s)
+        self._poles = self._built.poles(self._time_s, 1.0 / self._step_s, velocities=True)
         self._coefficients = c = coefficients(self._poles, self._step_s)
         states = self._built.from_common(self._states, self._time_s, 1.0 / self._step_s)
         w = c.decay * (self._poles.to_poles @ states - c.G1 @ self._u) + c.Gamma @ self._u

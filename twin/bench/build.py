@@ -90,15 +90,26 @@ class Built:
         below = min(MODES_BELOW_Hz, RESOLVED * internal_rate_Hz)
         return self.condensed.modes(layer * self.plan.E, self.plan.G, below_Hz=below, factor=everything)
 
-    def rig(self, time_s: float, internal_rate_Hz: float) -> LinearRig:
-        """Linear rig; outputs are local coordinates, auxiliary rows, channels."""
+    @property
+    def differentiable(self) -> NDArray[np.bool_]:
+        """Which channels are plain accelerations, that may be had from velocities."""
+        instruments = self.plan.instruments.values()
+        return np.array([i.quantity == "acceleration" and i.resonance is None for i in instruments])
+
+    def rig(self, time_s: float, internal_rate_Hz: float, *, velocities: bool = False) -> LinearRig:
+        """Linear rig; outputs are local coordinates, auxiliary rows, channels.
+
+        `velocities` gives these in place of the :attr:`differentiable` channels' accelerations.
+        """
         modal = self.modal(time_s, internal_rate_Hz)
         ratios = self.plan.rig.damping.modal_ratio
         zeta = np.array([ratios[min(r, len(ratios) - 1)] for r in range(len(modal.omega))])
         outputs = [Output("velocity" if velocity else "displacement", row) for row, velocity in self.rows]
         outputs += [Output("integral", row) for row in self.auxiliary_rows]
         instruments = list(self.plan.instruments.values())
-        outputs += [Output(i.quantity, row) for i, row in zip(instruments, self.channel_rows, strict=True)]  # type: ignore[arg-type]
+        as_velocity = self.differentiable & velocities
+        for i, row, slow in zip(instruments, self.channel_rows, as_velocity, strict=True):
+            outputs.append(Output("velocity" if slow else i.quantity, row))  # type: ignore[arg-type]
         rig = linear_rig(
             modal,
             zeta=zeta,
@@ -116,9 +127,9 @@ class Built:
                 rig = with_resonance(rig, n_out, frequency_Hz=frequency_Hz, damping_ratio=ratio)
         return rig
 
-    def poles(self, time_s: float, internal_rate_Hz: float) -> Poles:
+    def poles(self, time_s: float, internal_rate_Hz: float, *, velocities: bool = False) -> Poles:
         """The same, diagonal."""
-        return to_poles(self.rig(time_s, internal_rate_Hz))
+        return to_poles(self.rig(time_s, internal_rate_Hz, velocities=velocities))
 
     def to_common(self, states: Matrix, time_s: float, internal_rate_Hz: float) -> Matrix:
         """States of the rig at a time as condensed coordinates."""
