@@ -53,6 +53,8 @@ def _tables(result: Reproduction) -> Iterator[Table]:
     yield _parameters(result)
     if result.candidates:
         yield _candidates(result)
+    if "element_choice" in result.details:
+        yield _elements(result)
     if result.residual_percent:
         yield _residuals(result)
 
@@ -115,6 +117,20 @@ def _candidates(result: Reproduction) -> Table:
             item.cause, parameters, str(item.free_parameters), f"{item.rms_percent:.3f}",
             f"{item.worst_percent:.3f}", f"{item.bic:.1f}", style="bold" if item.cause in chosen[:1] else None,
         )  # fmt: skip
+    return table
+
+
+def _elements(result: Reproduction) -> Table:
+    from rich.table import Table
+
+    choice: dict[str, dict[str, Any]] = result.details["element_choice"]
+    names = list(next(iter(choice.values()))["parameters"])
+    table = Table(title="The layer's element: what the choice changes")
+    for heading in ("element", *names, "worst %"):
+        table.add_column(heading, justify="left" if heading == "element" else "right")
+    for element, entry in choice.items():
+        values = [f"{entry['parameters'][name]['value']:.4g}" for name in names]
+        table.add_row(element, *values, f"{entry['worst_percent']:.3f}")
     return table
 
 

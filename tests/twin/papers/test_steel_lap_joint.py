@@ -86,6 +86,14 @@ def test_frequencies_hardly_determine_the_shear_moduli_and_the_report_says_so(pr
     assert low < printed["parameters"]["added_mass"]["value"] < high < 1.05 * low
 
 
+def test_the_papers_membrane_changes_the_moduli_by_less_than_their_uncertainty_and_no_thickness_fails(printed):
+    exact, membrane, interface = printed["details"]["element_choice"].values()
+    for name, entry in exact["parameters"].items():
+        assert abs(membrane["parameters"][name]["value"] - entry["value"]) < entry["std"]
+    assert membrane["worst_percent"] < 0.2
+    assert interface["chi2"] > 10 * exact["chi2"]
+
+
 def test_table_for_people_names_every_frequency_and_the_cause(capsys, monkeypatch):
     import twin.papers.studies
 

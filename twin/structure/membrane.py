@@ -1,0 +1,108 @@
+"""Other elements for the layer: the membrane with drilling rotations that the papers cite, and the bare interface.
+
+The membrane is the rectangle of Long, Cen and Long (Advanced Finite Element Method in Structural Engineering, 2009),
+nodes on the two neutral axes: bilinear displacements and, from the nodes' rotations, Allman's
+
+    u =  sum_i (h/16) eta_i (1 - eta^2) (1 + xi_i xi) theta_i
+    v = -sum_i (l/16) xi_i (1 - xi^2) (1 + eta_i eta) theta_i
+
+so that only differences of rotations strain it.  Its strains are eps_y = dv/dy and gamma = du/dy + dv/dx; the stiffness
+along the beams is left out, as in the papers.  The interface has no thickness: it joins the neutral axes themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import Rig
+from twin.structure.assembly import Structure
+from twin.structure.thin_layer import ThinLayerElement, thin_layer
+
+__all__ = ["interface_layer", "membrane_layer", "with_layer_element"]
+
+Matrix = NDArray[np.float64]
+POINTS = 3
+"""Gauss points in each direction; they integrate the squares of the quadratic strains exactly."""
+
+NODES = ((-1.0, -1.0, 0), (1.0, -1.0, 3), (-1.0, 1.0, 6), (1.0, 1.0, 9))
+"""xi, eta and first degree of freedom of the nodes: bottom left and right, top left and right."""
+
+
+def membrane_layer(*, length: float, height: float, width: float) -> ThinLayerElement:
+    """Build one membrane element; all lengths in metres."""
+    x, w = np.polynomial.legendre.leggauss(POINTS)
+    normal, shear, weights = [], [], []
+    for xi, w_xi in zip(x, w, strict=True):
+        for eta, w_eta in zip(x, w, strict=True):
+            weight = np.sqrt(w_xi * w_eta * length * height / 4 * width)
+            eps, gamma = _strains(float(xi), float(eta), length, height)
+            normal.append(weight * eps)
+            shear.append(weight * gamma)
+            weights.append(weight / height)
+    return ThinLayerElement(np.array(normal), np.array(shear), np.array(weights), np.array(weights))
+
+
+def interface_layer(*, length: float, height: float, width: float) -> ThinLayerElement:
+    """Build one zero-thickness element with stiffnesses E'/height and G'/height per area; lengths in metres."""
+    return thin_layer(length=length, height=height, width=width, bottom_thickness=0.0, top_thickness=0.0)
+
+
+def with_layer_element(rig: Rig, structure: Structure, element: Callable[..., ThinLayerElement]) -> Structure:
+    """The same structure with another element in its layer, such as :func:`membrane_layer`."""
+    mesh = structure.mesh
+    normal: list[Matrix] = []
+    shear: list[Matrix] = []
+    normal_weight: list[Matrix] = []
+    shear_weight: list[Matrix] = []
+    normal_x: list[Matrix] = []
+    shear_x: list[Matrix] = []
+    width = min(rig.lower.width, rig.upper.width)
+    for (low, up), (low2, _) in zip(mesh.layer_nodes, mesh.layer_nodes[1:], strict=False):
+        length = float(mesh.lower_x[low2] - mesh.lower_x[low])
+        one = element(length=length, height=rig.joint.layer_height, width=width)
+        dofs = np.concatenate([3 * low + np.arange(6), 3 * up + np.arange(6)])
+        for B, weight, rows, weights, places in (
+            (one.B_E, one.normal_weight, normal, normal_weight, normal_x),
+            (one.B_G, one.shear_weight, shear, shear_weight, shear_x),
+        ):
+            full = np.zeros((len(B), 3 * mesh.nodes))
+            full[:, dofs] = B
+            rows.append(full[:, structure.free])
+            weights.append(weight)
+            places.append(mesh.lower_x[low] + length * _places(len(B)))
+    return replace(
+        structure,
+        B_E=np.vstack(normal),
+        B_G=np.vstack(shear),
+        normal_weight=np.concatenate(normal_weight),
+        shear_weight=np.concatenate(shear_weight),
+        layer_x=np.concatenate(normal_x),
+        shear_x=np.concatenate(shear_x),
+    )
+
+
+def _strains(xi: float, eta: float, length: float, height: float) -> tuple[Matrix, Matrix]:
+    """Rows of eps_y and gamma at one point, DOFs (u1, v1, theta1, u2, v2, theta2) bottom, then top."""
+    by_x, by_y = 2 / length, 2 / height
+    eps, gamma = np.zeros(12), np.zeros(12)
+    for xi_i, eta_i, dof in NODES:
+        N_x, N_y = xi_i * (1 + eta_i * eta) / 4 * by_x, eta_i * (1 + xi_i * xi) / 4 * by_y
+        gamma[dof] = N_y
+        eps[dof + 1], gamma[dof + 1] = N_y, N_x
+        eps[dof + 2] = -length / 16 * xi_i * (1 - xi**2) * eta_i * by_y
+        gamma[dof + 2] = (
+            height / 16 * eta_i * (-2 * eta) * (1 + xi_i * xi) * by_y
+            + length / 16 * xi_i * 2 * xi * (1 + eta_i * eta) * by_x
+        )
+    return eps, gamma
+
+
+def _places(rows: int) -> Matrix:
+    """Positions of the rows' Gauss points along the element, 0..1: one a row, or one each `POINTS` rows."""
+    if rows == POINTS**2:
+        return np.repeat((np.polynomial.legendre.leggauss(POINTS)[0] + 1) / 2, POINTS)
+    return np.asarray((np.polynomial.legendre.leggauss(rows)[0] + 1) / 2)
