@@ -133,6 +133,7 @@ class _Job:
             "seed": self.seed,
             **rehearsed_table(first),
             "wall_s": wall_s,
+            "branches": _branches(rig, self.preload, asked),
             "improved": rehearsed_table(better) if better is not None else None,
         }
         write_json(result, self.out / "result.json")
@@ -228,6 +229,20 @@ def _line(caution: Caution) -> str:
         f" at {caution.frequency_Hz:g} Hz" if caution.frequency_Hz else ""
     )
     return f"[{colour}]{caution.kind}[/{colour}] ({where}): {caution.reason}; {caution.advice}"
+
+
+def _branches(rig: Rig, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
+    """Predicted curves of a force-controlled sweep; none, with a word, where the continuation fails."""
+    from twin.procedures import SteppedSine
+    from twin.rehearsal import branch_table, predicted_branches
+
+    if not isinstance(procedure, SteppedSine):
+        return []
+    try:
+        return [branch_table(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
+    except ArithmeticError as error:
+        console.print(f"no predicted branches: {error}")
+        return []
 
 
 def _rig_bytes(rig: Rig) -> bytes:

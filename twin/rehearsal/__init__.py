@@ -1,18 +1,22 @@
 """Rehearsals: a procedure run on the twin, judged, improved and run again."""
 
+from twin.rehearsal.branches import Branch, predicted_branches
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal, SweepSummary
 from twin.rehearsal.rehearse import Believed, Rehearsed, judge, rehearse, rehearse_until_clear
-from twin.rehearsal.tables import rehearsed_table
+from twin.rehearsal.tables import branch_table, rehearsed_table
 
 __all__ = [
     "Believed",
+    "Branch",
     "Caution",
     "Rehearsal",
     "Rehearsed",
     "SweepSummary",
+    "branch_table",
     "improved_procedure",
     "judge",
+    "predicted_branches",
     "rehearse",
     "rehearse_until_clear",
     "rehearsed_table",

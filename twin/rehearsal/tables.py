@@ -7,9 +7,10 @@ from dataclasses import asdict
 from typing import Any
 
 from twin.procedures import StepResult
+from twin.rehearsal.branches import Branch
 from twin.rehearsal.rehearse import Rehearsed
 
-__all__ = ["rehearsed_table"]
+__all__ = ["branch_table", "rehearsed_table"]
 
 
 def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
@@ -60,5 +61,18 @@ def _step(rehearsed: Rehearsed, step: StepResult) -> dict[str, Any]:
         "limit_use": {
             "voltage": step.voltage_V / limits.voltage,
             **{name: step.peak[name] / limit for name, limit in limits.peak.items() if name in step.peak},
+        },
+    }
+
+
+def branch_table(branch: Branch) -> dict[str, Any]:
+    """A predicted curve: amplitude and phase of each channel along it."""
+    return {
+        "force_N": branch.force_N,
+        "frequency_Hz": branch.frequency_Hz,
+        "folds_Hz": branch.folds_Hz,
+        "response": {
+            name: {"amplitude": list(map(abs, values)), "phase_rad": list(map(cmath.phase, values))}
+            for name, values in branch.response.items()
         },
     }

@@ -1,0 +1,50 @@
+"""Predicted branches, and the stepped sine that must jump where they fold."""
+
+import numpy as np
+import pytest
+from resonator import ListSink
+
+from twin.bench import open_bench
+from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
+from twin.procedures.tables import Measure
+from twin.rehearsal import predicted_branches
+from twin.rigs import Effect, load_rig
+
+STEEL = load_rig("steel-lap-joint")
+
+
+def test_a_sweep_jumps_up_and_down_within_one_step_of_the_folds():
+    hardening = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 3e7})
+    rig = STEEL.model_copy(update={"effect": [hardening]})
+    step_Hz = 0.025
+    procedure = SteppedSine(
+        grid={"start": 26.65, "stop": 26.85, "step": step_Hz}, amplitudes=[3.0], direction="both",
+        measure=Measure(seconds=1.0),
+    )  # fmt: skip
+    wide = procedure.model_copy(update={"grid": procedure.grid.model_copy(update={"start": 26.0, "stop": 27.5})})
+    (branch,) = predicted_branches(rig, preload=None, procedure=wide)
+    down_from, up_from = branch.folds_Hz
+    assert down_from > up_from + 2 * step_Hz  # the grid can tell them apart
+    bench = open_bench(rig, seed=2, sample_rate_Hz=procedure.sample_rate)
+    result = run_procedure(procedure, DirectAcquisition(bench), ListSink())
+    for sweep, fold in (("3N-up", down_from), ("3N-down", up_from)):
+        steps = [step for step in result.steps if step.sweep == sweep]
+        sizes = np.array([abs(step.phasors["acc2"]) for step in steps])
+        at = int(np.argmax(abs(np.diff(sizes))))
+        low, high = sorted((steps[at].frequency_Hz, steps[at + 1].frequency_Hz))
+        assert low - step_Hz <= fold <= high + step_Hz
+
+
+def test_a_rig_without_folds_has_one_response_a_frequency():
+    procedure = SteppedSine(grid={"start": 26.0, "stop": 27.0, "step": 0.05}, amplitudes=[0.5, 1.5])
+    branches = predicted_branches(STEEL, preload="120N", procedure=procedure)
+    assert [branch.force_N for branch in branches] == [0.5, 1.5]
+    for branch in branches:
+        assert branch.folds_Hz == []
+        assert np.all(np.diff(branch.frequency_Hz) > 0)
+        assert np.abs(branch.response["force"]) == pytest.approx(branch.force_N, rel=1e-3)
+
+
+def test_open_loop_sweeps_have_no_branches_at_a_force():
+    procedure = SteppedSine(frequencies=[26.0, 27.0], amplitudes=[1.0], control="voltage")
+    assert predicted_branches(STEEL, preload=None, procedure=procedure) == []

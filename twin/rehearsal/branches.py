@@ -1,0 +1,69 @@
+"""The responses that a force-controlled sweep has to choose from: all branches, stable or not, by continuation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twin.bench import open_bench
+from twin.procedures import SteppedSine
+from twin.procedures.grid import fixed_frequencies
+from twin.response import HarmonicBalance
+from twin.rigs import Rig
+
+__all__ = ["Branch", "predicted_branches"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Branch:
+    """One force's curve from the first frequency to the last, through whatever folds it has.
+
+    `response` holds complex amplitudes by channel, relative to the phase of the force; `folds_Hz` are the frequencies
+    where the curve turns back: a sweep jumps there.
+    """
+
+    force_N: float
+    frequency_Hz: list[float]
+    response: dict[str, list[complex]]
+    folds_Hz: list[float]
+
+
+def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[Branch]:
+    """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise.
+
+    Raises
+    ------
+    ArithmeticError
+        If the continuation does not get through.
+    """
+    frequencies = fixed_frequencies(procedure)
+    if procedure.control != "force" or procedure.order != "frequency" or len(frequencies) < 2:
+        return []
+    free = open_bench(
+        rig, preload=preload, drive="force", noise=False, converter=False, sample_rate_Hz=procedure.sample_rate
+    )
+    balance = HarmonicBalance(free.built)
+    names = [channel.name for channel in free.channels]
+    force = next(channel.name for channel in free.channels if channel.quantity == "force")
+    found = []
+    for amplitude in procedure.amplitudes:
+        points = balance.branch(frequencies[0], frequencies[-1], amplitude)
+        first = np.array([point.channels[:, 1] for point in points])
+        turned = first * np.exp(-1j * np.angle(first[:, [names.index(force)]]))
+        frequency_Hz = [point.frequency_Hz for point in points]
+        found.append(
+            Branch(
+                force_N=amplitude,
+                frequency_Hz=frequency_Hz,
+                response={name: list(map(complex, turned[:, i])) for i, name in enumerate(names)},
+                folds_Hz=_turns(frequency_Hz),
+            )
+        )
+    return found
+
+
+def _turns(frequency_Hz: list[float]) -> list[float]:
+    """Where the frequency along a curve changes its direction."""
+    ways = np.sign(np.diff(frequency_Hz))
+    return [frequency_Hz[i + 1] for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)]
