@@ -25,13 +25,19 @@ KNOTS = 33
 FREQUENCY_SCALE = 1e-4
 """Scatter expected of a sweep's frequency, relative: what reassembly-free repetition on a bolted beam reaches."""
 DAMPING_SCALE = 0.02
+PHASE_OFFSET = 1.0
+"""A weak prior on the phase offset (rad), which alone decides it where no phase was kept."""
 SHIFTED = 4.0
 """A sweep further from the others' curve than this many robust standard deviations is called shifted."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One level: arrays of equal length, forces and accelerations peak values, phase of displacement against force."""
+    """One level: arrays of equal length, forces and accelerations peak values.
+
+    The phase is the response's against the force in whatever convention the laboratory has (of displacement or
+    acceleration, lag or lead); NaN throughout if it was not kept.
+    """
 
     level: str
     frequency_Hz: Array
@@ -119,10 +125,12 @@ def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", c
 def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
     """Least squares on the complex logarithm of the receptance, all sweeps together."""
     count = len(sweeps)
+    phases = _displacement_phases(sweeps)
     measured = [
-        s.acceleration_m_per_s2 / (2 * np.pi * s.frequency_Hz) ** 2 / s.force_N * np.exp(1j * s.phase_rad)
-        for s in sweeps
+        s.acceleration_m_per_s2 / (2 * np.pi * s.frequency_Hz) ** 2 / s.force_N * np.exp(1j * np.nan_to_num(phase))
+        for s, phase in zip(sweeps, phases, strict=True)
     ]
+    with_phase = [bool(np.all(np.isfinite(phase))) for phase in phases]
     centre = np.array([s.frequency_Hz[np.argmin(s.force_N / s.acceleration_m_per_s2)] for s in sweeps])
     W0 = 2 * np.pi * float(np.median(centre))
 
@@ -135,8 +143,9 @@ def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
         return np.asarray(np.exp(1j * theta[2]) * (mode + theta[1] / (mass * W0**2)))
 
     def residual(theta: Array) -> Array:
-        logs = np.concatenate([np.log(model(theta, k) / measured[k]) for k in range(count)])
-        return np.concatenate([logs.real, logs.imag])
+        logs = [np.log(model(theta, k) / measured[k]) for k in range(count)]
+        angles = [part.imag for part, known in zip(logs, with_phase, strict=True) if known]
+        return np.concatenate([*(part.real for part in logs), *angles, theta[2:3] / PHASE_OFFSET])
 
     start = np.zeros(3 + 2 * count)
     for k, s in enumerate(sweeps):
@@ -157,6 +166,25 @@ def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
         damping=np.exp(theta[3 + count :]),
         rms=np.array(rms),
     )
+
+
+def _displacement_phases(sweeps: Sequence[Sweep]) -> list[Array]:
+    """Phases turned so that the response lags the force by a quarter turn at resonance, later the higher the frequency.
+
+    What is left, an offset of less than an eighth of a turn, is fitted.
+    """
+    falls, centre = [], []
+    for s in sweeps:
+        phase = np.unwrap(s.phase_rad)
+        falls.append(phase[np.argmin(s.frequency_Hz)] - phase[np.argmax(s.frequency_Hz)])
+        centre.append(phase[np.argmin(s.force_N / s.acceleration_m_per_s2)])
+    known = [fall for fall in falls if np.isfinite(fall)]
+    sign = -1.0 if known and np.median(known) < 0 else 1.0
+    quarter = np.pi / 2
+    return [
+        sign * np.unwrap(s.phase_rad) - quarter * (np.round(sign * middle / quarter) + 1)
+        for s, middle in zip(sweeps, centre, strict=True)
+    ]
 
 
 def _curves(amplitude: Array, fit: _Fit) -> tuple[RobustCurve, RobustCurve]:

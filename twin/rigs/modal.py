@@ -11,7 +11,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from recordings.toml_input import read_toml
 
-__all__ = ["LevelFit", "ModalLaw", "ModalRig", "load_modal_rig", "save_modal_rig"]
+__all__ = [
+    "MODAL_RIG_FILES",
+    "LevelFit",
+    "ModalLaw",
+    "ModalRig",
+    "is_modal_rig",
+    "load_modal_rig",
+    "save_modal_rig",
+]
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -81,11 +89,36 @@ class ModalRig(_Table):
     note: list[str] = []
 
 
-def load_modal_rig(path: Path) -> ModalRig:
-    """Read a modal rig or an identified modal model; InputError says what is wrong with it."""
-    return read_toml(path, ModalRig)
+MODAL_RIG_FILES = {path.stem: path for path in sorted((Path(__file__).parent / "modal_rigs").glob("*.toml"))}
+"""The shipped modal rigs by name."""
+
+
+def is_modal_rig(name_or_path: str | Path) -> bool:
+    """Whether this names a shipped modal rig, or a TOML file with ``kind = "modal"``."""
+    if str(name_or_path) in MODAL_RIG_FILES:
+        return True
+    path = Path(name_or_path)
+    return path.is_file() and read_toml(path, _Kind).kind == "modal"
+
+
+def load_modal_rig(name_or_path: str | Path) -> ModalRig:
+    """A shipped modal rig by name, a modal rig's file, or an identified modal model.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or does not describe a modal rig.
+    """
+    return read_toml(MODAL_RIG_FILES.get(str(name_or_path), Path(name_or_path)), ModalRig)
 
 
 def save_modal_rig(rig: ModalRig, path: Path) -> None:
     """Write `rig` as TOML that :func:`load_modal_rig` reads back equal."""
     path.write_text(tomli_w.dumps(rig.model_dump(exclude_none=True)), encoding="utf-8")
+
+
+class _Kind(BaseModel):
+    """Any rig's first question."""
+
+    model_config = ConfigDict(extra="ignore")
+    kind: str = "lap-joint"

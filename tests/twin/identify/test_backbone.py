@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from recordings.errors import InputError
 from twin.identify.backbone import Sweep, identify_backbone, split_levels
 from twin.identify.modal_prediction import modal_receptance, predict_forced, predict_held
+from twin.identify.modal_table import identify_sweep_table, predict_drive, write_response
 from twin.identify.robust_curve import fit_robust_curve
 from twin.rigs.modal import ModalLaw, load_modal_rig, save_modal_rig
 
@@ -160,3 +161,49 @@ def test_a_modal_model_survives_its_file_and_rubbish_is_refused(beam, tmp_path):
 def test_too_few_sweeps_are_refused():
     with pytest.raises(ValueError, match="four sweeps"):
         identify_backbone(sweeps(law(), (5, 15, 25)), name="few")
+
+
+@pytest.mark.parametrize("convention", ["acceleration", "lead", "none"])
+def test_other_conventions_of_the_phase_and_none_at_all_give_the_same_mode(convention):
+    turn = {"acceleration": lambda p: p + np.pi, "lead": lambda p: -p, "none": lambda p: p * np.nan}[convention]
+    made = [
+        Sweep(s.level, s.frequency_Hz, s.force_N, s.acceleration_m_per_s2, turn(s.phase_rad))
+        for s in sweeps(law(), (5, 15, 25, 35, 45, 55), noise=0.003)
+    ]
+    found = identify_backbone(made, name="made")
+    assert np.interp(30, found.law.amplitude_m_per_s2, found.law.frequency_Hz) == pytest.approx(49.9, abs=3e-3)
+    assert np.interp(30, found.law.amplitude_m_per_s2, found.law.damping_ratio) == pytest.approx(0.003, rel=0.03)
+
+
+def test_table_to_model_to_response(tmp_path):
+    model = identify_sweep_table(TABLE, load_modal_rig("brake-reuss"))
+    assert model.name == "brake-reuss"
+    drive = tmp_path / "drive.csv"
+    drive.write_text("frequency_Hz,force_N\n" + "".join(f"{f},1.0\n" for f in np.linspace(79.5, 81, 31)))
+    response = predict_drive(model, drive)
+    write_response(response, tmp_path / "response.csv")
+    table = np.genfromtxt(tmp_path / "response.csv", delimiter=",", names=True)
+    assert table.dtype.names[:5] == ("frequency_Hz", "force_N", "acceleration_m_per_s2", "std", "branch")
+    assert 50 < table["acceleration_m_per_s2"].max() < 65, "the 60 m/s2 sweep needed 1.1 N at resonance"
+    assert set(np.unique(table["branch"])) <= {0, 1, 2}
+    assert [p.name for p in tmp_path.iterdir() if p.suffix == ".part"] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("", "rows"), ("frequency_Hz,force_N\n", "rows"), ("frequency_Hz\n80\n", "line 1"),
+        ("frequency_Hz,force_N\n80,x\n", "row 2"), ("frequency_Hz,force_N\n80,-1\n", "row 2"),
+        ("frequency_Hz,force_N\n80\n", "row 2"), ("frequency_Hz,force_N\nnan,1\n", "row 2"),
+    ],
+)  # fmt: skip
+def test_rubbish_drives_are_refused(beam, tmp_path, text, place):
+    path = tmp_path / "drive.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=place):
+        predict_drive(beam, path)
+
+
+def test_a_rig_without_a_law_cannot_predict(tmp_path):
+    with pytest.raises(InputError, match="identify it"):
+        predict_drive(load_modal_rig("brake-reuss"), tmp_path / "drive.csv")

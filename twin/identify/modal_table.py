@@ -1,0 +1,104 @@
+"""Tables in, tables out, for rigs of kind modal: sweeps to a model, a drive to a response."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.errors import InputError
+from recordings.tables import SweepTable, read_table
+from twin.identify.backbone import identify_backbone, split_levels
+from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
+from twin.rigs.modal import ModalRig
+
+__all__ = ["identify_sweep_table", "predict_drive", "write_response"]
+
+Array = NDArray[np.float64]
+ROW_LIMIT = 200_000
+
+
+def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
+    """The modal model of a CSV table of response-controlled sweeps (columns as :func:`recordings.tables.read_table`).
+
+    Raises
+    ------
+    InputError
+        If the table holds no sweeps, too few of them, or a force of zero.
+    """
+    table = read_table(path)
+    if not isinstance(table, SweepTable):
+        raise InputError(path, "", "holds natural frequencies, a modal rig needs sweeps")
+    if np.any(table.force_N <= 0) or np.any(table.response <= 0):
+        line = int(table.line[np.argmax((table.force_N <= 0) | (table.response <= 0))])
+        raise InputError(path, f"line {line}", "force and response must be above zero")
+    power = {"acceleration": 0, "velocity": 1, "displacement": 2}[table.quantity]
+    acceleration = table.response * (2 * np.pi * table.frequency_Hz) ** power
+    levels = [f"{level:g}" for level in table.level]
+    sweeps = split_levels(levels, table.frequency_Hz, table.force_N, acceleration, table.phase_rad)
+    try:
+        return identify_backbone(sweeps, name=rig.name, source=rig.source, channel=rig.channel)
+    except ValueError as error:
+        raise InputError(path, "", str(error)) from error
+
+
+def predict_drive(model: ModalRig, path: Path, *, source: str | Path = "model") -> ModalResponse:
+    """The response to a drive table: columns ``frequency_Hz`` and ``force_N`` or ``acceleration_m_per_s2``.
+
+    Raises
+    ------
+    InputError
+        If the model was not identified yet (`source` names its file), or the table is not such a drive.
+    """
+    if model.law is None:
+        raise InputError(source, "law", "this modal rig has none yet", "identify it from sweeps first")
+    columns = _drive(path)
+    if "force_N" in columns:
+        return predict_forced(model.law, columns["frequency_Hz"], columns["force_N"])
+    return predict_held(model.law, columns["frequency_Hz"], columns["acceleration_m_per_s2"])
+
+
+def write_response(response: ModalResponse, path: Path) -> None:
+    """Write one row a solution as CSV; the file appears whole or not at all."""
+    names = ("frequency_Hz", "force_N", "acceleration_m_per_s2", "std", "branch", "phase_rad", "stable")
+    part = path.with_name(path.name + ".part")
+    try:
+        with part.open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(names)
+            for row in zip(*(getattr(response, name).tolist() for name in names), strict=True):
+                writer.writerow([f"{value:.9g}" if isinstance(value, float) else int(value) for value in row])
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(path, "", (error.strerror or str(error)).lower()) from error
+
+
+def _drive(path: Path) -> dict[str, Array]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.reader(stream))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(path, "", getattr(error, "strerror", None) or str(error)) from error
+    rows = [row for row in rows if row]
+    if not 2 <= len(rows) <= ROW_LIMIT + 1:
+        raise InputError(path, "", f"needs column names and between 1 and {ROW_LIMIT} rows")
+    names = [name.strip() for name in rows[0]]
+    held = [name for name in ("force_N", "acceleration_m_per_s2") if name in names]
+    if "frequency_Hz" not in names or len(held) != 1:
+        raise InputError(path, "line 1", "needs the column frequency_Hz and one of force_N, acceleration_m_per_s2")
+    columns = {}
+    for name in ("frequency_Hz", held[0]):
+        at = names.index(name)
+        values = np.empty(len(rows) - 1)
+        for i, row in enumerate(rows[1:]):
+            try:
+                values[i] = float(row[at])
+            except (ValueError, IndexError) as error:
+                raise InputError(path, f"row {i + 2}, column {name}", "is not a number") from error
+            if not 0 < values[i] < np.inf:
+                raise InputError(path, f"row {i + 2}, column {name}", f"{row[at]!r:.40} is not above zero")
+        columns[name] = values
+    return columns
