@@ -37,6 +37,7 @@ __all__ = ["CanClient"]
 
 ATTEMPTS = 4
 BATCH_FRAMES = 512
+CLOCK_TOLERANCE = 1e-3
 NO_PULSE = 0xFFFFFFFF
 SILENCE_S = 3.0
 """Three heartbeats."""
@@ -65,7 +66,8 @@ class CanClient:
         self._answer: tuple[int, object] | None = None
         self._answered = threading.Condition()
         self._streaming = False
-        self._state = NodeState.IDLE
+        self._started_s = 0.0
+        self._restarted = False
         self._highest = 0
         self._overrun = 0
         self._heard_s = time.monotonic()
@@ -142,7 +144,8 @@ class CanClient:
             self._highest = 0
             self._overrun = 0
             self._streaming = True
-        self._heard_s = time.monotonic()
+        self._heard_s = self._started_s = time.monotonic()
+        self._restarted = False
         answer = self._command(self._start_opcode)
         if not isinstance(answer, Reply) or answer.result:
             raise InputError(self.address, "", "the node refuses to start")
@@ -238,10 +241,11 @@ class CanClient:
                 self._answered.notify_all()
         elif identifier == MessageId.HEARTBEAT:
             beat = Heartbeat.unpack(data)
-            if self._streaming and beat.state == NodeState.IDLE and self._state == NodeState.STREAMING:
-                self.failure = "the node has restarted"
-                self._mailbox.report(self.name, "device-restart", "its heartbeat says it is idle")
-            self._state = NodeState(beat.state) if beat.state in set(NodeState) else NodeState.IDLE
+            running_s = time.monotonic() - self._started_s
+            younger = beat.uptime_ms * 1e-3 < running_s * (1 - CLOCK_TOLERANCE) - 0.05
+            if self._streaming and not self._restarted and beat.state == NodeState.IDLE and younger:
+                self._restarted = True
+                self._mailbox.report(self.name, "device-restart", "it is idle, and on for less time than the stream")
         elif identifier == MessageId.STATUS:
             status = Status.unpack(data)
             if status.overrun > self._overrun:

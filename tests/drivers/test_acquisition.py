@@ -259,3 +259,37 @@ def test_clocks_that_differ_are_brought_together(tmp_path):
     times = {name: {b.first_index: b.time_ns for b in blocks if b.device == name} for name in ("daq", "can")}
     late = [abs(times["can"][i] - times["daq"][i]) for i in sorted(times["daq"])][4:]
     assert 360 * 1000 * 1e-9 * max(late) < 0.1  # degrees at 1 kHz
+
+
+def test_a_stall_shorter_than_the_patience_costs_nothing():
+    faults = ["stall:device=daq,at_s=1,seconds=0.6"]
+    with served(FilteredSine(), serial=True, faults=faults) as rig, open_instruments(rig.instruments()) as acquisition:
+        acquisition.start()
+        blocks = take(acquisition, 10)
+        acquisition.stop()
+        assert not acquisition.take_events()
+    assert np.array_equal(channel(blocks, "force"), rig.source.everything[0, : 10 * 240])
+
+
+def test_a_node_that_loses_its_power_is_noticed_and_the_others_go_on(tmp_path):
+    faults = ["disconnect:device=can,at_s=4"]
+    with (
+        served(FilteredSine(), serial=True, can_bus=f"unixbus:{tmp_path}/bus", faults=faults, speed=10.0) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        blocks = take(acquisition, 12)
+        deadline = time.monotonic() + 10
+        events: list = []
+        while not any(e.kind == "device-restart" for e in events) and time.monotonic() < deadline:
+            blocks += acquisition.read()
+            events += acquisition.take_events()
+        acquisition.stop()
+        events += acquisition.take_events()
+    kinds = {event.kind for event in events}
+    assert {"silent", "device-restart", "lost-samples"} <= kinds
+    force = channel([b for b in blocks if b.device == "daq"], "force")
+    assert np.array_equal(force, rig.source.everything[0, : len(force)])
+    tip = channel([b for b in blocks if b.device == "can"], "acc2")
+    assert np.array_equal(tip, quantised(rig.source.everything[2, : len(tip)], 490.0))
+    assert len(tip) < len(force)

@@ -18,6 +18,14 @@ __all__ = ["command"]
 
 @click.command()
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
+@click.option(
+    "--commands",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=lambda context, _, wanted: _print_commands(context) if wanted else None,
+    help="Print the instrument's SCPI commands, and leave.",
+)
 @click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
 @address_options
 @json_option
@@ -42,3 +50,10 @@ def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> No
             raise InputError(rig_name, "", str(error)) from error
 
     serve_source(open_source, origin="simulated", seed=seed, **options)
+
+
+def _print_commands(context: click.Context) -> None:
+    from drivers.virtual import AcquisitionInstrument
+
+    click.echo(AcquisitionInstrument.table().describe())
+    context.exit()

@@ -115,6 +115,13 @@ def test_a_replayed_run_comes_back_bit_for_bit(acquired, kind, tmp_path):
         assert np.array_equal(old.view(np.uint32), new.view(np.uint32))
 
 
+def test_the_command_table_can_be_printed(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["serve", "--commands"])
+    assert ended.value.code == 0
+    assert "ACQuire:STARt" in capsys.readouterr().out
+
+
 def test_what_went_wrong_is_in_the_file_and_told(tmp_path):
     file, out = str(tmp_path / "instruments.toml"), tmp_path / "run.mcap"
     arguments = ["--tcp", "127.0.0.1:0", "--speed", "fast", "--fault", "drop:probability=0.15"]
