@@ -103,7 +103,7 @@ def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", c
         part = _fit_levels(rest)
         kept = np.delete(amplitude, k)
         others = _curves(kept, part)
-        blind = _law(part, *others, kept, upto=float(amplitude.max()))
+        blind = _law(part, *others, amplitude)
         predicted = predict_held(blind, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N
         error = float(fit.frequency_Hz[k] - others[0](amplitude[k]))
         spread = float(np.median(np.abs(frequency.left_out)) * 1.4826)
@@ -194,11 +194,9 @@ def _curves(amplitude: Array, fit: _Fit) -> tuple[RobustCurve, RobustCurve]:
     return frequency, damping
 
 
-def _law(
-    fit: _Fit, frequency: RobustCurve, damping: RobustCurve, amplitude: Array, *, upto: float | None = None
-) -> ModalLaw:
-    """Curves as knots from rest to the highest amplitude, uncertain by curve and by stray of whole sweeps."""
-    knots = np.linspace(0.0, max(float(amplitude.max()), upto or 0.0), KNOTS)
+def _law(fit: _Fit, frequency: RobustCurve, damping: RobustCurve, amplitude: Array) -> ModalLaw:
+    """Curves as knots over the range of `amplitude`, uncertain by curve and by stray of whole sweeps."""
+    knots = np.linspace(float(amplitude.min()), float(amplitude.max()), KNOTS)
     stray_f = float(np.sqrt(np.mean(np.minimum(frequency.left_out**2, np.quantile(frequency.left_out**2, 0.9)))))
     stray_d = float(np.sqrt(np.mean((damping.left_out / fit.damping) ** 2)))
     zeta = np.maximum(damping(knots), 0.2 * fit.damping.min())
