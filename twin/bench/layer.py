@@ -34,7 +34,7 @@ SOFT_OPENING = 1.2e-6
 """Scale of the softening, m of rms opening; linear mode 1 opens so far at a tip amplitude of 1.8 mm at 120 N."""
 REFERENCE_OPENING = 8e-6
 """End of tabulated laws, m of rms opening: a tip amplitude of 12 mm on the steel rig at 120 N."""
-LOSS_MODULUS = 1.6e9
+LOSS_MODULUS = 1.26e9
 """Loss modulus in shear at large amplitudes, N/m2: the paper's g2 reaches 1.5e9 within its range."""
 LOSS_SLIP = 1.45e-6
 """Scale of the loss, m of rms slip: a tip amplitude of 4.7 mm."""

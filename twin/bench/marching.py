@@ -157,7 +157,50 @@ def march(
             earlier[a], before[a] = before[a], y[a]
             y[a] = guess
             size[a] = max(size[a] * FORGET, abs(before[a]) + 1e-30)
-        failures += _solve(p, D, kind, coordinate, scale, parameters, state, y, u, tangent, r, J, size, smooth)
+        failures += 1
+        for iteration in range(ITERATIONS):
+            for a in range(locals_):
+                u[1 + a] = 0.0
+                tangent[a] = 0.0
+            for e in range(kind.shape[0]):
+                a = coordinate[e]
+                force, slope = evaluate(kind[e], parameters, state, e, y[a])
+                u[1 + a] += scale[e] * force
+                tangent[a] += scale[e] * slope
+            largest = 0.0
+            for a in range(locals_):
+                value = y[a] - p[a]
+                for b in range(locals_):
+                    value -= D[a, 1 + b] * u[1 + b]
+                r[a] = value
+                largest = max(largest, abs(value) / (size[a] + abs(y[a]) + abs(p[a])))
+            if largest < TOLERANCE:
+                failures -= 1
+                break
+            if locals_ == 2:
+                a00, a01 = 1.0 - D[0, 1] * tangent[0], -D[0, 2] * tangent[1]
+                a10, a11 = -D[1, 1] * tangent[0], 1.0 - D[1, 2] * tangent[1]
+                determinant = a00 * a11 - a01 * a10
+                first_step = (a11 * r[0] - a01 * r[1]) / determinant
+                r[1] = (a00 * r[1] - a10 * r[0]) / determinant
+                r[0] = first_step
+            else:
+                for a in range(locals_):
+                    for b in range(locals_):
+                        J[a, b] = -D[a, 1 + b] * tangent[b]
+                    J[a, a] += 1.0
+                _eliminate(J, r)
+            damping = 1.0 if iteration < 12 else 0.5
+            largest = 0.0
+            for a in range(locals_):
+                y[a] -= damping * r[a]
+                largest = max(largest, abs(r[a]) / size[a])
+            # Newton's quadratic error is far below the tolerance: the forces of smooth laws follow their tangents.
+            if smooth and largest < SMALL_STEP:
+                for a in range(locals_):
+                    u[1 + a] -= tangent[a] * r[a]
+                failures -= 1
+                break
         for e in range(kind.shape[0]):
             b = auxiliary[e]
             displacement = 0.0
@@ -180,74 +223,6 @@ def march(
             for k in range(m):
                 w[k] += Gamma[a, k] * value
     return failures
-
-
-@COMPILED
-def _solve(
-    p: Matrix,
-    D: Matrix,
-    kind: NDArray[np.int64],
-    coordinate: NDArray[np.int64],
-    scale: Matrix,
-    parameters: Matrix,
-    state: Matrix,
-    y: Matrix,
-    u: Matrix,
-    tangent: Matrix,
-    r: Matrix,
-    J: Matrix,
-    size: Matrix,
-    smooth: bool,
-) -> int:
-    """Solve y = p + H f(y) in place; 1 if it did not converge.  Forces are left in u[1:].
-
-    Laws with smooth tangents are not evaluated again after a step so small that Newton's quadratic error is far below
-    the tolerance; their forces follow the tangent.
-    """
-    count = y.shape[0]
-    for iteration in range(ITERATIONS):
-        for a in range(count):
-            u[1 + a] = 0.0
-            tangent[a] = 0.0
-        for e in range(kind.shape[0]):
-            a = coordinate[e]
-            force, slope = evaluate(kind[e], parameters, state, e, y[a])
-            u[1 + a] += scale[e] * force
-            tangent[a] += scale[e] * slope
-        largest = 0.0
-        for a in range(count):
-            value = y[a] - p[a]
-            for b in range(count):
-                value -= D[a, 1 + b] * u[1 + b]
-            r[a] = value
-            largest = max(largest, abs(value) / (size[a] + abs(y[a]) + abs(p[a])))
-        if largest < TOLERANCE:
-            return 0
-        if count == 1:
-            r[0] /= 1.0 - D[0, 1] * tangent[0]
-        elif count == 2:
-            a00, a01 = 1.0 - D[0, 1] * tangent[0], -D[0, 2] * tangent[1]
-            a10, a11 = -D[1, 1] * tangent[0], 1.0 - D[1, 2] * tangent[1]
-            determinant = a00 * a11 - a01 * a10
-            first = (a11 * r[0] - a01 * r[1]) / determinant
-            r[1] = (a00 * r[1] - a10 * r[0]) / determinant
-            r[0] = first
-        else:
-            for a in range(count):
-                for b in range(count):
-                    J[a, b] = -D[a, 1 + b] * tangent[b]
-                J[a, a] += 1.0
-            _eliminate(J, r)
-        damping = 1.0 if iteration < 12 else 0.5
-        largest = 0.0
-        for a in range(count):
-            y[a] -= damping * r[a]
-            largest = max(largest, abs(r[a]) / size[a])
-        if smooth and largest < SMALL_STEP:
-            for a in range(count):
-                u[1 + a] -= tangent[a] * r[a]
-            return 0
-    return 1
 
 
 @COMPILED

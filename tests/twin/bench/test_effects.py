@@ -1,0 +1,206 @@
+"""Every cause of the contract acts on the bench, under its own name and parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from recordings.streams import Excitation
+from twin.bench import EFFECTS, draw_case, open_bench
+from twin.bench.hidden import SIZES
+from twin.rigs import Effect, load_rig
+
+RIG = load_rig("steel-lap-joint")
+RATE = 1024.0
+CONTRACT = {
+    "added-mass": {"position_m", "mass_kg"},
+    "beam-modulus": {"beam", "factor"},
+    "clamp-compliance": {"rotational_rad_per_Nm"},
+    "transverse-shear": {"beam", "modulus_ratio"},
+    "stiffness-loss": {"position_m", "factor"},
+    "attached-resonator": {"position_m", "mass_kg", "frequency_Hz", "damping_ratio"},
+    "cubic-stiffness": {"position_m", "stiffness_N_per_m3"},
+    "ground-friction": {"position_m", "force_N"},
+    "ground-stop": {"position_m", "gap_m", "stiffness_N_per_m"},
+    "viscous-damper": {"position_m", "damping_Ns_per_m"},
+    "air-drag": {"coefficient_Ns2_per_m3"},
+    "joint-stiffness": {"normal_factor", "shear_factor"},
+    "joint-slap": {"gap_m", "stiffness_factor"},
+    "joint-friction": {"stiffness_N_per_m", "slip_force_N"},
+    "joint-uneven": {"gradient"},
+    "preload-loss": {"rate_per_s"},
+    "drive-mass": {"mass_kg"},
+    "stinger-stiffness": {"stiffness_N_per_m"},
+    "drive-position": {"channel", "offset_m"},
+    "sensor-position": {"channel", "offset_m"},
+    "base-motion": {"receptance_m_per_N"},
+    "temperature-drift": {"rate_per_s"},
+    "channel-gain": {"channel", "factor"},
+    "channel-delay": {"channel", "delay_s"},
+    "channel-polarity": {"channel"},
+    "clipping": {"channel", "limit"},
+    "ac-coupling": {"channel", "corner_Hz"},
+    "mounting-resonance": {"channel", "frequency_Hz", "damping_ratio"},
+    "cross-talk": {"channel", "source", "factor"},
+    "mains-hum": {"channel", "frequency_Hz", "amplitude"},
+    "sample-clock": {"error_ppm"},
+    "unsettled-dwell": {"sweep"},
+    "lost-samples": {"channel"},
+    "quantisation": {"channel", "step"},
+}
+
+
+def phasor(values, frequency_Hz):
+    t = np.arange(len(values)) / RATE
+    basis = np.column_stack([np.cos(2 * np.pi * frequency_Hz * t), np.sin(2 * np.pi * frequency_Hz * t), t**0])
+    c = np.linalg.lstsq(basis, values.astype(float), rcond=None)[0]
+    return complex(c[0], -c[1])
+
+
+def record(effects=(), *, frequency_Hz=40.0, volts=1.0, noise=False, seconds=2, **options):
+    effects = [Effect(cause=cause, parameters=parameters) for cause, parameters in effects]
+    bench = open_bench(RIG, effects=effects, noise=noise, **options)
+    bench.set_output(Excitation(kind="sine", amplitude_V=volts, frequency_Hz=frequency_Hz))
+    bench.read(4096)
+    return bench.read(int(seconds * RATE))
+
+
+def test_names_and_parameters_are_the_contracts():
+    rng = np.random.default_rng(0)
+    assert set(EFFECTS) == set(CONTRACT) == set(SIZES)
+    for cause, names in CONTRACT.items():
+        case = draw_case(rng, rig=RIG, causes=[cause])
+        assert set(case.effect.parameters) == names
+
+
+def passage(effects):
+    bench = open_bench(RIG, effects=effects, noise=False)
+    bench.set_output(Excitation(kind="sine", amplitude_V=1.6, frequency_Hz=26.3))
+    bench.read(5120)
+    return bench.read(1024).samples
+
+
+@pytest.fixture(scope="module")
+def plain_passage():
+    return passage([])
+
+
+@pytest.mark.parametrize("cause", sorted(set(CONTRACT) - {"unsettled-dwell", "lost-samples"}))
+def test_every_effect_changes_the_recording(cause, plain_passage):
+    case = draw_case(np.random.default_rng(1), rig=RIG, causes=[cause])
+    changed = passage([case.effect])
+    difference = max(np.abs(plain_passage[c] - changed[c]).max() / np.abs(plain_passage[c]).max() for c in changed)
+    assert difference > 1e-4
+
+
+def test_gain_polarity_and_cross_talk():
+    plain = record().samples
+    gained = record([("channel-gain", {"channel": "acc1", "factor": 1.05})]).samples
+    turned = record([("channel-polarity", {"channel": "acc1"})]).samples
+    mixed = record([("cross-talk", {"channel": "acc1", "source": "acc2", "factor": 0.1})]).samples
+    np.testing.assert_allclose(gained["acc1"], 1.05 * plain["acc1"], rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(turned["acc1"], -plain["acc1"], rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(mixed["acc1"], plain["acc1"] + 0.1 * plain["acc2"], rtol=1e-3, atol=2e-3)
+    np.testing.assert_array_equal(gained["acc2"], plain["acc2"])
+
+
+@pytest.mark.parametrize("rate", [1024.0, 12800.0])
+def test_delay_turns_the_phase_and_nothing_else(rate):
+    global RATE
+    delay, frequency = 1.3e-4, 40.0
+    plain, late = (
+        record(e, frequency_Hz=frequency, sample_rate_Hz=rate, seconds=4 * rate / RATE).samples
+        for e in ([], [("channel-delay", {"channel": "acc2", "delay_s": delay})])
+    )
+
+    def at(values):
+        t = np.arange(len(values)) / rate
+        return np.mean(values * np.exp(-2j * np.pi * frequency * t))
+
+    ratio = (at(late["acc2"]) / at(late["acc1"])) / (at(plain["acc2"]) / at(plain["acc1"]))
+    assert abs(ratio) == pytest.approx(1.0, abs=1e-3)
+    assert -np.angle(ratio) == pytest.approx(2 * np.pi * frequency * delay, rel=0.01)
+
+
+def test_high_pass_leads_as_its_corner_says():
+    plain, leading = (record(e).samples for e in ([], [("ac-coupling", {"channel": "acc2", "corner_Hz": 2.0})]))
+    ratio = phasor(leading["acc2"], 40.0) / phasor(plain["acc2"], 40.0)
+    assert ratio == pytest.approx(1 / (1 - 2j / 40), rel=1e-3)
+
+
+def test_mounting_resonance_raises_as_a_second_order_system():
+    plain, raised = (
+        record(e).samples
+        for e in ([], [("mounting-resonance", {"channel": "acc2", "frequency_Hz": 400.0, "damping_ratio": 0.05})])
+    )
+    ratio = abs(phasor(raised["acc2"], 40.0) / phasor(plain["acc2"], 40.0))
+    assert ratio == pytest.approx(1 / (1 - 0.01), rel=2e-3)
+
+
+def test_clipping_is_not_counted_as_overload_but_the_converters_limit_is():
+    clipped = record([("clipping", {"channel": "acc2", "limit": 5.0})], frequency_Hz=26.4, volts=1.0)
+    assert np.abs(clipped.samples["acc2"]).max() == pytest.approx(5.0, rel=1e-3)
+    assert clipped.overload["acc2"] == 0
+    small = RIG.model_copy(
+        update={"sensor": [s.model_copy(update={"range": 5.0}) if s.channel == "acc2" else s for s in RIG.sensor]}
+    )
+    bench = open_bench(small)
+    bench.set_output(Excitation(kind="sine", amplitude_V=1.0, frequency_Hz=26.4))
+    bench.read(4096)
+    block = bench.read(1024)
+    assert block.overload["acc2"] == np.sum(np.abs(block.samples["acc2"]) > 4.999) > 0
+    assert np.abs(block.samples["acc2"]).max() <= 5.0
+
+
+def test_quantisation_leaves_multiples_of_its_step():
+    values = record([("quantisation", {"channel": "acc1", "step": 0.25})]).samples["acc1"]
+    np.testing.assert_allclose(values / 0.25, np.rint(values / 0.25), atol=1e-4)
+
+
+def test_hum_adds_a_line():
+    bench = open_bench(
+        RIG,
+        effects=[Effect(cause="mains-hum", parameters={"channel": "acc1", "frequency_Hz": 50.0, "amplitude": 0.7})],
+        noise=False,
+    )
+    assert abs(phasor(bench.read(2048).samples["acc1"][1024:], 50.0)) == pytest.approx(0.7, rel=1e-2)
+
+
+def test_lost_samples_repeat_the_last_value_for_20_ms():
+    values = record([("lost-samples", {"channel": "acc2"})], noise=True, seconds=60).samples
+    held = {c: np.convolve(np.diff(values[c]) == 0, np.ones(15), "valid") == 15 for c in ("acc1", "acc2")}
+    assert not held["acc1"].any()
+    starts = np.count_nonzero(np.diff(held["acc2"].astype(int)) == 1)
+    assert 4 < starts < 25
+
+
+def test_a_fast_clock_makes_every_frequency_look_low():
+    values = record([("sample-clock", {"error_ppm": 5000.0})], seconds=8).samples["force"]
+    frequency = np.linspace(39.5, 40.2, 141)
+    found = frequency[np.argmax([abs(phasor(values, f)) for f in frequency])]
+    assert found == pytest.approx(40.0 / 1.005, abs=0.006)
+
+
+def test_preload_loss_softens_the_joint_as_time_goes_by():
+    bench = open_bench(RIG, effects=[Effect(cause="preload-loss", parameters={"rate_per_s": 0.01})], drive="force")
+    bench.set_output(Excitation(kind="sine", amplitude_V=0.1, frequency_Hz=60.0))
+    first = bench.read(1024).samples["acc2"]
+    for _ in range(19):
+        last = bench.read(1024).samples["acc2"]
+    assert np.abs(np.diff(first)).max() < 1.0
+    start, end = (bench.built.modal(t, 51200.0).omega[0] for t in (0.0, 20.0))
+    softer = open_bench(
+        RIG, effects=[Effect(cause="joint-stiffness", parameters={"normal_factor": 0.8, "shear_factor": 1.0})]
+    )
+    assert end == pytest.approx(softer.built.modal(0.0, 51200.0).omega[0], rel=1e-4)
+    assert end < start
+    assert np.isfinite(last).all()
+
+
+def test_wrong_effects_are_refused_with_what_there_is():
+    with pytest.raises(ValueError, match="unknown effect 'gremlin'"):
+        open_bench(RIG, effects=[Effect(cause="gremlin", parameters={})])
+    with pytest.raises(ValueError, match="takes mass_kg, position_m"):
+        open_bench(RIG, effects=[Effect(cause="added-mass", parameters={"mass": 0.1})])
+    with pytest.raises(ValueError, match="no channel 'acc9'"):
+        open_bench(RIG, effects=[Effect(cause="channel-polarity", parameters={"channel": "acc9"})])

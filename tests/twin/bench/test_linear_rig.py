@@ -1,0 +1,101 @@
+"""The reduced rig against the full finite elements, and the shaker's physics."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from twin.bench import no_law, open_bench
+from twin.rigs import Effect, load_rig
+from twin.structure import assemble, mesh_rig, normal_modes
+
+RIG = load_rig("steel-lap-joint")
+FREQUENCY = np.array([5.0, 20.0, 26.4, 60.0, 150.0, 157.0, 300.0, 470.0, 700.0])
+
+
+def channels_of(bench):
+    skip = bench.built.locals + bench.built.auxiliaries
+    return {c.name: skip + n for n, c in enumerate(bench.channels)}
+
+
+def full_inertance(structure, E, G, position, drive):
+    modes = normal_modes(structure.M, structure.stiffness(E, G))
+    ratios = np.array([RIG.damping.modal_ratio[min(r, 3)] for r in range(len(modes.omega))])
+    a, b = structure.deflection(position) @ modes.Phi, structure.deflection(drive) @ modes.Phi
+    w = 2 * np.pi * FREQUENCY[:, None]
+    return np.sum(-(w**2) * a * b / (modes.omega**2 - w**2 + 2j * ratios * modes.omega * w), axis=1)
+
+
+@pytest.mark.parametrize("channel", ["acc1", "acc2"])
+def test_inertance_is_that_of_the_full_elements(channel):
+    moduli = RIG.joint.preload["120N"]
+    structure = assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6))
+    position = next(s.position for s in RIG.sensor if s.channel == channel)
+    expected = full_inertance(structure, moduli.normal_modulus, moduli.shear_modulus, position, 0.05)
+    bench = open_bench(RIG, drive="force", joint_law=no_law())
+    found = bench.built.rig(0.0, 51200.0).transfer(FREQUENCY)[:, channels_of(bench)[channel], 0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.004 * np.abs(expected).max())
+    # Modes above 4.5 kHz have no inertia here, which only tells between the resonances.
+    np.testing.assert_allclose(found[[2, 5]], expected[[2, 5]], rtol=2e-3)
+
+
+def test_shaker_only_hides_behind_the_force_cell():
+    """Acceleration over measured force is the structure's own, whatever drives it."""
+    shaken, forced = (open_bench(RIG, drive=drive, joint_law=no_law()) for drive in ("shaker", "force"))
+    at = channels_of(shaken)
+    G = shaken.built.rig(0.0, 51200.0).transfer(FREQUENCY)[:, :, 0]
+    H = forced.built.rig(0.0, 51200.0).transfer(FREQUENCY)[:, :, 0]
+    np.testing.assert_allclose(G[:, at["acc2"]] / G[:, at["force"]], H[:, at["acc2"]], rtol=1e-9)
+
+
+def test_force_drops_at_a_resonance_under_constant_voltage():
+    bench = open_bench(RIG, joint_law=no_law())
+    at = channels_of(bench)["force"]
+    frequency = np.linspace(25.0, 28.0, 601)
+    force = np.abs(bench.built.rig(0.0, 51200.0).transfer(frequency)[:, at, 0])
+    low = np.argmin(force)
+    assert 26.3 < frequency[low] < 26.6
+    assert force[low] < 0.95 * force[0]
+
+
+def test_coil_current_obeys_ohm_at_low_frequency():
+    bench = open_bench(RIG, joint_law=no_law(), monitors=("voltage", "current"))
+    G = bench.built.rig(0.0, 51200.0).transfer(np.array([0.5]))[0, :, 0]
+    at = channels_of(bench)
+    assert G[at["voltage"]] == pytest.approx(1.0)
+    assert abs(G[at["current"]]) == pytest.approx(1 / RIG.drive.coil_resistance, rel=0.01)
+    assert abs(G[at["force"]]) == pytest.approx(RIG.drive.force_factor / RIG.drive.coil_resistance, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("cause", "parameters", "change"),
+    [
+        ("added-mass", {"position_m": 0.3, "mass_kg": 0.01}, lambda s: s.with_point_mass(0.3, 0.01)),
+        ("drive-mass", {"mass_kg": 0.05}, lambda s: s.with_point_mass(0.05, 0.05)),
+    ],
+)
+def test_mass_effects_shift_the_modes_as_the_elements_do(cause, parameters, change):
+    moduli = RIG.joint.preload["120N"]
+    structure = change(assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6)))
+    K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
+    bench = open_bench(RIG, effects=[Effect(cause=cause, parameters=parameters)])
+    found = bench.built.modal(0.0, 51200.0).omega[:4]
+    np.testing.assert_allclose(found, normal_modes(structure.M, K, 4).omega, rtol=1e-6)
+
+
+def test_clamp_compliance_lowers_mode_1_by_the_energy_of_the_root_moment():
+    """d omega^2 = -c M0^2 to first order, M0 the root moment of the mass-normalised mode."""
+    bench = open_bench(RIG, joint_law=no_law())
+    modes = bench.built.condensed.modes(bench.built.plan.E, bench.built.plan.G, below_Hz=100.0)
+    phi = bench.built.condensed.T @ modes.Phi[:, 0]
+    c = 1e-7
+    yielding = open_bench(
+        RIG, effects=[Effect(cause="clamp-compliance", parameters={"rotational_rad_per_Nm": c})], joint_law=no_law()
+    )
+    x = 0.185 / 21  # the first element's end, from the bench's own mesh
+    mesh = mesh_rig(RIG, beam_elements=60, layer_elements=6)
+    x = mesh.lower_x[1]
+    EI = RIG.lower.youngs_modulus * RIG.lower.second_moment
+    moment = EI * (6 * phi[1] / x**2 - 2 * phi[2] / x)
+    shift = yielding.built.modal(0.0, 51200.0).omega[0] ** 2 - bench.built.modal(0.0, 51200.0).omega[0] ** 2
+    assert shift == pytest.approx(-c * moment**2, rel=0.01)
