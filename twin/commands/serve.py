@@ -34,6 +34,7 @@ def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> No
 
     Their addresses are printed as JSON lines when they are ready.
     """
+    from recordings.streams import Excitation
     from twin.bench import open_bench
     from twin.rigs import load_rig
 
@@ -45,6 +46,10 @@ def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> No
 
     def open_source() -> SampleSource:
         try:
+            # The first samples of a fresh installation compile the kernels, longer than any client waits: do it now.
+            rehearsed = open_bench(rig, preload=name, seed=seed)
+            rehearsed.set_output(Excitation(kind="sine", amplitude_V=0.1, frequency_Hz=20.0))
+            rehearsed.read(64)
             return open_bench(rig, preload=name, seed=seed)
         except ValueError as error:
             raise InputError(rig_name, "", str(error)) from error
