@@ -105,7 +105,7 @@ class _Job:
         believed = Believed(
             rig_name=rig.name,
             rig_file=_rig_bytes(rig),
-            preload_N=_preload_newtons(rig.preload_name(self.preload)),
+            preload=_preload_record(rig.preload_name(self.preload)),
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
         )
@@ -133,7 +133,7 @@ class _Job:
             "seed": self.seed,
             **rehearsed_table(first),
             "wall_s": wall_s,
-            "branches": _branches(rig, self.preload, asked),
+            "branches": [] if first.rehearsal.result.state == "interrupted" else _branches(rig, self.preload, asked),
             "improved": rehearsed_table(better) if better is not None else None,
         }
         write_json(result, self.out / "result.json")
@@ -251,10 +251,10 @@ def _rig_bytes(rig: Rig) -> bytes:
     return tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode()
 
 
-def _preload_newtons(name: str) -> float | None:
-    """120 for "120N"; None for other names."""
-    found = re.fullmatch(r"(\d+(?:\.\d+)?) ?N", name)
-    return float(found[1]) if found else None
+def _preload_record(name: str) -> dict[str, str]:
+    """Key and value for the recording of a preload named like "120N" or "9Nm"; nothing for other names."""
+    found = re.fullmatch(r"(\d+(?:\.\d+)?) ?(Nm?)", name)
+    return {f"preload_{found[2]}": found[1]} if found else {}
 
 
 def _make_folder(out: Path) -> None:

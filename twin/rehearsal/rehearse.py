@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from recordings import RunWriter
@@ -24,8 +24,8 @@ class Believed:
     ----------
     rig_name, rig_file
         For the ``run`` record and its attachment.
-    preload_N
-        Where known.
+    preload
+        ``preload_N`` or ``preload_Nm`` of the ``run`` record, where known.
     damping_ratio
         Of the least damped mode.
     bits
@@ -34,7 +34,7 @@ class Believed:
 
     rig_name: str = ""
     rig_file: bytes = b""
-    preload_N: float | None = None
+    preload: Mapping[str, str] = field(default_factory=dict)
     damping_ratio: float | None = None
     bits: int | None = None
 
@@ -100,9 +100,8 @@ def rehearse(
         "stored": procedure.store,
         "rig": believed.rig_name,
         "procedure": procedure.procedure,
+        **believed.preload,
     }
-    if believed.preload_N is not None:
-        info["preload_N"] = f"{believed.preload_N:g}"
     attachments: Mapping[str, bytes] = {"procedure.toml": dump_procedure(procedure)}
     if believed.rig_file:
         attachments = {"rig.toml": believed.rig_file, **attachments}
