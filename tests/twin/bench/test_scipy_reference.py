@@ -1,0 +1,47 @@
+"""A small rig marched by the bench's kernel against scipy's adaptive integrator at a tight tolerance."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from twin.bench.linear import LinearRig, to_poles
+from twin.bench.marching import coefficients, march
+from twin.joint import Cubic
+
+LANES = 16
+STEP = 1.0 / 100000.0
+M, K, C, HARD = 0.2, 5000.0, 0.5, 4e9
+
+
+def parts(values):
+    pad = [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % LANES)]
+    return np.ascontiguousarray(np.concatenate([np.pad(values.real, pad), np.pad(values.imag, pad)], axis=-1))
+
+
+def test_duffing_oscillator_to_1e_5():
+    A = np.array([[0.0, 1.0], [-K / M, -C / M]])
+    B = np.array([[0.0, 0.0], [1 / M, -1 / M]])
+    row = np.array([[1.0, 0.0]])
+    rig = LinearRig(A, B, np.vstack([row, row]), np.zeros((2, 2)))
+    c = coefficients(to_poles(rig), STEP)
+    count = 40000
+    time = STEP * np.arange(count)
+
+    def force(t):
+        return 3.0 * np.sin(2 * np.pi * 25.0 * t)
+
+    law = Cubic(HARD)
+    out = np.empty((count, 1))
+    failures = march(
+        STEP, parts(c.decay), parts(c.Gamma.T), parts(c.C.conj()), np.ascontiguousarray(c.D), 1, 0,
+        np.array([law.kind]), np.array([0]), np.array([-1]), np.ones(1), law.parameters[None], np.zeros((1, 1)),
+        np.zeros(2 * LANES), np.zeros(1), np.zeros(2), force(time), out,
+    )  # fmt: skip
+    assert failures == 0
+    exact = solve_ivp(
+        lambda t, x: A @ x + B @ [force(t), HARD * x[0] ** 3],
+        (0.0, time[-1]), [0.0, 0.0], t_eval=time, method="DOP853", rtol=1e-11, atol=1e-14,
+    ).y[0]  # fmt: skip
+    assert np.abs(HARD * exact**3).max() > 0.3 * np.abs(K * exact).max()
+    assert np.abs(out[:, 0] - exact).max() < 1e-5 * np.abs(exact).max()

@@ -1,0 +1,74 @@
+"""Physics that no listed cause explains, for tests of the answer ``unknown``.  Not part of the package."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from twin.bench import EFFECTS, Bench, open_bench
+from twin.bench.plan import Element, Matrices, Plan
+from twin.joint import Hinges, Polynomial, Table
+from twin.rigs import Effect, Rig
+
+
+def quintic_spring(plan: Plan, strength: float = 1.0) -> None:
+    """A spring to ground at the tip, f = k v^5: 60 N/m more at 3 mm."""
+    law = Polynomial((0.0, 0.0, 0.0, 0.0, strength * 60.0 / 3e-3**4))
+    plan.element_makers.append(lambda m: [Element(m.deflection(plan.rig.length), law)])
+
+
+def quadratic_spring(plan: Plan, strength: float = 1.0) -> None:
+    """A smooth spring that pushes one way, f = k v^2, at the tip."""
+    law = Table.of(lambda v: strength * 3e4 * v**2, limit_m=0.02)
+    plan.element_makers.append(lambda m: [Element(m.deflection(plan.rig.length), law)])
+
+
+def backlash_pendulum(plan: Plan, strength: float = 1.0) -> None:
+    """A mass on a soft hanger that rattles between two stops fixed to the upper beam."""
+
+    def hang(matrices: Matrices) -> None:
+        matrices.append_resonator(0.35, 0.006 * strength, 8.0, 0.05)
+
+    def stops(matrices: Matrices) -> list[Element]:
+        row = matrices.deflection(0.35)
+        row[-1] = -1.0
+        return [Element(row, Hinges((2e3, 2e3), (4e-4, -4e-4), (1, -1)))]
+
+    plan.matrix_changes.append(hang)
+    plan.element_makers.append(stops)
+
+
+def fractional_damper(plan: Plan, strength: float = 1.0) -> None:
+    """A damper to ground of order one half at the tip: Maxwell elements spread over the logarithm of frequency."""
+
+    def chain(matrices: Matrices) -> None:
+        for frequency_Hz in np.geomspace(1.0, 2000.0, 12):
+            w = 2 * np.pi * frequency_Hz
+            stiffness = strength * 0.25 * np.sqrt(w)
+            row = np.concatenate([matrices.deflection(plan.rig.length), [-1.0]])
+            for name in ("M", "K_beam", "K_E", "K_G", "C"):
+                setattr(matrices, name, np.pad(getattr(matrices, name), (0, 1)))
+            matrices.M[-1, -1] = 1e-7
+            matrices.K_beam += stiffness * np.outer(row, row)
+            matrices.C[-1, -1] += stiffness / w
+
+    plan.matrix_changes.append(chain)
+
+
+UNLISTED: dict[str, Callable[..., None]] = {
+    "quintic-spring": quintic_spring,
+    "quadratic-spring": quadratic_spring,
+    "backlash-pendulum": backlash_pendulum,
+    "fractional-damper": fractional_damper,
+}
+
+
+def open_unlisted(rig: Rig, name: str, *, strength: float = 1.0, **options: Any) -> Bench:
+    """A bench with one of :data:`UNLISTED`; `options` as for :func:`twin.bench.open_bench`."""
+    EFFECTS[name] = lambda plan: UNLISTED[name](plan, strength)
+    try:
+        return open_bench(rig, effects=[Effect(cause=name, parameters={})], **options)
+    finally:
+        del EFFECTS[name]
