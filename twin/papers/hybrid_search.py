@@ -44,7 +44,10 @@ BOUNDS = (1e-6, 1e13)
 """Of whatever parameter, SI: a range that reaches them is open."""
 
 CHI2_95 = 3.841
-FOLLOWED = 3
+SEARCH_SLACK = 2.0
+"""By how much the least objective found at one overlap differs from seed to seed; a minimum within it is not worse."""
+
+FOLLOWED = 2
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Found:
     sets, parameters
         Of the best update.
     accepted : tuple of (overlap_m, update)
-        Minima whose objective is within the 95 % point of chi-square of the best one's.
+        Minima whose objective is within the 95 % point of chi-square of the best one's, and the search's own slack.
     by_overlap : dict
         Least objective at each overlap looked at.
     """
@@ -156,7 +159,7 @@ def search(
         neighbour = _moduli(fine[0])
         found += fine
     found.sort(key=lambda trial: trial.update.objective)
-    limit = found[0].update.objective + CHI2_95
+    limit = found[0].update.objective + CHI2_95 + SEARCH_SLACK
     accepted = tuple((trial.overlap_m, trial.update) for trial in found if trial.update.objective < limit)
     by_overlap = {o: min(trial.update.objective for trial in found if trial.overlap_m == o) for o in overlaps_m}
     return replace(found[0], accepted=accepted, by_overlap=by_overlap)

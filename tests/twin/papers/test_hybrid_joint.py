@@ -32,7 +32,7 @@ def test_what_the_frequencies_leave_open_is_named(result):
     """Nine unknowns and eight frequencies: at least one must be open, and the moduli of so stiff a joint are."""
     named = result.identifiability["undetermined"]
     assert "overlap" in named
-    assert any("shear_modulus" in name for name in named)
+    assert sum("modulus[" in name for name in named) >= 2
     assert "composite_modulus" not in named
     assert "unknown" in result.details["remaining"]["cause"]
 
