@@ -73,7 +73,8 @@ class Bench:
         self._generator = Generator(1.0 / internal_rate_Hz)
         self._frozen_until = np.zeros(len(self._instruments), np.int64)
         self._held = np.zeros(len(self._instruments), np.float32)
-        self._noise_rngs = self._rng.spawn(len(self._instruments))
+        seeds = np.random.SeedSequence(seed).spawn(len(self._instruments))
+        self._noise_rngs = [np.random.Generator(np.random.SFC64(child)) for child in seeds]
         self._hum_phase = [self._rng.uniform(0, 2 * np.pi, len(i.hum)) for i in self._instruments]
         self._states = np.zeros(self._built.common_size)
         self._u = np.zeros(1 + self._built.locals)

@@ -93,23 +93,32 @@ def convert(
     """
     overload = 0
     top = full_scale - quantum
+    bits = 1.0 / quantum if quantum > 0.0 else 0.0
+    filters = poles.shape[0]
+    # The first high-pass, which nearly every channel has, keeps its memory in registers.
+    pole, gain, x1, y1 = 0.0, 1.0, 0.0, 0.0
+    if filters > 0:
+        pole, gain, x1, y1 = poles[0], gains[0], memory[0, 0], memory[0, 1]
     for n in range(signal.shape[0]):
         x = signal[n]
-        for i in range(poles.shape[0]):
-            value = poles[i] * memory[i, 1] + gains[i] * (x - memory[i, 0])
-            memory[i, 0] = x
-            memory[i, 1] = value
-            x = value
+        if filters > 0:
+            y1 = pole * y1 + gain * (x - x1)
+            x1 = x
+            x = y1
+            for i in range(1, filters):
+                value = poles[i] * memory[i, 1] + gains[i] * (x - memory[i, 0])
+                memory[i, 0] = x
+                memory[i, 1] = value
+                x = value
         x = min(max(x, -limit), limit) + sigma * noise[n]
         if step > 0.0:
             x = np.rint(x / step) * step
         if quantum > 0.0:
-            x = np.rint(x / quantum) * quantum
-        if x >= top:
-            x = top
-            overload += 1
-        elif x <= -full_scale:
-            x = -full_scale
+            x = np.rint(x * bits) * quantum
+        if x >= top or x <= -full_scale:
+            x = top if x > 0.0 else -full_scale
             overload += 1
         out[n] = x
+    if filters > 0:
+        memory[0, 0], memory[0, 1] = x1, y1
     return overload

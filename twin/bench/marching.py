@@ -29,7 +29,7 @@ LANES = 16
 """Poles are padded to multiples of this, so that loops over real and imaginary parts fill whole vector registers."""
 TOLERANCE = 1e-10
 """Residual of the local equations over the recent size of each coordinate."""
-SMALL_STEP = 2e-5
+SMALL_STEP = 1e-4
 """Newton step over the recent size after which a smooth law counts as solved."""
 FORGET = 0.9995
 """How the recent size decays, a step."""
@@ -203,6 +203,8 @@ def march(
                 break
         for e in range(kind.shape[0]):
             b = auxiliary[e]
+            if b < 0 and smooth:
+                continue  # nothing to remember
             displacement = 0.0
             if b >= 0:
                 displacement = free[b]
@@ -214,11 +216,12 @@ def march(
             for a in range(1, inputs):
                 total += D[first + c, a] * u[a]
             out[n, c] = total
+        volts = u[0]
         for k in range(half):
-            real = decay[k] * w[k] - decay[half + k] * w[half + k]
-            w[half + k] = decay[k] * w[half + k] + decay[half + k] * w[k]
+            real = decay[k] * w[k] - decay[half + k] * w[half + k] + Gamma[0, k] * volts
+            w[half + k] = decay[k] * w[half + k] + decay[half + k] * w[k] + Gamma[0, half + k] * volts
             w[k] = real
-        for a in range(inputs):
+        for a in range(1, inputs):
             value = u[a]
             for k in range(m):
                 w[k] += Gamma[a, k] * value

@@ -142,5 +142,5 @@ def remember(kind: int, p: Series, state: Series, row: int, e: float, displaceme
             position = min(sqrt(2.0 * state[row, 0]) / p[row, 2] * (n - 1), n - 1.0)
             i = min(int(position), n - 2)
             eta = p[row, 3 + i] + (p[row, 4 + i] - p[row, 3 + i]) * (position - i)
-            coefficient = eta / max(sqrt(state[row, 1] / state[row, 0]), SLOWEST_RAD_PER_S)
+            coefficient = eta * min(sqrt(state[row, 0] / state[row, 1]), 1.0 / SLOWEST_RAD_PER_S)
         state[row, 2] += blend * (coefficient - state[row, 2])
