@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.cause import Cause, Parameter
+from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.prediction import HarmonicResiduals, Predictor, Unknowns
+from twin.identify.prediction import TIGHT, HarmonicResiduals, Predictor, Slack, Unknowns
 
 __all__ = ["Blame", "Candidate", "extension_of", "fit_candidate"]
 
@@ -73,6 +74,7 @@ def fit_candidate(
     start: Unknowns,
     blames: tuple[Blame, ...],
     *,
+    slack: Slack = TIGHT,
     iterations: int = 20,
     tolerance: float = 0.1,
 ) -> Candidate:
@@ -82,11 +84,13 @@ def fit_candidate(
     ----------
     blames
         Causes with the values to begin from.
+    slack
+        How much the models may be wrong beyond their noise.
     iterations, tolerance
         Of the Gauss-Newton search.
     """
     slots = [(i, p) for i, blame in enumerate(blames) for p in blame.cause.parameters(evidence, blame.label)]
-    base_mean, base_precision = Predictor(evidence).prior(start)
+    base_mean, base_precision = Predictor(evidence, slack=slack).prior(start)
     count = len(base_mean)
     # Parameters in units of their scale, so that one step length suits all.
     scales = np.array([p.scale for _, p in slots])
@@ -95,8 +99,9 @@ def fit_candidate(
     precision[:count, :count] = base_precision
     for k, (_, p) in enumerate(slots):
         precision[count + k, count + k] = 1e-6 if p.places else 1.0
-    lower = np.concatenate([np.full(count, -np.inf), [p.lower / p.scale for _, p in slots]])
-    upper = np.concatenate([np.full(count, np.inf), [p.upper / p.scale for _, p in slots]])
+    base_lower, base_upper = (unknowns_bounds(start, side) for side in (0, 1))
+    lower = np.concatenate([base_lower, [p.lower / p.scale for _, p in slots]])
+    upper = np.concatenate([base_upper, [p.upper / p.scale for _, p in slots]])
     x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in slots]])
     largest = np.concatenate([_largest_base_steps(start), np.full(len(slots), 1.0)])
     for k, (_, p) in enumerate(slots):
@@ -110,7 +115,8 @@ def fit_candidate(
         return tuple(replace(blame, values=table) for blame, table in zip(blames, tables, strict=True))
 
     def residual(x: Array, *, sensitivities: bool) -> tuple[Array, Array]:
-        predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics)
+        extension = extension_of(evidence, with_values(x))
+        predictor = Predictor(evidence, extension, harmonics, slack=slack)
         prediction = predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
         return prediction.residual, prediction.jacobian
 
@@ -178,7 +184,7 @@ def _difference_step(parameter: Parameter, value: float) -> float:
 
 
 def _largest_base_steps(unknowns: Unknowns) -> Array:
-    base = np.concatenate([[0.3, 0.3, 0.05, 0.3], np.full(5, 1.0), np.full(5, 1e-3)])
+    base = np.concatenate([[0.3, 0.3, 0.05, 0.3], np.full(5, 1.0), np.full(5, 1e-2)])
     return np.concatenate([base, np.full(len(unknowns.vector) - len(base) - 2, np.inf), [0.3, 0.3]])
 
 

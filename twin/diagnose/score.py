@@ -18,7 +18,7 @@ from scipy.linalg import cho_factor, cho_solve
 from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.evidence import Evidence
-from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.prediction import TIGHT, HarmonicResiduals, Predictor, Slack
 
 __all__ = ["Score", "score_causes"]
 
@@ -49,13 +49,18 @@ def score_causes(
     harmonics: HarmonicResiduals | None,
     model: Candidate,
     causes: Mapping[str, Cause],
+    *,
+    slack: Slack = TIGHT,
 ) -> list[Score]:
     """Score every cause, label and starting place against the residual of `model`, best first."""
-    predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics)
+    predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics, slack=slack)
     prediction = predictor.evaluate(model.unknowns)
-    r, J = prediction.residual, prediction.jacobian
-    precision = predictor.prior(model.unknowns)[1]
-    factor = cho_factor(J.T @ J + precision)
+    mean, precision = predictor.prior(model.unknowns)
+    # The prior as further rows: a cause may gain by taking over what the unknowns strain to explain.
+    root = np.linalg.cholesky(precision).T
+    r = np.concatenate([prediction.residual, root @ (mean - model.unknowns.vector)])
+    J = np.vstack([prediction.jacobian, root])
+    factor = cho_factor(J.T @ J)
 
     def project(column: Array) -> Array:
         return np.asarray(column - J @ cho_solve(factor, J.T @ column))
@@ -67,8 +72,10 @@ def score_causes(
             for start in _starts(parameters):
                 values, strength = _at_small_strength(parameters, start)
                 blame = Blame(cause, label, values, {})
-                extended = Predictor(evidence, extension_of(evidence, (*model.blames, blame)), harmonics)
+                extension = extension_of(evidence, (*model.blames, blame))
+                extended = Predictor(evidence, extension, harmonics, slack=slack)
                 changed = extended.evaluate(model.unknowns, sensitivities=False).residual
+                changed = np.concatenate([changed, r[len(changed) :]])
                 scores.append(_score(blame, parameters, strength, r, changed, project))
     return sorted(scores, key=lambda score: -score.gain)
 

@@ -25,7 +25,7 @@ def thin_evidence(
                 data,
                 frequency_Hz=data.frequency_Hz[picked],
                 H=data.H[picked],
-                covariance=data.covariance[picked],
+                relative_covariance=data.relative_covariance[picked],
                 distortion=data.distortion[picked],
             )
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,11 @@ from numpy.typing import NDArray
 from twin.identify.evidence import Evidence
 from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.linear_fit import base_bounds
 from twin.identify.linear_model import believed_parameters
-from twin.identify.prediction import Predictor, Unknowns
+from twin.identify.prediction import LOOSE, TIGHT, Predictor, Slack, Unknowns
 
-__all__ = ["fit_base", "starting_unknowns", "stepwise_law"]
+__all__ = ["fit_base", "starting_unknowns", "stepwise_law", "unknowns_bounds"]
 
 Array = NDArray[Any]
 
@@ -70,8 +72,18 @@ def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
     return Unknowns(unknowns.base, law)
 
 
+def unknowns_bounds(unknowns: Unknowns, side: int) -> Array:
+    """Lower (0) or upper (1) limits of the unknowns' vector; the law is free."""
+    rest = np.full(len(unknowns.vector) - len(unknowns.base.vector), -np.inf if side == 0 else np.inf)
+    return np.concatenate([base_bounds()[side], rest])
+
+
 def fit_base(
-    evidence: Evidence, *, start: Unknowns | None = None, predictor: Predictor | None = None, iterations: int = 30
+    evidence: Evidence,
+    *,
+    start: Unknowns | None = None,
+    slacks: Sequence[Slack] = (LOOSE, TIGHT),
+    iterations: int = 30,
 ) -> tuple[Unknowns, Solution]:
     """Fit base parameters and law.
 
@@ -79,16 +91,21 @@ def fit_base(
     ----------
     start
         Where to begin; read off the evidence by default.
-    predictor
-        For an extended model; the base model by default.
+    slacks
+        How much the model may be wrong, one fit after the other.
     """
-    predictor = predictor or Predictor(evidence)
     unknowns = start or starting_unknowns(evidence)
-    mean, precision = predictor.prior(unknowns)
+    for slack in slacks:
+        predictor = Predictor(evidence, slack=slack)
+        mean, precision = predictor.prior(unknowns)
 
-    def evaluate(x: Array) -> tuple[Array, Array]:
-        prediction = predictor.evaluate(unknowns.with_vector(x))
-        return prediction.residual, prediction.jacobian
+        def evaluate(x: Array, predictor: Predictor = predictor, unknowns: Unknowns = unknowns) -> tuple[Array, Array]:
+            prediction = predictor.evaluate(unknowns.with_vector(x))
+            return prediction.residual, prediction.jacobian
 
-    solution = minimise(evaluate, unknowns.vector, mean=mean, precision=precision, iterations=iterations)
-    return unknowns.with_vector(solution.x), solution
+        bounds = (unknowns_bounds(unknowns, 0), unknowns_bounds(unknowns, 1))
+        solution = minimise(
+            evaluate, unknowns.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
+        )
+        unknowns = unknowns.with_vector(solution.x)
+    return unknowns, solution

@@ -29,6 +29,10 @@ BIN_SHARE = 0.12
 """A bin's width beside its distance to the nearest resonance."""
 
 
+NOISIEST = 0.2
+"""Relative standard deviation up to which a bin is kept."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class BinnedResponse:
     """Frequency responses with their covariance.
@@ -38,8 +42,8 @@ class BinnedResponse:
     frequency_Hz : ndarray, (b,)
     H : ndarray, (b, o)
         Response per force, in unit/N.
-    covariance : ndarray, (b, o, o)
-        Hermitian covariance of the errors of H.
+    relative_covariance : ndarray, (b, o, o)
+        Hermitian covariance of the errors of log H.
     noise_density : dict of float
         Estimated noise of each channel, unit/sqrt(Hz).
     distortion : ndarray, (b,)
@@ -50,7 +54,7 @@ class BinnedResponse:
     time_s: float
     frequency_Hz: Real
     H: Complex
-    covariance: Complex
+    relative_covariance: Complex
     channels: tuple[str, ...]
     noise_density: dict[str, float]
     distortion: Real
@@ -69,13 +73,13 @@ def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str,
     frequency_Hz : ndarray
         Of the resonances.
     band_Hz : ndarray, (2,)
-        Where the force's spectrum is within 30 dB of its median.
+        Where the force's power is above a fiftieth of its upper level.
     """
     response = h1(record, force=force)
     S = np.abs(np.fft.rfft(record.samples[force])) ** 2
     frequency = np.fft.rfftfreq(len(record.samples[force]), 1 / record.sample_rate_Hz)
     smooth = np.convolve(S, np.ones(61) / 61, mode="same")
-    excited = frequency[smooth > 1e-3 * np.quantile(smooth, 0.9)]
+    excited = frequency[smooth > 0.02 * np.quantile(smooth, 0.8)]
     band = np.array([excited[0], excited[-1]])
     level = np.log10(sum(np.abs(response.H[c]) for c in channels) + 1e-300)
     inside = (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
@@ -141,6 +145,10 @@ def bin_response(
     covariance = Su * smooth[:, :, None] * np.conj(smooth)[:, None, :] + np.eye(len(channels)) * Sy
     distortion = _distortion(E, covariance, bin_of, counts, centre)
     covariance = covariance * np.maximum(1.0, distortion)[:, None, None] / total[:, None, None]
+    # The logarithm of a response wants it well above its noise.
+    share = np.max(np.einsum("boo->bo", covariance).real / np.abs(smooth) ** 2, axis=1)
+    clear = share < NOISIEST**2
+    centre, H, smooth, covariance, distortion = (x[clear] for x in (centre, H, smooth, covariance, distortion))
     # A line's amplitude is a peak value: its variance is twice the density times the resolution.
     density = np.sqrt(np.concatenate([[Su], Sy]) * lines_per_Hz / 2)
     return BinnedResponse(
@@ -148,7 +156,7 @@ def bin_response(
         time_s=record.time_s,
         frequency_Hz=centre,
         H=H,
-        covariance=covariance,
+        relative_covariance=covariance / (smooth[:, :, None] * np.conj(smooth)[:, None, :]),
         channels=channels,
         noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
         distortion=distortion,

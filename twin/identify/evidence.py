@@ -29,7 +29,11 @@ UNSETTLED_SIGMA, UNSETTLED_SHARE = 8.0, 2e-3
 
 @dataclass(frozen=True)
 class StepArrays:
-    """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS)."""
+    """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS).
+
+    `unsettled` is the relative change of the reference channel's fundamental within each measurement: what was left
+    of the transient, and so an error that all channels share.
+    """
 
     omega: Array
     force: Array
@@ -38,6 +42,7 @@ class StepArrays:
     response_variance: Array
     amplitude_m: Array
     time_s: Array
+    unsettled: Array
     states: tuple[SteadyState, ...]
 
     def __len__(self) -> int:
@@ -54,6 +59,7 @@ class StepArrays:
             self.response_variance[keep],
             self.amplitude_m[keep],
             self.time_s[keep],
+            self.unsettled[keep],
             picked,
         )
 
@@ -192,4 +198,5 @@ def _arrays(
     # The joint's load follows the inertia outboard of it: amplitude times omega^2, expressed at the reference.
     amplitude = np.abs(A[:, reference, 0]) * omega ** (2 - power) / reference_omega**2
     time = np.array([state.time_s for state in states])
-    return StepArrays(omega, F, F_var, A, A_var, amplitude, time, tuple(states))
+    change = np.array([abs(state.drift[outputs[reference].channel]) for state in states])
+    return StepArrays(omega, F, F_var, A, A_var, amplitude, time, change, tuple(states))

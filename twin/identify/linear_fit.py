@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,20 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
+from twin.identify.gauss_newton import minimise
 from twin.identify.linear_model import DAMPED_MODES, BaseParameters, LinearModel
 from twin.identify.spectrum import BroadbandRecord
 
 DETUNING_STD = 1e-4
 """Prior of what the finite elements and rounded dimensions leave wrong in a natural frequency."""
+MODULI_STD = 0.12
+"""Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent."""
+WIDE_DETUNING = 0.03
+"""Prior of a detuning while a fit finds its way."""
+LARGEST_ALIGNMENT = 0.2
+"""A resonance farther off than this, as a logarithm, is not taken for the model's."""
 
-__all__ = ["LinearFit", "base_prior", "fit_linear", "reduce_broadband", "whiten"]
+__all__ = ["LinearFit", "base_bounds", "base_prior", "fit_linear", "reduce_broadband", "whiten"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
@@ -41,10 +48,24 @@ class LinearFit:
     history: tuple[float, ...]
 
 
-def base_prior(believed: BaseParameters) -> tuple[Real, Real]:
-    """Mean and standard deviation of ``base.vector`` before any data: what an experimenter may be wrong about."""
+def base_prior(
+    believed: BaseParameters, *, detuning_std: float = DETUNING_STD, moduli_std: float = MODULI_STD
+) -> tuple[Real, Real]:
+    """Mean and standard deviation of ``base.vector`` before any data: what an experimenter may be wrong about.
+
+    Parameters
+    ----------
+    detuning_std
+        Of the natural frequencies' own errors.  A fit that begins with a wide one follows the measured resonances
+        whatever is wrong with the model, and tightening it then asks the physical parameters to explain them: a way
+        round the false minima that sharp resonances have.
+    moduli_std
+        Of the logarithms of the layer's E' and G'.
+    """
     mean = believed.vector
-    std = np.concatenate([[0.3, 0.3, 0.05, 0.3], np.full(DAMPED_MODES, 1.0), np.full(DAMPED_MODES, DETUNING_STD)])
+    std = np.concatenate(
+        [[moduli_std, moduli_std, 0.05, 0.3], np.full(DAMPED_MODES, 1.0), np.full(DAMPED_MODES, detuning_std)]
+    )
     return mean, std
 
 
@@ -56,8 +77,24 @@ def whiten(covariance: Complex, values: Complex) -> Complex:
     return np.linalg.solve(L, values)
 
 
+def base_bounds() -> tuple[Real, Real]:
+    """Limits of ``base.vector``: no loss factor is negative, no damping ratio below a hundred-thousandth."""
+    free = np.full(2, np.inf)
+    zeta, detuning = np.full(DAMPED_MODES, np.log(1e-5)), np.full(DAMPED_MODES, 0.3)
+    lower = np.concatenate([-free, [0.0, 0.0], zeta, -detuning])
+    return lower, np.concatenate([free, [1.0, 3.0], np.full(DAMPED_MODES, np.log(0.3)), detuning])
+
+
 def fit_linear(
-    model: LinearModel, data: BinnedResponse, start: BaseParameters, *, believed: BaseParameters, iterations: int = 15
+    model: LinearModel,
+    data: BinnedResponse,
+    start: BaseParameters,
+    *,
+    believed: BaseParameters,
+    detuning_std: float = DETUNING_STD,
+    moduli_std: float = MODULI_STD,
+    model_error: float = 0.0,
+    iterations: int = 15,
 ) -> LinearFit:
     """Fit the base parameters to a binned response.
 
@@ -67,51 +104,38 @@ def fit_linear(
         Where to begin.
     believed
         Centre of the prior.
+    detuning_std, moduli_std
+        See :func:`base_prior`.
+    model_error
+        Relative error of the model's responses, beside the data's noise.
     """
-    mean, std = base_prior(believed)
-    vector, omega = start.vector, data.omega
-    damping = 1e-3
-    history: list[float] = []
+    covariance = data.relative_covariance + model_error**2 * np.eye(len(data.channels))
+    mean, std = base_prior(believed, detuning_std=detuning_std, moduli_std=moduli_std)
+    omega = data.omega
 
-    def evaluate(vector: Real) -> tuple[Real, Real, float]:
+    def evaluate(vector: Real) -> tuple[Real, Real]:
         base = BaseParameters.from_vector(vector)
         R = model.receptance(omega, base)
-        r = whiten(data.covariance, data.H - model.response(R, omega)).ravel()
-        J = whiten(data.covariance, model.sensitivity(R, omega, base)).reshape(len(r), -1)
-        residual = np.concatenate([r.real, r.imag]) * np.sqrt(2)
-        jacobian = np.concatenate([J.real, J.imag]) * np.sqrt(2)
-        cost = float(residual @ residual + np.sum(((vector - mean) / std) ** 2))
-        return residual, jacobian, cost
+        H = model.response(R, omega)
+        r = whiten(covariance, np.log(data.H / H)).ravel()
+        J = whiten(covariance, model.sensitivity(R, omega, base) / H[:, :, None]).reshape(len(r), -1)
+        return np.sqrt(2) * np.concatenate([r.real, r.imag]), np.sqrt(2) * np.vstack([J.real, J.imag])
 
-    residual, J, cost = evaluate(vector)
-    for _ in range(iterations):
-        history.append(cost)
-        A = J.T @ J + np.diag(1 / std**2)
-        g = J.T @ residual - (vector - mean) / std**2
-        improved = False
-        for _trial in range(8):
-            step = np.linalg.solve(A + damping * np.diag(np.diag(A)), g)
-            step *= min(1.0, 0.5 / np.max(np.abs(step)))
-            trial = vector + step
-            trial_residual, trial_J, trial_cost = evaluate(trial)
-            if trial_cost < cost:
-                improved = True
-                break
-            damping *= 10
-        if not improved:
-            break
-        gain = cost - trial_cost
-        vector, residual, J, cost = trial, trial_residual, trial_J, trial_cost
-        damping = max(damping / 10, 1e-12)
-        if gain < 1e-4 * (1 + cost / len(residual)):
-            break
-    history.append(cost)
-    A = J.T @ J + np.diag(1 / std**2)
+    largest = np.concatenate([[0.3, 0.3, 0.1, 0.3], np.full(DAMPED_MODES, 0.5), np.full(DAMPED_MODES, 0.01)])
+    solution = minimise(
+        evaluate,
+        start.vector,
+        mean=mean,
+        precision=np.diag(1 / std**2),
+        bounds=base_bounds(),
+        iterations=iterations,
+        largest_step=largest,
+    )
     return LinearFit(
-        base=BaseParameters.from_vector(vector),
-        covariance=np.linalg.inv(A),
-        chi2_per_dof=float(residual @ residual / max(1, len(residual) - len(vector))),
-        history=tuple(history),
+        base=BaseParameters.from_vector(solution.x),
+        covariance=solution.covariance,
+        chi2_per_dof=solution.chi2 / max(1, len(solution.residual) - len(mean)),
+        history=solution.history,
     )
 
 
@@ -120,12 +144,16 @@ def reduce_broadband(
 ) -> tuple[BinnedResponse, LinearFit]:
     """Bin a broadband record and fit the base parameters to it, each round with a better reference.
 
-    The first reference is what is believed; since bins assume only that the difference to it is smooth away from the
-    resonances that the data show, a wrong belief costs accuracy, which the following rounds give back.
+    The first reference is what is believed, detuned to the resonances that the data show; since bins assume only that
+    the difference to it is smooth away from those, a wrong belief costs accuracy, which the following rounds give back.
+    The detuning stays wide here: what explains the resonances is for later to say.
     """
     channels = tuple(output.channel for output in model.outputs)
     resonances, band = find_resonances(record, force=force, channels=channels)
-    base = believed
+    # Beyond the modes whose damping is identified the model is not meant to hold.
+    band[1] = min(band[1], 0.95 * model.basis.omega[DAMPED_MODES - 1] / (2 * np.pi))
+    resonances = resonances[resonances < band[1]]
+    base = replace(believed, detuning=_aligned(_complex_modes(model, believed)[0], resonances))
     for _ in range(rounds):
         reference, poles_omega, zeta = _reference(model, base)
         inside = poles_omega < 2 * np.pi * 1.3 * band[1]
@@ -139,9 +167,24 @@ def reduce_broadband(
             resonances_Hz=np.concatenate([resonances, poles_omega[inside] / (2 * np.pi)]),
             band_Hz=band,
         )
-        fit = fit_linear(model, data, base, believed=believed)
+        fit = fit_linear(
+            model, data, base, believed=believed, detuning_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
+        )
         base = fit.base
     return data, fit
+
+
+def _aligned(values: Complex, resonances_Hz: Real) -> Real:
+    """Detunings that put the model's first modes on the measured resonances, where one is near enough."""
+    model_Hz = np.sqrt(values.real[:DAMPED_MODES]) / (2 * np.pi)
+    detuning = np.zeros(DAMPED_MODES)
+    for r, frequency in enumerate(model_Hz):
+        near = [f for f in resonances_Hz if np.argmin(np.abs(np.log(model_Hz / f))) == r]
+        if near:
+            best = float(near[int(np.argmin(np.abs(np.log(np.array(near) / frequency))))])
+            shift = np.log(best / frequency)
+            detuning[r] = shift if abs(shift) < LARGEST_ALIGNMENT else 0.0
+    return detuning
 
 
 def _complex_modes(model: LinearModel, base: BaseParameters) -> tuple[Complex, Complex]:
@@ -162,6 +205,7 @@ def _reference(model: LinearModel, base: BaseParameters) -> tuple[Callable[[Real
     the complex modes then, a difference far below what a bin leaves free.
     """
     values, Phi = _complex_modes(model, base)
+    values[:DAMPED_MODES] *= 1 + 2 * base.detuning
     omega_r = np.sqrt(values.real)
     zeta = np.concatenate([base.zeta, model.basis.zeta])[: len(values)]
     zeta = np.concatenate([zeta, np.full(len(values) - len(zeta), zeta[-1])])

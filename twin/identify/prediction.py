@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.joint_law import SplineLaw
-from twin.identify.linear_fit import base_prior, whiten
+from twin.identify.linear_fit import DETUNING_STD, MODULI_STD, base_prior, whiten
 from twin.identify.linear_model import (
     BaseParameters,
     LinearModel,
@@ -28,14 +28,41 @@ from twin.identify.linear_model import (
 from twin.identify.receptance import update_receptance
 from twin.structure import Structure, assemble
 
-__all__ = ["HarmonicResiduals", "Prediction", "Predictor", "Unknowns"]
+__all__ = ["LOOSE", "TIGHT", "HarmonicResiduals", "Prediction", "Predictor", "Slack", "Unknowns"]
 
 Array = NDArray[Any]
 
-COMMON_ERROR, RATIO_ERROR = 5e-4, 2e-4
+COMMON_ERROR, RATIO_ERROR = 8e-4, 3e-4
 """Relative model error of a response that all channels share, and of their ratio: discretisation and truncation."""
 LAW_ERROR = 1e-3
 """Relative error of the law at a step: it is a function of one amplitude, the layer's strains are a field."""
+
+
+@dataclass(frozen=True)
+class Slack:
+    """How much a model may be wrong beyond its noise.
+
+    Sharp resonances make false minima.  A fit that begins with much slack follows the measured resonances whatever is
+    wrong with the model, and is then held to less and less of it.
+
+    Attributes
+    ----------
+    detuning_std : float
+        Prior of the natural frequencies' own relative errors.
+    error_scale : float
+        Factor on the model error of the responses.
+    moduli_std : float
+        Prior of log E' and log G': tighter where the model error is large, because that error is shared by many bins
+        and would else count as many independent witnesses for wrong moduli.
+    """
+
+    detuning_std: float = DETUNING_STD
+    error_scale: float = 1.0
+    moduli_std: float = MODULI_STD
+
+
+TIGHT = Slack()
+LOOSE = Slack(0.03, 60.0, 0.01)
 
 
 @dataclass(frozen=True)
@@ -123,11 +150,17 @@ class Predictor:
     """Evaluates residuals of `evidence` for an extension of the believed rig."""
 
     def __init__(
-        self, evidence: Evidence, extension: Extension | None = None, harmonics: HarmonicResiduals | None = None
+        self,
+        evidence: Evidence,
+        extension: Extension | None = None,
+        harmonics: HarmonicResiduals | None = None,
+        *,
+        slack: Slack = TIGHT,
     ) -> None:
         self.evidence = evidence
         self.extension = extension or Extension()
         self.harmonics = harmonics
+        self.slack = slack
         self.model = _extended_model(evidence, self.extension)
         E, G = self.model.reference_E, self.model.reference_G
         phi = self.model.basis.Phi[:, 0]
@@ -137,7 +170,11 @@ class Predictor:
 
     def prior(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
-        mean, std = base_prior(believed_parameters(self.evidence.rig, self.evidence.preload))
+        mean, std = base_prior(
+            believed_parameters(self.evidence.rig, self.evidence.preload),
+            detuning_std=self.slack.detuning_std,
+            moduli_std=self.slack.moduli_std,
+        )
         k = len(unknowns.law.knots)
         E = self.moduli[0]
         size = len(mean) + 2 * k + 2
@@ -219,7 +256,7 @@ class Predictor:
             (f"broadband {i}", self._broadband(i, unknowns, sensitivities)) for i in range(len(self.evidence.broadband))
         ]
         if len(self.evidence.steps):
-            R, omega = self._step_receptance(unknowns)
+            R, omega = self.step_receptance(unknowns)
             out.append(("steps", self._steps(unknowns, R, omega, sensitivities)))
             if self.harmonics is not None:
                 out.append(("harmonics", self._harmonics(unknowns, R)))
@@ -232,20 +269,20 @@ class Predictor:
         dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
         R = self.receptance(omega, unknowns.base, dE, dG)
         H = self.responses(R, omega)
-        scale = np.abs(data.H)
-        covariance = data.covariance + COMMON_ERROR**2 * data.H[:, :, None] * np.conj(data.H)[:, None, :]
-        covariance = covariance + RATIO_ERROR**2 * np.eye(H.shape[1]) * scale[:, :, None] ** 2
-        r, root = whiten(covariance, data.H - H).ravel(), np.sqrt(2.0)
+        common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
+        covariance = data.relative_covariance + common**2 + ratio**2 * np.eye(H.shape[1])
+        # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
+        r, root = whiten(covariance, np.log(data.H / H)).ravel(), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(unknowns.vector)))
         if sensitivities:
-            outputs, force = self.channel_factors(omega)
-            J = self.model.sensitivity(R, omega, unknowns.base) * (outputs / force[:, None])[:, :, None]
-            J = whiten(covariance, J).reshape(len(r), -1)
+            plain = self.model.response(R, omega)
+            J = whiten(covariance, self.model.sensitivity(R, omega, unknowns.base) / plain[:, :, None])
+            J = J.reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
-    def _step_receptance(self, unknowns: Unknowns) -> tuple[Array, Array]:
+    def step_receptance(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""
         steps = self.evidence.steps
         time = steps.time_s - self.evidence.origin_s
@@ -257,21 +294,25 @@ class Predictor:
         steps = self.evidence.steps
         H = self.responses(R, omega)
         predicted = H * steps.force[:, :1]
-        # log of the ratio: the paper's dB residual and the phase at once.
         r = np.log(steps.response[:, :, 0] / predicted)
         J = self._step_sensitivity(R, omega, unknowns, steps.amplitude_m)
-        return _whiten_steps(r, J, steps, self._law_columns(unknowns), sensitivities)
+        return _whiten_steps(r, J, steps, self._law_columns(unknowns), self.slack.error_scale, sensitivities)
+
+    def extra_harmonics(self, R: Array) -> Array:
+        """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
+        assert self.harmonics is not None
+        h = self.harmonics
+        forces = self._force_harmonics(R, self.evidence.steps.force[:, 0], int(h.orders[-1]))[:, :, h.orders - 1]
+        rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
+        return -np.asarray(np.einsum("shop,sph->sho", h.field @ rows.T, forces))
 
     def _harmonics(self, unknowns: Unknowns, R: Array) -> tuple[Array, Array]:
         """Whitened harmonics less what the extension's nonlinear forces make; base parameters hardly move them."""
         assert self.harmonics is not None
-        h = self.harmonics
-        residual = h.residual
+        residual = self.harmonics.residual
         if self.extension.nonlinear:
-            forces = self._force_harmonics(R, self.evidence.steps.force[:, 0], int(h.orders[-1]))[:, :, h.orders - 1]
-            rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
-            residual = residual + np.einsum("shop,sph->sho", h.field @ rows.T, forces)
-        r = h.whiten(residual)
+            residual = residual - self.extra_harmonics(R)
+        r = self.harmonics.whiten(residual)
         return r, np.zeros((len(r), len(unknowns.vector)))
 
     def _step_sensitivity(self, R: Array, omega: Array, unknowns: Unknowns, X: Array) -> Array:
@@ -414,13 +455,17 @@ def _extended_structure(evidence: Evidence, extension: Extension) -> Structure:
 
 
 def _whiten_steps(
-    r: Array, J: Array, steps: Any, law: tuple[slice, slice, Array, Array], sensitivities: bool
+    r: Array, J: Array, steps: Any, law: tuple[slice, slice, Array, Array], error_scale: float, sensitivities: bool
 ) -> tuple[Array, Array]:
     """Whiten the steps' complex log residuals (s, o): noise, shared force noise, model error, the law's own error."""
     count, outputs = r.shape
     relative = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
-    shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + COMMON_ERROR**2
-    circular = shared[:, None, None] + (relative + RATIO_ERROR**2)[:, :, None] * np.eye(outputs)
+    shared = (
+        steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
+        + steps.unsettled**2
+        + (error_scale * COMMON_ERROR) ** 2
+    )
+    circular = shared[:, None, None] + (relative + (error_scale * RATIO_ERROR) ** 2)[:, :, None] * np.eye(outputs)
     covariance = np.zeros((count, 2 * outputs, 2 * outputs))
     covariance[:, :outputs, :outputs] = covariance[:, outputs:, outputs:] = circular / 2
     stacked = np.concatenate([J.real, J.imag], axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ __all__ = ["JointFriction"]
 
 
 class JointFriction(Cause):
-    """A Jenkins element on the mean slip of the layer."""
+    """A Jenkins element on the rms slip of the layer in the shape of mode 1."""
 
     name = "joint-friction"
     summary = "the joint sticks up to a force and slips beyond it"
@@ -36,8 +36,9 @@ class JointFriction(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The stuck spring everywhere, and what slipping takes off it."""
+        slip = _rms_slip(evidence)
         k, slip_force = values["stiffness_N_per_m"], values["slip_force_N"]
-        stuck = Attachment(lambda s: _mean_slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
+        stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
 
         def harmonics(a: Any, count: int) -> Any:
             return jenkins_harmonics(a, k, slip_force, count) - k * a[:, None] * (np.arange(count) == 0)
@@ -45,18 +46,20 @@ class JointFriction(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-15)
 
-        return Extension(attachments=(stuck,), nonlinear=(NonlinearForce(_mean_slip, equivalent, harmonics),))
+        return Extension(attachments=(stuck,), nonlinear=(NonlinearForce(slip, equivalent, harmonics),))
 
     def _largest_slip(self, evidence: Evidence) -> float:
-        """Mean slip of the layer at the largest measured amplitude, in the shape of mode 1."""
+        """Rms slip of the layer at the largest measured amplitude, in the shape of mode 1."""
         s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
-        per_tip = abs(_mean_slip(s) @ phi) / abs(s.deflection(evidence.rig.length) @ phi)
+        per_tip = abs(_rms_slip(evidence)(s) @ phi) / abs(s.deflection(evidence.rig.length) @ phi)
         return float(per_tip * max(np.max(evidence.steps.amplitude_m, initial=0.0), 1e-5))
 
 
-def _mean_slip(s: Structure) -> Any:
-    """Row of the layer's mean slip in metres."""
-    return (s.shear_weight @ s.B_G) / np.sum(s.shear_weight**2)
+def _rms_slip(evidence: Evidence) -> Callable[[Structure], Any]:
+    """Row of the layer's rms slip in metres, in the pattern of mode 1."""
+    s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
+    pattern = (s.B_G @ phi) / np.linalg.norm(s.B_G @ phi) / np.sqrt(np.sum(s.shear_weight**2))
+    return lambda structure: pattern @ structure.B_G
 
 
 def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int, *, samples: int = 256) -> Any:

@@ -34,23 +34,23 @@ class JointSlap(Cause):
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """One force for each point of the layer where the opening is integrated."""
-        s = evidence.model.structure
-        E, gap = evidence.model.reference_E, values["gap_m"]
-        forces = []
-        for i, weight in enumerate(s.normal_weight):
-            k = -(1 - values["stiffness_factor"]) * E * weight**2
-            forces.append(_opening_force(i, k, gap))
-        return Extension(nonlinear=tuple(forces))
+        """A one-sided change of stiffness on the layer's rms opening in the shape of mode 1."""
+        s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
+        tip = np.sign(s.deflection(evidence.rig.length) @ phi)
+        pattern = tip * (s.B_E @ phi) / np.linalg.norm(s.B_E @ phi)
+        area = float(np.sum(s.normal_weight**2))
+        k = -(1 - values["stiffness_factor"]) * evidence.model.reference_E * area
+        return Extension(nonlinear=(_opening_force(pattern / np.sqrt(area), k, values["gap_m"]),))
 
     def _largest_opening(self, evidence: Evidence) -> float:
-        """Opening at the layer's most strained point, at the largest measured amplitude."""
+        """Rms opening of the layer at the largest measured amplitude, in the shape of mode 1."""
         s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
-        per_tip = np.max(np.abs(s.B_E @ phi) / s.normal_weight) / abs(s.deflection(evidence.rig.length) @ phi)
+        rms = np.linalg.norm(s.B_E @ phi) / np.sqrt(np.sum(s.normal_weight**2))
+        per_tip = rms / abs(s.deflection(evidence.rig.length) @ phi)
         return float(per_tip * max(np.max(evidence.steps.amplitude_m, initial=0.0), 1e-5))
 
 
-def _opening_force(point: int, k: float, gap: float) -> NonlinearForce:
+def _opening_force(pattern: Any, k: float, gap: float) -> NonlinearForce:
     def harmonics(a: Any, count: int) -> Any:
         return k * one_sided_harmonics(a, gap, count)
 
@@ -58,6 +58,6 @@ def _opening_force(point: int, k: float, gap: float) -> NonlinearForce:
         return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-15)
 
     def opening(s: Structure) -> Any:
-        return s.B_E[point] / s.normal_weight[point]
+        return pattern @ s.B_E
 
     return NonlinearForce(opening, equivalent, harmonics)

@@ -1,0 +1,108 @@
+"""Sweeps measured beside two models: the responses step by step, and their errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.candidate import Candidate, extension_of
+from twin.identify.evidence import Evidence
+from twin.identify.prediction import HarmonicResiduals, Predictor
+
+__all__ = ["SweepComparison", "compare_sweeps", "predicted_steps", "relative_errors"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepComparison:
+    """One sweep: measured, as the base family has it (before), and as the extended model has it (after).
+
+    Attributes
+    ----------
+    run, sweep : str
+    channels : tuple of str
+    frequency_Hz : ndarray, (s,)
+    force_N : ndarray, (s,)
+        Amplitude of the measured force.
+    measured, before, after : ndarray, (s, o)
+        Complex fundamental per force, in unit/N.
+    residual_before, residual_after : ndarray, (s, o)
+        Magnitude of the fundamental's error in units of its noise.
+    """
+
+    run: str
+    sweep: str
+    channels: tuple[str, ...]
+    frequency_Hz: Array
+    force_N: Array
+    measured: Array
+    before: Array
+    after: Array
+    residual_before: Array
+    residual_after: Array
+
+
+def predicted_steps(evidence: Evidence, model: Candidate) -> Array:
+    """Predicted fundamentals (s, o) per force; the law is taken at the measured amplitude, as in the papers."""
+    predictor = Predictor(evidence, extension_of(evidence, model.blames))
+    R, omega = predictor.step_receptance(model.unknowns)
+    return predictor.responses(R, omega)
+
+
+def predicted_harmonics(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> Array:
+    """What the extension's nonlinear forces add to the higher harmonics, (s, h, o), in the channels' units."""
+    predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics)
+    if not predictor.extension.nonlinear:
+        return np.zeros_like(harmonics.residual)
+    R, _ = predictor.step_receptance(model.unknowns)
+    return predictor.extra_harmonics(R)
+
+
+def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals | None) -> Array:
+    """Root of the summed squared errors of fundamental and even harmonics, relative to the fundamental, (s, o).
+
+    Odd harmonics are left out: the joint's own law makes them in a way the model does not predict.
+    """
+    steps = evidence.steps
+    fundamental = predicted_steps(evidence, model) * steps.force[:, :1] - steps.response[:, :, 0]
+    square = np.abs(fundamental) ** 2
+    if harmonics is not None:
+        even = harmonics.orders % 2 == 0
+        left = harmonics.residual - predicted_harmonics(evidence, model, harmonics)
+        square = square + np.sum(np.abs(left[:, even]) ** 2, axis=1)
+    return np.sqrt(square) / np.abs(steps.response[:, :, 0])
+
+
+def compare_sweeps(evidence: Evidence, before: Candidate, after: Candidate) -> tuple[SweepComparison, ...]:
+    """Every sweep of the evidence beside both models."""
+    steps = evidence.steps
+    measured = steps.response[:, :, 0] / steps.force[:, :1]
+    noise = np.sqrt(
+        steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
+        + (steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2)[:, None]
+    )
+    models = [predicted_steps(evidence, model) for model in (before, after)]
+    sigma = [np.abs(model / measured - 1) / noise for model in models]
+    names = [(state.run, state.sweep) for state in steps.states]
+    out = []
+    for run, sweep in dict.fromkeys(names):
+        pick = np.array([name == (run, sweep) for name in names])
+        out.append(
+            SweepComparison(
+                run=run,
+                sweep=sweep,
+                channels=evidence.channels,
+                frequency_Hz=steps.omega[pick] / (2 * np.pi),
+                force_N=np.abs(steps.force[pick, 0]),
+                measured=measured[pick],
+                before=models[0][pick],
+                after=models[1][pick],
+                residual_before=sigma[0][pick],
+                residual_after=sigma[1][pick],
+            )
+        )
+    return tuple(out)

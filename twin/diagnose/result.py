@@ -1,0 +1,157 @@
+"""What a diagnosis says, as the command line's contract has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.search import Search
+from twin.identify.evidence import Evidence
+
+__all__ = ["Diagnosis", "Estimate", "Gain", "Misfit", "NamedCause", "NextTest"]
+
+Verdict = Literal["explained", "none", "ambiguous", "unknown"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its standard deviation."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedCause:
+    """A cause with its probability, its parameters, and what it could be confused with.
+
+    Attributes
+    ----------
+    summary : str
+        One sentence for an engineer.
+    parameters : dict
+        Estimates, and names such as the channel.
+    in_model : bool
+        Whether the extended model holds it.
+    """
+
+    cause: str
+    summary: str
+    probability: float
+    confused_with: tuple[str, ...]
+    parameters: dict[str, Estimate | str]
+    in_model: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misfit:
+    """How far the base family is from the data, and where: shares of chi2 by run, channel and harmonic."""
+
+    chi2_per_dof: float
+    after: float
+    threshold: float
+    where: tuple[dict[str, Any], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gain:
+    """Root-mean-square relative errors of the complex response over held-out steps."""
+
+    before: float
+    after: float
+    noise_floor: float
+    runs: tuple[str, ...]
+    sweeps: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NextTest:
+    """What to measure next, and why."""
+
+    why: str
+    procedure: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """The whole answer, with what the pictures need."""
+
+    verdict: Verdict
+    misfit: Misfit
+    causes: tuple[NamedCause, ...]
+    gain: Gain | None
+    next_test: NextTest | None
+    seconds: float
+    evidence: Evidence
+    search: Search
+    sweeps: tuple[SweepComparison, ...]
+    held_out: tuple[SweepComparison, ...]
+    notes: tuple[str, ...] = ()
+    extended_model: str = ""
+    quality: tuple[str, ...] = field(default=())
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        named = [c for c in self.causes if c.in_model]
+        if self.verdict == "none":
+            return "The model agrees with the data to within their noise; nothing needs to be blamed."
+        if self.verdict == "unknown":
+            return "Something is missing from the model, and no cause on the list explains it."
+        what = "; ".join(f"{c.cause} ({_values(c)}): {c.summary}" for c in named)
+        if self.verdict == "ambiguous":
+            rivals = ", ".join(dict.fromkeys(r for c in named for r in c.confused_with))
+            return f"Most likely {what}; these data cannot tell it from {rivals}."
+        return f"The data name {what}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contract's JSON object."""
+        return {
+            "verdict": self.verdict,
+            "answer": self.sentence,
+            "misfit": {
+                "chi2_per_dof": self.misfit.chi2_per_dof,
+                "after": self.misfit.after,
+                "threshold": self.misfit.threshold,
+                "where": list(self.misfit.where),
+            },
+            "causes": [
+                {
+                    "cause": c.cause,
+                    "summary": c.summary,
+                    "probability": c.probability,
+                    "confused_with": list(c.confused_with),
+                    "in_model": c.in_model,
+                    "parameters": {
+                        name: value if isinstance(value, str) else {"value": value.value, "std": value.std}
+                        for name, value in c.parameters.items()
+                    },
+                }
+                for c in self.causes
+            ],
+            "gain": None
+            if self.gain is None
+            else {
+                "held_out": {
+                    "before": self.gain.before,
+                    "after": self.gain.after,
+                    "noise_floor": self.gain.noise_floor,
+                },
+                "runs": list(self.gain.runs),
+                "sweeps": list(self.gain.sweeps),
+            },
+            "next_test": None
+            if self.next_test is None
+            else {"why": self.next_test.why, "procedure": self.next_test.procedure},
+            "extended_model": self.extended_model,
+            "notes": list(self.notes),
+            "seconds": self.seconds,
+        }
+
+
+def _values(cause: NamedCause) -> str:
+    return ", ".join(
+        f"{name} {value}" if isinstance(value, str) else f"{name} {value.value:.4g} ± {value.std:.1g}"
+        for name, value in cause.parameters.items()
+    )

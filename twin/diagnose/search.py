@@ -1,0 +1,176 @@
+"""The search: score all causes, refit the best, let evidence decide, and add causes while the data pay for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from twin.diagnose.candidate import Blame, Candidate, fit_candidate
+from twin.diagnose.cause import Cause
+from twin.diagnose.score import Score, score_causes
+from twin.diagnose.thin import thin_evidence
+from twin.identify.base_fit import fit_base
+from twin.identify.evidence import Evidence
+from twin.identify.harmonics import harmonic_residuals
+from twin.identify.prediction import LOOSE, TIGHT, HarmonicResiduals, Predictor, Slack, Unknowns
+
+__all__ = ["Search", "Stage", "search_causes", "without_cause"]
+
+SHORTLIST, FINALISTS = 14, 4
+LEAST_GAIN = 8.0
+"""Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
+SLACKS = (TIGHT, Slack(2e-4, 3.0), Slack(5e-4, 10.0), Slack(1e-3, 30.0), Slack(2e-3, 80.0))
+"""Least to most slack while causes are sought.  The natural frequencies have little of it: from a fit that follows the
+resonances through detunings, one Gauss-Newton step turns those into whatever physical parameters explain them."""
+EXPLAINED = 1.15
+"""Chi2 per degree of freedom at which an extended model needs no further cause."""
+LEAST_SHARE = 0.02
+"""Least share of chi2 that a cause must take away."""
+FOLLOWS = 4.0
+"""Chi2 per degree of freedom up to which a model follows the data roughly."""
+NEGLIGIBLE = 0.02
+"""A strength below this share of the prior's scale is no cause, however clearly a long record shows it: the finite
+elements and the modal damping of the model are themselves no better."""
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One turn of the search: the models that were tried, best evidence first, and the first-order scores."""
+
+    finalists: tuple[Candidate, ...]
+    scores: tuple[Score, ...]
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class Search:
+    """Outcome of a search.
+
+    Attributes
+    ----------
+    base : Candidate
+        The base family alone.
+    model : Candidate
+        The base family with every accepted cause.
+    stages : tuple of Stage
+    temper : float
+        Variance factor by which the best model's residual exceeds its noise; evidence is weighed with it.
+    """
+
+    base: Candidate
+    model: Candidate
+    stages: tuple[Stage, ...]
+    temper: float
+    harmonics: HarmonicResiduals | None
+
+
+def search_causes(
+    evidence: Evidence, causes: Mapping[str, Cause], *, most: int = 3, report: Report = lambda text: None
+) -> Search:
+    """Find what the base family does not explain.
+
+    Parameters
+    ----------
+    most
+        Largest number of causes at once.
+    report
+        Told what is being done.
+    """
+    report("fitting moduli, damping and the joint's law")
+    aligned, _ = fit_base(evidence, slacks=(LOOSE,))
+    harmonics = harmonic_residuals(Predictor(evidence), aligned) if len(evidence.steps) else None
+    base, slack = _least_slack(evidence, harmonics, aligned, ())
+    model = base
+    start = aligned if slack is not TIGHT else base.unknowns
+    thinner, thin_harmonics = thin_evidence(evidence, harmonics)
+    stages: list[Stage] = []
+    for turn in range(most):
+        if turn and model.chi2_per_dof < EXPLAINED:
+            break
+        report("scoring causes" if turn == 0 else f"looking for a further cause beside {model.blames[-1].key}")
+        left = {name: cause for name, cause in causes.items() if name not in {b.cause.name for b in model.blames}}
+        at = replace(model, unknowns=start)
+        scores = score_causes(thinner, thin_harmonics, at, left, slack=slack)
+        best = [(*model.blames, score.blame) for score in _best_of_each(scores)[:SHORTLIST]]
+        trials = _tournament(thinner, thin_harmonics, start, best, slack, report)
+        finalists = []
+        for trial in trials:
+            report(f"refitting {trial.blames[-1].key} to all evidence")
+            finalists.append(fit_candidate(evidence, harmonics, trial.unknowns, trial.blames, tolerance=0.3))
+        finalists.sort(key=lambda c: -c.log_evidence)
+        accepted = bool(finalists) and _pays(evidence, finalists[0], model)
+        stages.append(Stage(tuple(finalists), tuple(scores), accepted))
+        if not accepted:
+            break
+        model = finalists[0]
+        slack = next(slack for slack in SLACKS if model.chi2_per_dof < FOLLOWS * slack.error_scale**2)
+        start = model.unknowns
+    return Search(base, model, tuple(stages), max(1.0, model.chi2_per_dof), harmonics)
+
+
+def _least_slack(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, blames: tuple[Blame, ...]
+) -> tuple[Candidate, Slack]:
+    """The tight fit, and the least slack with which the model roughly follows the data: first order holds there."""
+    least, follows = SLACKS[-1], True
+    for slack in reversed(SLACKS):
+        iterations = 20 if slack is TIGHT else 8
+        trial = fit_candidate(evidence, harmonics, start, blames, slack=slack, iterations=iterations, tolerance=0.3)
+        follows = follows and trial.chi2_per_dof < FOLLOWS
+        least = slack if follows else least
+        start, blames = trial.unknowns, trial.blames
+    return trial, least
+
+
+def _tournament(
+    evidence: Evidence,
+    harmonics: HarmonicResiduals | None,
+    start: Unknowns,
+    blames: list[tuple[Blame, ...]],
+    slack: Slack,
+    report: Report,
+) -> list[Candidate]:
+    """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
+    ladder = list(reversed(SLACKS[: SLACKS.index(slack) + 1]))
+    field = [(start, rival) for rival in blames]
+    for turn, tighter in enumerate(ladder):
+        report(f"comparing {len(field)} models, model error allowed {tighter.error_scale:g}-fold")
+        trials = [
+            fit_candidate(evidence, harmonics, unknowns, rival, slack=tighter, iterations=8, tolerance=1.0)
+            for unknowns, rival in field
+        ]
+        trials.sort(key=lambda c: -c.log_evidence)
+        share = (turn + 1) / len(ladder)
+        stay = max(FINALISTS, round(len(blames) * (1 - share) + FINALISTS * share))
+        field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
+    return trials[:FINALISTS]
+
+
+def _pays(evidence: Evidence, candidate: Candidate, model: Candidate) -> bool:
+    """Whether a cause is worth its parameters, with chi2 in units of the better model's own misfit."""
+    temper = max(1.0, candidate.chi2_per_dof)
+    fall = (model.solution.chi2 - candidate.solution.chi2) * 0.5
+    gain = candidate.log_evidence - model.log_evidence - fall * (1 - 1 / temper)
+    enough = candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
+    return gain > LEAST_GAIN and enough and not _negligible(evidence, candidate.blames[-1])
+
+
+def _negligible(evidence: Evidence, blame: Blame) -> bool:
+    strengths = [p for p in blame.cause.parameters(evidence, blame.label) if not p.places]
+    return bool(strengths) and all(abs(blame.values[p.name] - p.null) < NEGLIGIBLE * p.scale for p in strengths)
+
+
+def _best_of_each(scores: list[Score]) -> list[Score]:
+    """The best place of each cause and label, best first."""
+    seen: dict[str, Score] = {}
+    for score in scores:
+        seen.setdefault(score.blame.key, score)
+    return list(seen.values())
+
+
+def without_cause(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate, name: str) -> Candidate:
+    """The model refitted without one of its causes: what that one is worth."""
+    rest = tuple(blame for blame in model.blames if blame.cause.name != name)
+    return fit_candidate(evidence, harmonics, model.unknowns, rest)

@@ -1,0 +1,18 @@
+"""Identification: recordings reduced to numbers, and the model that explains them."""
+
+from twin.identify.base_fit import fit_base
+from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.joint_law import SplineLaw
+from twin.identify.prediction import Predictor, Unknowns
+from twin.identify.sine_fit import SteadyState, steady_states
+
+__all__ = [
+    "Evidence",
+    "Predictor",
+    "SplineLaw",
+    "SteadyState",
+    "Unknowns",
+    "fit_base",
+    "gather_evidence",
+    "steady_states",
+]
