@@ -27,7 +27,7 @@ SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800
 """Rates the converter has."""
 INTERNAL_RATE_Hz = 11264.0
 """The physics takes at least this many steps a second: enough for all modes that the bench keeps."""
-CHUNK_STEPS = 1 << 15
+CHUNK_STEPS = 1 << 13
 """Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
@@ -217,12 +217,12 @@ class Bench:
         samples: dict[str, NDArray[np.float32]] = {}
         overload: dict[str, int] = {}
         count = signals.shape[1]
-        time_s = np.arange(first, first + count) / (self._rate * (1.0 + self._plan.clock_error))
         for c, i in enumerate(self._instruments):
             signal = i.gain * signals[c]
             for source, factor in i.cross_talk:
                 signal = signal + factor * signals[names.index(source)]
             for (frequency_Hz, amplitude), phase in zip(i.hum, self._hum_phase[c], strict=True):
+                time_s = np.arange(first, first + count) / (self._rate * (1.0 + self._plan.clock_error))
                 signal = signal + amplitude * np.sin(2 * np.pi * frequency_Hz * time_s + phase)
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
             noise: NDArray[np.float32] = np.zeros(count, np.float32)

@@ -1,4 +1,8 @@
-"""Micro-slip in the joint: a slider on the layer's slip."""
+"""Micro-slip in the joint: a slider on the layer's slip.
+
+The slip of mode 1 changes its sign along the overlap, and its mean over the layer carries no load at all (the beams
+pull at each other only through the layer); so the slider acts on the root-mean-square slip in that pattern.
+"""
 
 from __future__ import annotations
 
