@@ -1,0 +1,7 @@
+"""Diagnosis: what the model gets wrong, by which cause, and what naming it gains."""
+
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.diagnose import diagnose
+from twin.diagnose.result import Diagnosis, NamedCause
+
+__all__ = ["CAUSES", "Diagnosis", "NamedCause", "diagnose"]

@@ -1,0 +1,191 @@
+"""Diagnosis from end to end: recordings and the believed rig in, an answer out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from recordings.run import Run
+from twin.diagnose.candidate import Candidate
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.comparison import compare_sweeps, relative_errors
+from twin.diagnose.extended import extended_rig
+from twin.diagnose.result import Diagnosis, Gain, Misfit
+from twin.diagnose.search import Report, Search, search_causes
+from twin.diagnose.signals import find_unsettled, inspect_signals, without_spoilt
+from twin.diagnose.verdict import THRESHOLD, decide, named_causes
+from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.harmonics import harmonic_residuals
+from twin.identify.prediction import Predictor
+from twin.rigs import Rig, save_rig
+
+__all__ = ["diagnose"]
+
+
+def diagnose(
+    runs: Sequence[Run],
+    rig: Rig,
+    *,
+    preload: str | None = None,
+    held_out: Sequence[Run] = (),
+    out: Path | None = None,
+    most: int = 3,
+    report: Report = lambda text: None,
+) -> Diagnosis:
+    """Say what a rig's model gets wrong.
+
+    Parameters
+    ----------
+    runs
+        Recordings to learn from: broadband runs, stepped sines, or both.
+    rig
+        What the experimenter believes.
+    held_out
+        Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set aside.
+    out
+        Folder for the extended model; none is written without it.
+    most
+        Largest number of causes in one model.
+    report
+        Told what is being done.
+
+    Raises
+    ------
+    InputError
+        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`).
+    """
+    started = time.perf_counter()
+    report("looking at the samples")
+    findings = inspect_signals(runs)
+    report("reducing recordings to harmonics and frequency responses")
+    evidence = gather_evidence([without_spoilt(run, findings) for run in runs], rig, preload=preload)
+    findings += find_unsettled([*evidence.steps.states, *evidence.unsettled])
+    notes = _notes(evidence)
+    if held_out:
+        unseen = gather_evidence(
+            [without_spoilt(run, inspect_signals([run])) for run in held_out], rig, preload=preload
+        )
+        aside: tuple[str, ...] = ()
+    else:
+        evidence, unseen, aside = _set_aside(evidence)
+    search = search_causes(evidence, CAUSES, most=most, report=report)
+    verdict = decide(search, findings)
+    report("measuring the gain on what was held out")
+    after = search.base if verdict in ("none", "unknown") else search.model
+    gain = None
+    if unseen is not None and len(unseen.steps):
+        gain = _gain(unseen, search.base, after, tuple(run.path for run in held_out), aside)
+    extended = ""
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        extended = "extended.toml"
+        save_rig(extended_rig(evidence, replace(search, model=after)), out / extended)
+    return Diagnosis(
+        verdict=verdict,
+        misfit=Misfit(
+            chi2_per_dof=search.base.chi2_per_dof,
+            after=after.chi2_per_dof,
+            threshold=THRESHOLD,
+            where=_where(evidence, search),
+        ),
+        causes=named_causes(search, findings, verdict),
+        gain=gain,
+        next_test=None,
+        seconds=time.perf_counter() - started,
+        evidence=evidence,
+        search=search,
+        sweeps=compare_sweeps(evidence, search.base, after) if len(evidence.steps) else (),
+        held_out=compare_sweeps(unseen, search.base, after) if unseen is not None and len(unseen.steps) else (),
+        notes=notes,
+        extended_model=extended,
+    )
+
+
+def _gain(
+    unseen: Evidence, before: Candidate, after: Candidate, runs: tuple[str, ...], sweeps: tuple[str, ...]
+) -> Gain:
+    harmonics = harmonic_residuals(Predictor(unseen), before.unknowns)
+    steps = unseen.steps
+    even = harmonics.orders[harmonics.orders % 2 == 0] - 1
+    noise = np.sum(steps.response_variance[:, :, [0, *even]], axis=2) / np.abs(steps.response[:, :, 0]) ** 2
+    shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2
+    before_rms, after_rms = (
+        float(np.sqrt(np.mean(relative_errors(unseen, model, harmonics) ** 2))) for model in (before, after)
+    )
+    return Gain(
+        before=before_rms,
+        after=after_rms,
+        noise_floor=float(np.sqrt(np.mean(noise + shared[:, None]))),
+        runs=tuple(Path(run).name for run in runs),
+        sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in steps.states)),
+    )
+
+
+def _set_aside(evidence: Evidence) -> tuple[Evidence, Evidence | None, tuple[str, ...]]:
+    """Keep the sweep of middle force back, where there are three or more."""
+    states = evidence.steps.states
+    levels = {(s.run, s.sweep): s.target_amplitude for s in states}
+    if len(levels) < 3:
+        return evidence, None, ()
+    ordered = sorted(levels, key=lambda name: levels[name])
+    chosen = ordered[len(ordered) // 2]
+    inside = np.array([(s.run, s.sweep) == chosen for s in states])
+    rest = replace(evidence, steps=evidence.steps.select(~inside))
+    return rest, replace(evidence, steps=evidence.steps.select(inside), broadband=()), (chosen[1],)
+
+
+def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:
+    """Shares of the base family's chi2 by run, channel and harmonic, largest first."""
+    predictor = Predictor(evidence, None, search.harmonics)
+    prediction = predictor.evaluate(search.base.unknowns, sensitivities=False)
+    outputs = len(evidence.channels)
+    shares: dict[tuple[str, str, int], float] = {}
+
+    def add(run: str, channel: str, harmonic: int, value: float) -> None:
+        name = (Path(run).name, channel, harmonic)
+        shares[name] = shares.get(name, 0.0) + value
+
+    for name, block in prediction.blocks:
+        square = prediction.residual[block] ** 2
+        if name.startswith("broadband"):
+            per = square.reshape(2, -1, outputs).sum(axis=(0, 1))
+            for channel, value in zip(evidence.channels, per, strict=True):
+                add(evidence.broadband[int(name.split()[1])].run, channel, 1, float(value))
+        elif name == "steps":
+            per = square.reshape(-1, 2, outputs).sum(axis=1)
+            for state, row in zip(evidence.steps.states, per, strict=True):
+                for channel, value in zip(evidence.channels, row, strict=True):
+                    add(state.run, channel, 1, float(value))
+        elif search.harmonics is not None:
+            per = square.reshape(2, len(evidence.steps), -1, outputs).sum(axis=0)
+            for state, table in zip(evidence.steps.states, per, strict=True):
+                for order, row in zip(search.harmonics.orders, table, strict=True):
+                    for channel, value in zip(evidence.channels, row, strict=True):
+                        add(state.run, channel, int(order), float(value))
+    total = sum(shares.values()) or 1.0
+    ranked = sorted(shares.items(), key=lambda item: -item[1])[:8]
+    return tuple(
+        {"run": run, "channel": channel, "harmonic": harmonic, "share": value / total}
+        for (run, channel, harmonic), value in ranked
+    )
+
+
+def _notes(evidence: Evidence) -> tuple[str, ...]:
+    """What an engineer should know of the data before reading the answer."""
+    notes = []
+    if evidence.unsettled:
+        where = ", ".join(f"{s.sweep} at {s.frequency_Hz:g} Hz" for s in evidence.unsettled[:6])
+        notes.append(f"{len(evidence.unsettled)} step(s) were still changing and were left out: {where}")
+    lost = sum(state.lost for state in evidence.steps.states)
+    if lost:
+        notes.append(f"{lost} samples are missing in the measured steps")
+    if not evidence.broadband:
+        notes.append("no broadband run: E', G' and causes away from the first mode are weakly determined")
+    if not len(evidence.steps):
+        notes.append("no stepped sines: the joint's nonlinear law cannot be seen")
+    return tuple(notes)

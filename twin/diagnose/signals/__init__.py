@@ -1,0 +1,41 @@
+"""Faults that show in the samples themselves: each is looked for before any model is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from recordings.run import Run
+from twin.diagnose.signals.clipping import find_clipping
+from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.lost_samples import find_lost_samples
+from twin.diagnose.signals.mains_hum import find_mains_hum
+from twin.diagnose.signals.quantisation import find_quantisation
+from twin.diagnose.signals.unsettled import find_unsettled
+
+__all__ = ["Finding", "find_unsettled", "inspect_signals", "without_spoilt"]
+
+
+def inspect_signals(runs: Sequence[Run]) -> list[Finding]:
+    """Everything that the samples show by themselves; dwells are judged after the sines are fitted."""
+    findings = []
+    for find in (find_clipping, find_lost_samples, find_quantisation, find_mains_hum):
+        findings += find(runs)
+    return findings
+
+
+def without_spoilt(run: Run, findings: Sequence[Finding]) -> Run:
+    """The run with spoilt samples marked as missing, so that no fit uses them."""
+    devices = dict(run.devices)
+    for finding in findings:
+        positions = finding.spoilt.get(run.path)
+        channel = finding.names.get("channel", "")
+        if positions is None or channel not in run.channels:
+            continue
+        device = devices[run.device_of(channel).device]
+        samples = device.values[channel].copy()
+        samples[positions] = np.nan
+        devices[device.device] = replace(device, values={**device.values, channel: samples})
+    return replace(run, devices=devices)

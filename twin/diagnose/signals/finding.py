@@ -1,0 +1,37 @@
+"""What a look at the samples themselves can find, before any model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import NDArray
+
+__all__ = ["Finding"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """A fault of the measurement that shows in the samples of one channel or sweep.
+
+    Attributes
+    ----------
+    cause : str
+        Its contract name.
+    summary : str
+        One sentence.
+    values, std : mapping
+        Numbers with their standard deviations.
+    names : mapping
+        Channel or sweep.
+    spoilt : mapping
+        For each run's path, the positions of `channel`'s samples that must not be used.
+    """
+
+    cause: str
+    summary: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    std: Mapping[str, float] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+    spoilt: Mapping[str, NDArray[Any]] = field(default_factory=dict)

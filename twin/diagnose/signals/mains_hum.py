@@ -1,0 +1,78 @@
+"""Mains hum: a line at 50 or 60 Hz, or a multiple, that no excitation made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Run
+from recordings.sweeps import Stretch, sweeps
+from twin.diagnose.signals.finding import Finding
+
+__all__ = ["find_mains_hum"]
+
+CANDIDATES_Hz = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
+MOST_STEPS, LEAST_STEPS = 24, 12
+LEAST_POWER = 12.0
+"""Mean power of the line over the steps, in units of the noise beside it."""
+
+
+def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
+    """Channels with a mains line in their sine steps; needs a dozen steps."""
+    stretches = [
+        (run, stretch)
+        for run in runs
+        for sweep in sweeps(run)
+        for stretch in sweep.stretches
+        if stretch.step.frequency_Hz > 0
+    ]
+    stretches = stretches[:: max(1, len(stretches) // MOST_STEPS)]
+    findings = []
+    for channel in runs[0].channels:
+        seen = [_lines(run, stretch, channel) for run, stretch in stretches if channel in run.channels]
+        best: tuple[float, float, float] | None = None
+        for k, frequency in enumerate(CANDIDATES_Hz):
+            pairs = np.array([lines[k] for lines in seen if lines is not None and np.isfinite(lines[k]).all()])
+            if len(pairs) < LEAST_STEPS:
+                continue
+            # The median of an exponential variable is ln 2 times its mean.
+            power = float(np.median((pairs[:, 0] / pairs[:, 1]) ** 2) / np.log(2))
+            amplitude = float(np.median(pairs[:, 0]))
+            if power > LEAST_POWER and (best is None or amplitude > best[1]):
+                best = (frequency, amplitude, amplitude / np.sqrt(power * len(pairs)))
+        if best is not None:
+            frequency, amplitude, std = best
+            findings.append(
+                Finding(
+                    cause="mains-hum",
+                    summary=f"{channel} hums at {frequency:g} Hz with an amplitude of {amplitude:.3g}",
+                    values={"frequency_Hz": frequency, "amplitude": amplitude},
+                    std={"frequency_Hz": 0.05, "amplitude": std},
+                    names={"channel": channel},
+                )
+            )
+    return findings
+
+
+def _lines(run: Run, stretch: Stretch, channel: str) -> NDArray[np.float64] | None:
+    """Amplitude of each candidate line and of the noise beside it, (candidates, 2); NaN near the drive's harmonics."""
+    x = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    rate, drive = run.device_of(channel).sample_rate_Hz, stretch.step.frequency_Hz
+    if len(x) < 64 or not np.isfinite(x).all():
+        return None
+    t, length = np.arange(len(x)) / rate, len(x) / rate
+    orders = np.arange(1, int(min(0.45 * rate / drive, 20)) + 1)
+    angle = 2 * np.pi * drive * t[:, None] * orders
+    basis = np.hstack([np.cos(angle), np.sin(angle), np.ones((len(x), 1)), t[:, None]])
+    residual = x - basis @ np.linalg.solve(basis.T @ basis, basis.T @ x)
+    out = np.full((len(CANDIDATES_Hz), 2), np.nan)
+    for k, frequency in enumerate(CANDIDATES_Hz):
+        apart = abs(frequency / drive - round(frequency / drive)) * drive
+        if apart * length < 1.5 or frequency > 0.45 * rate:
+            continue
+        near = frequency + np.array([-7, -6, -5, -4, -3, 3, 4, 5, 6, 7]) / length
+        lines = 2 * np.abs(np.exp(-2j * np.pi * np.array([frequency, *near])[:, None] * t) @ residual) / len(x)
+        out[k] = lines[0], np.sqrt(np.mean(lines[1:] ** 2)) + 1e-300
+    return out

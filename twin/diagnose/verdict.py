@@ -1,0 +1,102 @@
+"""From fitted models to an answer: probabilities, rivals, what is honest to say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twin.diagnose.candidate import Candidate
+from twin.diagnose.result import Estimate, NamedCause, Verdict
+from twin.diagnose.search import Search, Stage
+from twin.diagnose.signals import Finding
+
+__all__ = ["THRESHOLD", "decide", "named_causes"]
+
+THRESHOLD = 1.4
+"""Chi2 per degree of freedom up to which a model agrees with the data: clean rigs of several makes stay below 1.3."""
+UNEXPLAINED = 3.0
+"""Chi2 per degree of freedom beyond which even an extended model has not found what is wrong."""
+RIVAL = 5.0
+"""A rival whose log evidence lies no more than this below the best cannot be told from it."""
+SURE = 0.8
+
+
+def decide(search: Search, findings: list[Finding]) -> Verdict:
+    """The verdict.
+
+    ``unknown`` where the best model still fails and took less than nineteen twentieths of the misfit away.
+    """
+    before, after = search.base.chi2_per_dof, search.model.chi2_per_dof
+    if after > UNEXPLAINED and after - 1 > 0.05 * (before - 1):
+        return "unknown"
+    if not search.model.blames:
+        if findings:
+            return "explained"
+        return "none" if after <= UNEXPLAINED else "unknown"
+    last = next(stage for stage in reversed(search.stages) if stage.accepted)
+    return "ambiguous" if _probabilities(last)[0] < SURE and _rivals(last) else "explained"
+
+
+def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> tuple[NamedCause, ...]:
+    """All causes worth a line, most probable first: those in the model, then rivals."""
+    named = [
+        NamedCause(
+            cause=finding.cause,
+            summary=finding.summary,
+            probability=0.99,
+            confused_with=(),
+            parameters={
+                **finding.names,
+                **{name: Estimate(value, finding.std[name]) for name, value in finding.values.items()},
+            },
+            in_model=True,
+        )
+        for finding in findings
+    ]
+    accepted = [stage for stage in search.stages if stage.accepted]
+    for k, stage in enumerate(accepted):
+        probability = _probabilities(stage)
+        if verdict == "unknown":
+            probability = 0.3 * probability
+        best = search.model.blames[k] if k < len(search.model.blames) else stage.finalists[0].blames[-1]
+        named.append(_named(best.cause.name, best, float(probability[0]), tuple(_rivals(stage)), verdict != "unknown"))
+        for rival, p in list(zip(stage.finalists, probability, strict=True))[1:]:
+            if p > 0.01:
+                named.append(_named(rival.blames[-1].cause.name, rival.blames[-1], float(p), (best.cause.name,), False))
+    return tuple(sorted(named, key=lambda cause: (-cause.in_model, -cause.probability)))
+
+
+def _named(name: str, blame, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:  # type: ignore[no-untyped-def]
+    parameters: dict[str, Estimate | str] = dict(blame.label)
+    parameters.update({key: Estimate(value, blame.std.get(key, 0.0)) for key, value in blame.values.items()})
+    return NamedCause(
+        cause=name,
+        summary=blame.cause.summary,
+        probability=probability,
+        confused_with=rivals,
+        parameters=parameters,
+        in_model=in_model,
+    )
+
+
+def _tempered(stage: Stage) -> np.ndarray:
+    """Log evidence with chi2 in units of the best model's own misfit."""
+    temper = max(1.0, stage.finalists[0].chi2_per_dof)
+    return np.array([c.log_evidence + 0.5 * c.solution.chi2 * (1 - 1 / temper) for c in stage.finalists])
+
+
+def _probabilities(stage: Stage) -> np.ndarray:
+    """Of the finalists, evenly probable beforehand."""
+    values = _tempered(stage)
+    weights = np.exp(values - values.max())
+    return np.asarray(np.clip(weights / weights.sum(), 0.0, 0.999))
+
+
+def _rivals(stage: Stage) -> list[str]:
+    """Names of other causes that explain the data nearly as well."""
+    values, best = _tempered(stage), stage.finalists[0]
+    close = [c for c, v in zip(stage.finalists[1:], values[1:], strict=True) if values[0] - v < RIVAL]
+    return [name for name in dict.fromkeys(_label(c) for c in close) if name != _label(best)]
+
+
+def _label(candidate: Candidate) -> str:
+    return candidate.blames[-1].cause.name
