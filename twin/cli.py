@@ -7,11 +7,16 @@ when called, so that ``twin --help`` is quick.
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 
-import click
+for _library in ("OPENBLAS", "OMP", "MKL"):
+    # The matrices are small: threads only wait for each other.  Read when numpy is first imported, so set before it.
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
-from recordings.errors import InputError
+import click  # noqa: E402
+
+from recordings.errors import InputError  # noqa: E402
 
 __all__ = ["main"]
 
@@ -53,8 +58,26 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(SUMMARIES.items()))
 
 
+PACKAGES_THAT_MATTER = ("numpy", "scipy", "numba", "mcap", "pyserial", "python-can", "rerun-sdk")
+
+
+def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if not wanted or context.resilient_parsing:
+        return
+    import platform
+    from importlib.metadata import version
+
+    click.echo(f"twin {version('virtual-test-rig')}")
+    click.echo(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}")
+    click.echo(", ".join(f"{name} {version(name)}" for name in PACKAGES_THAT_MATTER))
+    context.exit()
+
+
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="virtual-test-rig", prog_name="twin")
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version,
+    help="Versions of this and of what its results depend on.",
+)  # fmt: skip
 def group() -> None:
     """Digital twin of a stepped-sine test rig for bolted structures."""
 
