@@ -1,0 +1,101 @@
+"""Responses at given frequencies with nothing but the layer's moduli free: what laws of amplitude are fitted with.
+
+The rig's linear receptances are computed once; a change (dE, dG) of the layer's moduli is then one small solve in its
+strain ports, and the same solve gives the sensitivities, as products of receptances (2011 paper, equation 15)::
+
+    R' = R - R_:L S (1 + R_LL S)^-1 R_L:        d R'_oi / dE = - R'_on R'_ni      (n: the normal strains)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.linear_model import BaseParameters
+from twin.identify.prediction import Predictor
+from twin.identify.receptance import update_receptance
+
+__all__ = ["LayerResponse", "layer_response"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class LayerResponse:
+    """Receptances of the linear rig at f frequencies.
+
+    Attributes
+    ----------
+    predictor : Predictor
+    omega : ndarray, (f,)
+        As the model has them: a wrong sample clock is already taken off.
+    R : ndarray, (f, p, p)
+        Between all ports, linear attachments included.
+    """
+
+    predictor: Predictor
+    omega: Array
+    R: Array
+
+    def pick(self, rows: Array) -> LayerResponse:
+        """The same at the frequencies `rows`, in that order, repeated ones included."""
+        return LayerResponse(self.predictor, self.omega[rows], self.R[rows])
+
+    def with_stiffness(self, ports: slice, k: Array) -> LayerResponse:
+        """The same with complex stiffness k (f, q) on `ports`."""
+        return LayerResponse(self.predictor, self.omega, update_receptance(self.R, ports, k))
+
+    def responses(self, dE: Array, dG: Array) -> tuple[Array, Array, Array]:
+        """Responses and their logarithmic sensitivities.
+
+        Parameters
+        ----------
+        dE, dG : ndarray, (f,)
+            Complex changes of E' and G' beyond those in `R`.
+
+        Returns
+        -------
+        H : ndarray, (f, o)
+            Measured response per measured force, in the channels' units.
+        by_E, by_G : ndarray, (f, o)
+            d log H / dE and d log H / dG, of the structure's own part of H.
+        """
+        R, into = self._updated(dE, dG)
+        p = self.predictor.model.ports
+        H = self.predictor.responses(R, self.omega)
+        drive, outputs = into[:, :, 0], into[:, :, 1 : 1 + p.outputs.stop - p.outputs.start]
+        receptance = R[:, p.outputs, p.drive]
+        by_E = -np.einsum("fn,fno->fo", drive[:, p.normal], outputs[:, p.normal]) / receptance
+        by_G = -np.einsum("fn,fno->fo", drive[:, p.shear], outputs[:, p.shear]) / receptance
+        return H, by_E, by_G
+
+    def drive_receptance(self, dE: Array, dG: Array, ports: slice) -> Array:
+        """Displacement of `ports` per drive force, (f, q)."""
+        R, _ = self._updated(dE, dG)
+        return np.asarray(R[:, ports, self.predictor.model.ports.drive])
+
+    def _updated(self, dE: Array, dG: Array) -> tuple[Array, Array]:
+        """Receptances among drive, outputs and extra ports (others are left zero), and those from there to strains."""
+        p = self.predictor.model.ports
+        count = len(self.omega)
+        S = np.empty((count, p.shear.stop), complex)
+        S[:, p.normal], S[:, p.shear] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
+        layer, rest = slice(0, p.shear.stop), slice(p.drive, len(p.rows))
+        A = np.eye(p.shear.stop) + self.R[:, layer, layer] * S[:, None, :]
+        into = np.linalg.solve(A, self.R[:, layer, rest])
+        R = np.zeros_like(self.R)
+        R[:, rest, rest] = self.R[:, rest, rest] - self.R[:, rest, layer] @ (S[:, :, None] * into)
+        return R, into
+
+
+def layer_response(predictor: Predictor, base: BaseParameters, omega: Array, time_s: Array) -> LayerResponse:
+    """Set up at commanded `omega` (f,) and times since the first step, with the extension's changes of the moduli."""
+    base_E, base_G = base.E * (1 + 1j * base.loss_E), base.G * (1 + 1j * base.loss_G)
+    more_E, more_G = predictor.extension.moduli_factor
+    dE = base_E * (more_E * (1 - predictor.extension.layer_drift_per_s * time_s) - 1)
+    dG = np.full(len(omega), base_G * (more_G - 1))
+    clocked = predictor.clock(omega, time_s)
+    return LayerResponse(predictor, clocked, predictor.receptance(clocked, base, dE, dG))

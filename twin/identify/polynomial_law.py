@@ -1,0 +1,272 @@
+"""The papers' law: E' = E'0 - g1(X), G' = G'0 + j g2(X) with polynomials g1, g2 of the response amplitude X.
+
+Each step of a stepped sine is linear at its own measured amplitude, so the coefficients follow from the logarithm of
+its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of receptances (2011 paper, equations 13 to
+16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
+regularised with the strength at the L-curve's corner (equation 17).  X is scaled by (omega / omega_1)^2 as in
+:mod:`twin.identify.joint_law`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.base_fit import stepwise_law
+from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.layer_response import LayerResponse, layer_response
+from twin.identify.linear_model import BaseParameters
+from twin.identify.prediction import Predictor, Unknowns
+from twin.identify.regularisation import LCurve, decompose
+
+__all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
+
+Array = NDArray[Any]
+
+LARGEST_ORDER = 4
+ITERATIONS, TOLERANCE = 40, 1e-7
+WEAKER = 0.1
+"""Factor on the strength where the corner's step gains nothing any more: what it held back then comes in."""
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """The residual's norm, the coefficients in SI units, and the strength that led there (0 at the start)."""
+
+    cost: float
+    softening: Array
+    loss: Array
+    strength: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolynomialFit:
+    """Identified polynomials.
+
+    Attributes
+    ----------
+    softening, loss : ndarray
+        Coefficients of g1 and g2, constant first: N/m2, N/m3, ...
+    covariance : ndarray
+        Of both together: from the scatter that the fit leaves, and from the base parameters' own covariance.
+    bic : float
+        Schwarz's criterion, lower is better, comparable among fits to the same steps.
+    largest_amplitude_m : float
+        The polynomials hold up to here.
+    residual_percent : float
+        Root-mean-square relative error of the complex response of the reference channel.
+    l_curve : LCurve
+        Of the first iteration, in units of the scaled coefficients.
+    history : tuple of Iteration
+    """
+
+    softening: Array
+    loss: Array
+    covariance: Array
+    bic: float
+    largest_amplitude_m: float
+    residual_percent: float
+    l_curve: LCurve
+    history: tuple[Iteration, ...]
+
+    @property
+    def orders(self) -> tuple[int, int]:
+        """Of g1 and g2."""
+        return len(self.softening) - 1, len(self.loss) - 1
+
+    @property
+    def std(self) -> tuple[Array, Array]:
+        """Standard deviations of the coefficients of g1 and g2."""
+        std = np.sqrt(np.diag(self.covariance))
+        return std[: len(self.softening)], std[len(self.softening) :]
+
+    def softening_at(self, X: Array) -> Array:
+        """g1(X), N/m2."""
+        return np.polynomial.polynomial.polyval(np.asarray(X, float), self.softening)
+
+    def loss_at(self, X: Array) -> Array:
+        """g2(X), N/m2."""
+        return np.polynomial.polynomial.polyval(np.asarray(X, float), self.loss)
+
+
+@dataclass(frozen=True)
+class PolynomialProblem:
+    """Steps to be explained by polynomials.
+
+    Attributes
+    ----------
+    layer : LayerResponse
+        At the steps' frequencies, with what the extension adds.
+    amplitude_m : ndarray, (s,)
+        X of each step.
+    measured : ndarray, (s,)
+        Response per force of the reference channel.
+    reference : int
+        Its place among the outputs.
+    base : BaseParameters
+    base_covariance : ndarray
+        Of ``base.vector``.
+    by_base : ndarray, (s, b)
+        Sensitivity of the logarithm to ``base.vector``.
+    guess : tuple of ndarray, (s,)
+        Softening and loss read off step by step, to begin from.
+    """
+
+    layer: LayerResponse
+    amplitude_m: Array
+    measured: Array
+    reference: int
+    base: BaseParameters
+    base_covariance: Array
+    by_base: Array
+    guess: tuple[Array, Array]
+
+    @staticmethod
+    def of(predictor: Predictor, base: BaseParameters, base_covariance: Array) -> PolynomialProblem:
+        """All steps of the predictor's evidence."""
+        evidence = predictor.evidence
+        steps, ref = evidence.steps, evidence.reference
+        law = SplineLaw.zero(choose_knots(steps.amplitude_m))
+        unknowns = stepwise_law(predictor, Unknowns(base, law))
+        layer = layer_response(predictor, base, steps.omega, steps.time_s - evidence.origin_s)
+        R, omega = predictor.step_receptance(unknowns)
+        forces = predictor.extension.nonlinear
+        if forces:
+            p = predictor.model.ports
+            stop = p.extra.stop - (1 if predictor.extension.base_receptance else 0)
+            ports = slice(stop - len(forces), stop)
+            amplitude = np.abs(R[:, ports, p.drive] * steps.force[:, :1])
+            k = [force.equivalent(amplitude[:, i], omega) for i, force in enumerate(forces)]
+            layer = layer.with_stiffness(ports, np.stack(k, axis=1))
+        H = predictor.model.response(R, omega)[:, ref, None]
+        by_base = predictor.model.sensitivity(R, omega, base)[:, ref] / H
+        X = steps.amplitude_m
+        guess = unknowns.law.softening_at(X), unknowns.law.loss_at(X)
+        measured = steps.response[:, ref, 0] / steps.force[:, 0]
+        return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess)
+
+    def select(self, keep: Array) -> PolynomialProblem:
+        """The steps where `keep` is true."""
+        rows = np.flatnonzero(keep)
+        return PolynomialProblem(
+            self.layer.pick(rows), self.amplitude_m[rows], self.measured[rows], self.reference, self.base,
+            self.base_covariance, self.by_base[rows], (self.guess[0][rows], self.guess[1][rows]),
+        )  # fmt: skip
+
+    def evaluate(self, softening: Array, loss: Array) -> tuple[Array, Array, Array]:
+        """Predicted response per force (s,), and the logarithm's sensitivities to g1 and g2 at each step (s,)."""
+        H, by_E, by_G = self.layer.responses(-softening + 0j, 1j * loss)
+        return H[:, self.reference], -by_E[:, self.reference], 1j * by_G[:, self.reference]
+
+
+def fit_polynomials(
+    problem: PolynomialProblem, *, orders: tuple[int, int] | None = None, largest_order: int = LARGEST_ORDER
+) -> PolynomialFit:
+    """Identify g1 and g2.
+
+    Parameters
+    ----------
+    orders
+        Of g1 and g2; by default each from 1 to `largest_order` as Schwarz's criterion chooses.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer steps than coefficients.
+    """
+    most = (len(problem.measured) - 2) // 2
+    if orders is not None:
+        if sum(orders) + 2 > 2 * len(problem.measured) - 1:
+            raise ValueError(f"{len(problem.measured)} steps cannot determine polynomials of orders {orders}")
+        return _fit(problem, orders)
+    if most < 1:
+        raise ValueError(f"{len(problem.measured)} steps are too few for polynomials of any order")
+    choices = range(1, min(largest_order, most) + 1)
+    return min((_fit(problem, pair) for pair in product(choices, repeat=2)), key=lambda fit: fit.bic)
+
+
+def _fit(problem: PolynomialProblem, orders: Sequence[int]) -> PolynomialFit:
+    span = float(np.max(problem.amplitude_m))
+    powers = [(problem.amplitude_m[:, None] / span) ** np.arange(order + 1) for order in orders]
+    first = orders[0] + 1
+    H, S1, S2 = problem.evaluate(*problem.guess)
+    starts = [_weighted(P, g, np.abs(S)) for P, g, S in zip(powers, problem.guess, (S1, S2), strict=True)]
+    # In units in which both functions move the response alike: a g2 must be many times a g1 to matter.
+    units = 1 / np.array([np.linalg.norm(S1), np.linalg.norm(S2)])
+    units *= np.sqrt(len(H))
+    scale = np.concatenate([np.full(first, units[0]), np.full(orders[1] + 1, units[1])])
+    x = np.concatenate(starts) / scale
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        a = x * scale
+        H, S1, S2 = problem.evaluate(powers[0] @ a[:first], powers[1] @ a[first:])
+        eps = np.log(problem.measured / H)
+        S = np.hstack([S1[:, None] * powers[0], S2[:, None] * powers[1]]) * scale
+        return np.concatenate([eps.real, eps.imag]), np.vstack([S.real, S.imag])
+
+    physical = scale / span ** np.concatenate([np.arange(first), np.arange(orders[1] + 1)])
+
+    def entry(x: Array, eps: Array, strength: float) -> Iteration:
+        a = x * physical
+        return Iteration(float(np.linalg.norm(eps)), a[:first], a[first:], strength)
+
+    eps, S = evaluate(x)
+    history = [entry(x, eps, 0.0)]
+    curve = None
+    for _ in range(ITERATIONS):
+        problem_k = decompose(S, eps)
+        l_curve = problem_k.l_curve()
+        curve = curve or l_curve
+        taken = None
+        for strength in _strengths(l_curve):
+            trial = x + problem_k.solve(strength)
+            eps_trial, S_trial = evaluate(trial)
+            gain = eps @ eps - eps_trial @ eps_trial
+            if np.isfinite(gain) and gain > TOLERANCE * (eps @ eps):
+                taken = strength
+                break
+        if taken is None:
+            break
+        x, eps, S = trial, eps_trial, S_trial
+        history.append(entry(x, eps, taken))
+    assert curve is not None
+    rows, count = len(eps), len(x)
+    H = problem.evaluate(powers[0] @ (x * scale)[:first], powers[1] @ (x * scale)[first:])[0]
+    covariance = _covariance(problem, S, eps) * np.outer(physical, physical)
+    a = x * physical
+    return PolynomialFit(
+        softening=a[:first], loss=a[first:], covariance=covariance,
+        bic=float(rows * np.log(eps @ eps / rows) + count * np.log(rows)), largest_amplitude_m=span,
+        residual_percent=relative_error_percent(H, problem.measured), l_curve=curve, history=tuple(history),
+    )  # fmt: skip
+
+
+def relative_error_percent(predicted: Array, measured: Array) -> float:
+    """Root-mean-square relative error of complex responses, per cent."""
+    return float(100 * np.sqrt(np.mean(np.abs(predicted / measured - 1) ** 2)))
+
+
+def _strengths(curve: LCurve) -> list[float]:
+    """Strengths to try: the corner's, weaker ones where it holds everything back, stronger ones where it overshoots."""
+    corner = curve.corner
+    weaker = [corner * WEAKER, corner * WEAKER**2, 0.0]
+    stronger = [float(s) for s in curve.strength[curve.strength > corner][::40]]
+    return [corner, *weaker, *stronger]
+
+
+def _covariance(problem: PolynomialProblem, S: Array, eps: Array) -> Array:
+    """Of the scaled coefficients: the scatter's part, and the part that wrong base parameters would be made up by."""
+    inverse = np.linalg.pinv(S)
+    scatter = eps @ eps / max(1, len(eps) - S.shape[1])
+    by_base = np.vstack([problem.by_base.real, problem.by_base.imag])
+    made_up = inverse @ by_base
+    return np.asarray(scatter * inverse @ inverse.T + made_up @ problem.base_covariance @ made_up.T)
+
+
+def _weighted(P: Array, values: Array, weight: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(weight[:, None] * P, weight * values, rcond=None)[0])
