@@ -1,0 +1,189 @@
+"""Pictures as matplotlib figures, drawn without a screen; the caller saves or shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from twin.diagnose.candidate import Candidate
+from twin.diagnose.comparison import SweepComparison
+from twin.identify.evidence import Evidence
+from twin.views.curves import broadband_responses, law_band, mode_shapes, receptance_mm_per_N
+from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
+
+__all__ = ["broadband_figure", "law_figure", "modes_figure", "residuals_figure", "sweeps_figure"]
+
+Array = NDArray[Any]
+
+WIDTH_IN = 9.0
+MOST_PANELS = 4
+"""Sweeps that get a panel of their own: those with the largest residuals."""
+STYLES: dict[str, dict[str, Any]] = {
+    "measured": {"linestyle": "none", "marker": "o", "markersize": 3.2},
+    "before": {"linestyle": (0, (4, 2.5)), "linewidth": 1.2},
+    "after": {"linestyle": "-", "linewidth": 1.6},
+}
+
+
+def sweeps_figure(evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = tuple(STYLES)) -> Figure:
+    """Receptance against frequency: measured, before and after, a panel for each channel, a colour for each sweep."""
+    quantity = {output.channel: output.quantity for output in evidence.outputs}
+    channels = sweeps[0].channels
+    figure, panels = _panels(len(channels), height_in=3.6)
+    for o, (channel, axes) in enumerate(zip(channels, panels, strict=True)):
+        for i, sweep in enumerate(sweeps):
+            order = np.argsort(sweep.frequency_Hz, kind="stable")
+            for kind in kinds:
+                H = getattr(sweep, kind)[:, o]
+                size = receptance_mm_per_N(H, quantity[channel], sweep.frequency_Hz)
+                axes.plot(sweep.frequency_Hz[order], size[order], color=level_colour(i), **STYLES[kind])
+        axes.set(title=channel, xlabel="frequency, Hz", ylabel=f"receptance at {channel}, mm/N")
+        axes.set_ylim(bottom=0)
+    entries = [Line2D([], [], color=level_colour(i), linewidth=4, label=s.sweep) for i, s in enumerate(sweeps)]
+    entries += [Line2D([], [], color=INK, label=kind, **STYLES[kind]) for kind in kinds]
+    _legend(figure, entries)
+    return figure
+
+
+def residuals_figure(sweeps: Sequence[SweepComparison]) -> Figure:
+    """Residuals in standard deviations of their noise: a row for each channel, a column for each of the worst sweeps."""
+    worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:MOST_PANELS]
+    shown = [sweep for sweep in sweeps if sweep in worst]
+    channels = sweeps[0].channels
+    figure = Figure(figsize=(WIDTH_IN, 0.6 + 2.1 * len(channels)), layout="constrained")
+    grid = figure.subplots(len(channels), len(shown), sharex="col", sharey=True, squeeze=False)
+    for o, channel in enumerate(channels):
+        for axes, sweep in zip(grid[o], shown, strict=True):
+            order = np.argsort(sweep.frequency_Hz, kind="stable")
+            for kind in ("before", "after"):
+                size = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.05)
+                axes.semilogy(sweep.frequency_Hz[order], size, color=KIND[kind], **STYLES[kind])
+            axes.axhline(1.0, color="#5f5f5f", linewidth=0.9)
+            _dress(axes)
+            if o == 0:
+                axes.set_title(sweep.sweep)
+            if o == len(channels) - 1:
+                axes.set_xlabel("frequency, Hz")
+        grid[o][0].set_ylabel(f"{channel}: residual, σ")
+    entries = [Line2D([], [], color=KIND[kind], label=kind, **STYLES[kind]) for kind in ("before", "after")]
+    entries.append(Line2D([], [], color="#5f5f5f", linewidth=0.9, label="one standard deviation of the noise"))
+    _legend(figure, entries)
+    return figure
+
+
+def law_figure(evidence: Evidence, models: dict[str, Candidate]) -> Figure | None:
+    """Softening and loss of the joint against amplitude, with one standard deviation either way; None without one."""
+    bands = {kind: band for kind, model in models.items() if (band := law_band(model)) is not None}
+    if not bands:
+        return None
+    reference = evidence.channels[evidence.reference]
+    figure, panels = _panels(2, height_in=3.3)
+    for axes, quantity, symbol in zip(panels, ("softening", "loss"), ("s", "l"), strict=True):
+        low, high = 0.0, 0.0
+        for kind, band in bands.items():
+            X = 1e3 * band.amplitude_m
+            value, std = (1e-6 * getattr(band, name) for name in (quantity, f"{quantity}_std"))
+            axes.fill_between(X, value - std, value + std, color=KIND[kind], alpha=0.22, linewidth=0)
+            axes.semilogx(X, value, color=KIND[kind], label=kind, **STYLES[kind])
+            low, high = min(0.0, float(np.min(value - std))), max(0.0, float(np.max(value + std)))
+        # Framed by the last, the accepted one: a wrong model may need a law of quite another size.
+        axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+        sign = "E′ = E′₀ − s(X)" if quantity == "softening" else "loss modulus l(X)"
+        axes.set(
+            title=f"{quantity}: {sign}",
+            xlabel=f"amplitude X at {reference}, mm",
+            ylabel=f"{symbol}(X), N/mm²",
+        )
+        axes.xaxis.set_major_formatter("{x:g}")
+    _legend(figure, panels[0].get_lines())
+    return figure
+
+
+def modes_figure(evidence: Evidence, model: Candidate, *, count: int = 4) -> Figure:
+    """Deflection lines of both beams in the first modes, with the overlap shaded and the sensors marked."""
+    shapes = mode_shapes(evidence, model, count=count)
+    rows = -(-len(shapes) // 2)
+    figure = Figure(figsize=(WIDTH_IN, 1.9 * rows + 0.4), layout="constrained")
+    grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    for axes, shape in zip(grid.ravel(), shapes, strict=False):
+        axes.axvspan(1e3 * shape.upper_x[0], 1e3 * shape.lower_x[-1], color="#000000", alpha=0.08, linewidth=0)
+        axes.axhline(0.0, color="#999999", linewidth=0.8)
+        axes.plot(1e3 * shape.lower_x, shape.lower, color=KIND["after"], linewidth=2.4)
+        axes.plot(1e3 * shape.upper_x, shape.upper, color=KIND["before"], linewidth=1.4)
+        places = np.array([output.position_m for output in evidence.outputs])
+        on_lower = np.interp(places, shape.lower_x, shape.lower)
+        on_upper = np.interp(places, shape.upper_x, shape.upper)
+        values = np.where(places <= shape.lower_x[-1], on_lower, on_upper)
+        axes.plot(1e3 * places, values, "s", color=MEASURED, markersize=5)
+        axes.set_title(f"mode {shape.number}: {shape.frequency_Hz:.5g} Hz")
+        _dress(axes)
+    for axes in grid.ravel()[len(shapes) :]:
+        axes.set_visible(False)
+    for axes in grid[-1]:
+        axes.set_xlabel("position from the clamp, mm")
+    for row in grid:
+        row[0].set_ylabel("deflection")
+    _legend(
+        figure,
+        [
+            Line2D([], [], color=KIND["after"], linewidth=2.4, label="lower beam"),
+            Line2D([], [], color=KIND["before"], linewidth=1.4, label="upper beam"),
+            Line2D([], [], color=MEASURED, marker="s", linestyle="none", markersize=5, label="sensors"),
+            Line2D([], [], color="#000000", alpha=0.15, linewidth=7, label="overlap"),
+        ],
+    )
+    return figure
+
+
+def broadband_figure(evidence: Evidence, models: dict[str, Candidate], index: int = 0) -> Figure:
+    """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise."""
+    data = evidence.broadband[index]
+    units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
+    predicted = {kind: broadband_responses(evidence, model, index) for kind, model in models.items()}
+    count = len(data.channels)
+    figure = Figure(figsize=(WIDTH_IN, 4.8), layout="constrained")
+    grid = figure.subplots(2, count, sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2])
+    for o, channel in enumerate(data.channels):
+        upper, lower = grid[0][o], grid[1][o]
+        upper.semilogy(
+            data.frequency_Hz, np.abs(data.H[:, o]), color=MEASURED, label="measured",
+            linestyle="none", marker="o", markersize=2.0,
+        )  # fmt: skip
+        for kind, H in predicted.items():
+            upper.semilogy(data.frequency_Hz, np.abs(H[:, o]), color=KIND[kind], label=kind, **STYLES[kind])
+            error = 100 * np.abs(H[:, o] / data.H[:, o] - 1)
+            lower.semilogy(data.frequency_Hz, error, color=KIND[kind], linewidth=0.9)
+        noise = 100 * np.sqrt(np.real(data.relative_covariance[:, o, o]))
+        lower.semilogy(data.frequency_Hz, noise, color="#5f5f5f", linewidth=0.9, label="noise, one σ")
+        upper.set(title=channel, ylabel=f"|{channel} / force|, {unit_text(units[channel])}/N")
+        lower.set(xlabel="frequency, Hz", ylabel="relative error, %")
+        _dress(upper)
+        _dress(lower)
+    _legend(figure, [*grid[0][0].get_lines(), grid[1][0].get_lines()[-1]])
+    return figure
+
+
+def _panels(count: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    panels = list(figure.subplots(1, count, squeeze=False)[0])
+    for axes in panels:
+        _dress(axes)
+    return figure, panels
+
+
+def _dress(axes: Axes) -> None:
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=9)
+    axes.title.set_fontsize(10)
+
+
+def _legend(figure: Figure, entries: Sequence[Any]) -> None:
+    figure.legend(handles=list(entries), loc="outside upper center", ncols=min(7, len(entries)), frameon=False, fontsize=9)

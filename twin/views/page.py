@@ -1,0 +1,96 @@
+"""A self-contained page: an answer, then sections of texts, tables and pictures, in one HTML file without a network."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import jinja2
+from matplotlib.figure import Figure
+
+from recordings.errors import InputError
+
+__all__ = ["Picture", "Section", "Table", "picture", "write_page"]
+
+DPI = 130
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table; the columns whose numbers are in `numbers` are set to the right."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """An image as a data URI, with what it shows in words for those who cannot see it."""
+
+    source: str
+    alt: str
+    caption: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """One part of the page, in the order of its attributes."""
+
+    title: str
+    texts: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    items: Sequence[str] = ()
+    pictures: Sequence[Picture] = ()
+    commands: Sequence[str] = ()
+
+
+def picture(figure: Figure, *, alt: str, caption: str) -> Picture:
+    """A figure as PNG within the page."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI, facecolor="white")
+    width, height = (round(size * DPI) for size in figure.get_size_inches())
+    source = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
+    return Picture(source=source, alt=alt, caption=caption, width=width, height=height)
+
+
+def write_page(
+    path: Path, *, title: str, answer: str, facts: str = "", sections: Sequence[Section], accent: str = "#0072b2"
+) -> None:
+    """Render and write the page, whole or not at all.
+
+    Parameters
+    ----------
+    answer
+        The answer in one sentence; it comes first.
+    facts
+        One line beneath it.
+    accent
+        Colour of the bar beside the answer.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    source = resources.files("twin.views").joinpath("report.html").read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    text = environment.from_string(source).render(
+        title=title, answer=answer, facts=facts, sections=sections, accent=accent
+    )
+    partial = path.with_name(f".{path.name}.part")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error

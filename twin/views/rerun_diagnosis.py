@@ -1,0 +1,239 @@
+"""A diagnosis in rerun: the answer, measured against both models, residuals, the joint's law, the first mode moving."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.result import Diagnosis
+from twin.identify.evidence import Evidence
+from twin.views.answer import answer_markdown
+from twin.views.chart import Chart, common_range
+from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes, receptance_mm_per_N
+from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_mode
+from twin.views.rrd import recording_file
+from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
+
+__all__ = ["save_diagnosis"]
+
+Array = NDArray[Any]
+
+
+def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
+    """Write `diagnosis` as an .rrd that opens arranged.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    evidence = diagnosis.evidence
+    fitted = list(compared_models(diagnosis).values())[-1]
+    with recording_file(path) as recording:
+        answer = rr.TextDocument(answer_markdown(diagnosis), media_type=rr.MediaType.MARKDOWN)
+        recording.log("answer", answer, static=True)
+        shape = mode_shapes(evidence, fitted, count=1)[0]
+        mode = animate_mode(recording, evidence, shape)
+        joint = animate_joint(recording, shape)
+        tabs: list[Any] = []
+        sweeps = _comparison(recording, evidence, diagnosis.sweeps, "sweeps")
+        if sweeps:
+            tabs.append(rrb.Grid(*sweeps, grid_columns=len(sweeps) // 2, name="Sweeps"))
+        held_out = _comparison(recording, evidence, diagnosis.held_out, "held_out")
+        if held_out:
+            tabs.append(rrb.Grid(*held_out, grid_columns=len(held_out) // 2, name="Held out"))
+        broadband = _broadband(recording, diagnosis)
+        if broadband:
+            columns = len(evidence.channels)
+            tabs.append(rrb.Grid(*broadband, grid_columns=columns, name="Broadband"))
+        tabs.append(rrb.Grid(*_law(recording, diagnosis), _history(recording, diagnosis), name="Joint's law and fit"))
+        layout = rrb.Horizontal(
+            rrb.Vertical(
+                rrb.TextDocumentView(origin="/answer", name="Answer"),
+                rrb.Tabs(mode, joint, active_tab=0),
+                row_shares=[3, 2],
+            ),
+            rrb.Tabs(*tabs, active_tab=0),
+            column_shares=[1, 2.6],
+        )
+        recording.send_blueprint(
+            rrb.Blueprint(
+                layout,
+                rrb.BlueprintPanel(state="collapsed"),
+                rrb.SelectionPanel(state="collapsed"),
+                rrb.TimePanel(state="collapsed", timeline=SLOW_MOTION, play_state="playing", loop_mode="all"),
+                auto_views=False,
+            )
+        )
+
+
+def _comparison(
+    recording: rr.RecordingStream, evidence: Evidence, sweeps: Sequence[SweepComparison], group: str
+) -> list[rrb.Spatial2DView]:
+    """Charts of receptance, one a channel, then of residuals, one a channel; all sweeps in each."""
+    if not sweeps:
+        return []
+    quantity = {output.channel: output.quantity for output in evidence.outputs}
+    channels = sweeps[0].channels
+    x_range = common_range([sweep.frequency_Hz for sweep in sweeps])
+    views = []
+    for o, channel in enumerate(channels):
+        curves = [
+            [receptance_mm_per_N(getattr(sweep, kind)[:, o], quantity[channel], sweep.frequency_Hz) for sweep in sweeps]
+            for kind in ("measured", "before", "after")
+        ]
+        chart = Chart(
+            recording,
+            f"/{group}/receptance/{channel}",
+            f"{channel}: measured, before, after",
+            "frequency, Hz",
+            f"receptance at {channel}, mm/N",
+            x_range,
+            common_range([np.zeros(1), *(y for kind in curves for y in kind)]),
+        )
+        for i, sweep in enumerate(sweeps):
+            measured, before, after = (kind[i] for kind in curves)
+            x, colour = sweep.frequency_Hz, level_colour(i)
+            rising = np.argsort(x, kind="stable")
+            chart.line(f"{sweep.sweep}/before", x[rising], before[rising], colour, width=1.5, dashed=True, legend=False)
+            chart.line(f"{sweep.sweep}/after", x[rising], after[rising], colour, width=2, legend=False)
+            chart.points(f"{sweep.sweep}/measured", x, measured, colour, legend=False)
+            chart.tell(sweep.sweep, colour)
+        for text, kind in (("measured", "point"), ("before", "dashed"), ("after", "line")):
+            chart.tell(text, INK, kind)
+        chart.close()
+        views.append(chart.view())
+    sizes = [getattr(sweep, f"residual_{kind}") for sweep in sweeps for kind in ("before", "after")]
+    y_range = common_range([np.ones(1), *(np.maximum(size, 0.1) for size in sizes)], log=True)
+    for o, channel in enumerate(channels):
+        chart = Chart(
+            recording,
+            f"/{group}/residual/{channel}",
+            f"{channel}: residuals",
+            "frequency, Hz",
+            f"residual of {channel}, standard deviations of its noise",
+            x_range,
+            y_range,
+            log_y=True,
+        )
+        for i, sweep in enumerate(sweeps):
+            rising = np.argsort(sweep.frequency_Hz, kind="stable")
+            x, colour = sweep.frequency_Hz[rising], level_colour(i)
+            before, after = (np.maximum(r[rising, o], 0.1) for r in (sweep.residual_before, sweep.residual_after))
+            chart.line(f"{sweep.sweep}/before", x, before, colour, width=1.5, dashed=True, legend=False)
+            chart.line(f"{sweep.sweep}/after", x, after, colour, legend=False)
+            chart.tell(sweep.sweep, colour)
+        chart.line("noise", np.array(x_range), np.ones(2), INK, width=1)
+        chart.tell("before", INK, "dashed")
+        chart.tell("after", INK, "line")
+        chart.close()
+        views.append(chart.view())
+    return views
+
+
+def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
+    """Measured and both models' responses of each broadband run, and below them the relative errors."""
+    evidence, fitted = diagnosis.evidence, compared_models(diagnosis)
+    units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
+    responses, errors = [], []
+    for i, data in enumerate(evidence.broadband):
+        models = {kind: broadband_responses(evidence, candidate, i) for kind, candidate in fitted.items()}
+        for o, channel in enumerate(data.channels):
+            x_range = common_range([data.frequency_Hz])
+            sizes = {kind: np.abs(H[:, o]) for kind, H in models.items()}
+            measured = np.abs(data.H[:, o])
+            chart = Chart(
+                recording,
+                f"/broadband/{i}/{channel}",
+                f"{channel}, broadband",
+                "frequency, Hz",
+                f"|{channel} / force|, {unit_text(units[channel])}/N",
+                x_range,
+                common_range([measured, *sizes.values()], log=True),
+                log_y=True,
+            )
+            for kind, size in sizes.items():
+                chart.line(kind, data.frequency_Hz, size, KIND[kind], dashed=kind == "before")
+            chart.points("measured", data.frequency_Hz, measured, MEASURED, size=1.5)
+            chart.close()
+            responses.append(chart.view())
+            gaps = {kind: 100 * np.abs(H[:, o] / data.H[:, o] - 1) for kind, H in models.items()}
+            noise = 100 * np.sqrt(np.real(data.relative_covariance[:, o, o]))
+            chart = Chart(
+                recording,
+                f"/broadband/{i}/{channel}_error",
+                f"{channel}, error",
+                "frequency, Hz",
+                f"relative error of {channel}, %",
+                x_range,
+                common_range([*gaps.values(), noise], log=True),
+                log_y=True,
+            )
+            for kind, gap in gaps.items():
+                chart.line(kind, data.frequency_Hz, gap, KIND[kind], width=1.5)
+            chart.line("noise", data.frequency_Hz, noise, "#5f5f5f", width=1.5)
+            chart.close()
+            errors.append(chart.view())
+    return [*responses, *errors]
+
+
+def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
+    """Softening and loss against amplitude, with bands of one standard deviation, of both models."""
+    bands = {kind: law_band(candidate) for kind, candidate in compared_models(diagnosis).items()}
+    views = []
+    for quantity, symbol in (("softening", "s"), ("loss", "l")):
+        values = [
+            (kind, 1e3 * band.amplitude_m, 1e-6 * getattr(band, quantity), 1e-6 * getattr(band, f"{quantity}_std"))
+            for kind, band in bands.items()
+            if band is not None
+        ]
+        if not values:
+            continue
+        chart = Chart(
+            recording,
+            f"/law/{quantity}",
+            f"Joint's {quantity} {symbol}(X)",
+            f"amplitude X at {diagnosis.evidence.channels[diagnosis.evidence.reference]}, mm",
+            f"{quantity} {symbol}(X), N/mm²",
+            common_range([X for _, X, _, _ in values], log=True),
+            common_range([np.zeros(1), values[-1][2] - values[-1][3], values[-1][2] + values[-1][3]], margin=0.12),
+            log_x=True,
+        )
+        for kind, X, y, std in values:
+            colour = KIND[kind]
+            chart.line(kind, X, y, colour, width=2.5, dashed=kind == "before")
+            chart.line(f"{kind}/upper", X, y + std, colour, width=0.8, legend=False)
+            chart.line(f"{kind}/lower", X, y - std, colour, width=0.8, legend=False)
+        chart.tell("thin: one standard deviation", INK, "line")
+        chart.close()
+        views.append(chart.view())
+    return views
+
+
+def _history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
+    """Cost after each Gauss-Newton iteration of the last fit of each model."""
+    fits = {kind: np.array(candidate.solution.history) for kind, candidate in compared_models(diagnosis).items()}
+    longest = max(len(history) for history in fits.values())
+    chart = Chart(
+        recording,
+        "/history",
+        "Last fits, iteration by iteration",
+        "iteration",
+        "cost: chi² with the prior's part",
+        (-0.5, max(longest - 0.5, 1.5)),
+        common_range(list(fits.values()), log=True),
+        log_y=True,
+    )
+    for kind, history in fits.items():
+        steps = np.arange(len(history))
+        chart.line(kind, steps, history, KIND[kind], dashed=kind == "before")
+        chart.points(f"{kind}/points", steps, history, KIND[kind], legend=False)
+    chart.close()
+    return chart.view()

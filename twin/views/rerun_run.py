@@ -1,0 +1,270 @@
+"""A run in rerun: time signals, sweeps at every level, harmonics step by step, and what happened."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+from rerun.blueprint.encodings import TextLogColumn
+
+from recordings.run import Run, StepState
+from twin.identify.spectrum import broadband_records, h1
+from twin.views.chart import Chart, common_range
+from twin.views.curves import SteppedSweep, receptance_mm_per_N, stepped_sweeps
+from twin.views.rrd import recording_file
+from twin.views.run_text import run_markdown
+from twin.views.style import INK, level_colour, on_dark, unit_text
+
+__all__ = ["save_run"]
+
+Array = NDArray[Any]
+
+BLOCK = 65536
+MOST_SAMPLES = 2_000_000
+"""Samples of a channel that are shown one by one; of more than that, the least and greatest of each short stretch."""
+TIME = "time"
+
+
+def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None) -> None:
+    """Write `run` as an .rrd that opens arranged.
+
+    Parameters
+    ----------
+    run
+        A recorded run.
+    path
+        The file to write; replaced if it exists.
+    rehearsal
+        The table of a rehearsal (``result.json``): its warnings and predicted branches are shown too.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    with recording_file(path) as recording:
+        signals = _signals(recording, run)
+        reduced = stepped_sweeps(run)
+        charts = _sweep_charts(recording, reduced, rehearsal or {}) or _broadband_charts(recording, run)
+        harmonics = _harmonics(recording, run, reduced)
+        _log_events(recording, run)
+        about = rr.TextDocument(run_markdown(run, reduced, rehearsal), media_type=rr.MediaType.MARKDOWN)
+        recording.log("about", about, static=True)
+        left: list[Any] = [rrb.TextDocumentView(origin="/about", name="About this run")]
+        left += [rrb.TextLogView(origin="/events", name="Steps and events", columns=_log_columns())]
+        right: list[Any] = [rrb.Vertical(*signals)] if signals else []
+        right += [rrb.Horizontal(*charts)] if charts else []
+        right += [harmonics] if harmonics else []
+        shares = ([2.2] if signals else []) + ([2.4] if charts else []) + ([1.0] if harmonics else [])
+        layout = rrb.Horizontal(
+            rrb.Vertical(*left, row_shares=[2, 1]),
+            rrb.Vertical(*right, row_shares=shares),
+            column_shares=[1, 3.2],
+        )
+        recording.send_blueprint(
+            rrb.Blueprint(
+                layout,
+                rrb.BlueprintPanel(state="collapsed"),
+                rrb.SelectionPanel(state="collapsed"),
+                rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused"),
+                auto_views=False,
+            )
+        )
+
+
+def _origin_ns(run: Run) -> int:
+    starts = [int(device.block_time_ns[0]) for device in run.devices.values() if len(device.block_time_ns)]
+    return min([*starts, *(step.time_ns for step in run.steps)], default=0)
+
+
+def _whole_run(run: Run) -> rrb.TimeAxis:
+    """From the run's first sample to its last, instead of wherever the viewer's cursor is."""
+    ends = [device.end_ns for device in run.devices.values() if len(device.block_time_ns)]
+    return rrb.TimeAxis(
+        view_range=rr.TimeRange(
+            start=rr.TimeRangeBoundary.absolute(nanos=0),
+            end=rr.TimeRangeBoundary.absolute(nanos=max(ends, default=_origin_ns(run)) - _origin_ns(run)),
+        )
+    )
+
+
+def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView]:
+    """Samples of every channel, blockwise; one plot for each, on one time axis."""
+    origin = _origin_ns(run)
+    views = []
+    for i, (name, channel) in enumerate(run.channels.items()):
+        try:
+            device = run.device_of(name)
+        except KeyError:
+            continue
+        position, values = _envelope(device.values[name])
+        path = f"/signals/{name}"
+        label = f"{name}, {unit_text(channel.unit)}"
+        style = rr.SeriesLines(colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax")
+        recording.log(path, style, static=True)
+        times = (device.times_ns()[position] - origin).astype("timedelta64[ns]")
+        for start in range(0, len(values), BLOCK):
+            part = slice(start, start + BLOCK)
+            recording.send_columns(
+                path, [rr.TimeColumn(TIME, duration=times[part])], rr.Scalars.columns(scalars=values[part])
+            )
+        views.append(
+            rrb.TimeSeriesView(
+                origin=path, name=label, plot_legend=rrb.PlotLegend(visible=False), axis_x=_whole_run(run)
+            )
+        )
+    return views
+
+
+def _envelope(values: Array) -> tuple[Array, Array]:
+    """Positions and values to show: all, or of each stretch the least and the greatest, in order of time."""
+    stretch = 2 * -(-len(values) // MOST_SAMPLES)
+    if len(values) <= MOST_SAMPLES:
+        return np.arange(len(values)), values.astype(float)
+    whole = len(values) // stretch * stretch
+    table = values[:whole].reshape(-1, stretch)
+    low, high = np.where(np.isnan(table), np.inf, table), np.where(np.isnan(table), -np.inf, table)
+    picked = np.sort(np.stack([low.argmin(axis=1), high.argmax(axis=1)], axis=1), axis=1)
+    position = np.unique((picked + np.arange(len(table))[:, None] * stretch).ravel())
+    position = np.concatenate([position, np.arange(whole, len(values))])
+    return position, values[position].astype(float)
+
+
+def _sweep_charts(
+    recording: rr.RecordingStream, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any]
+) -> list[rrb.Spatial2DView]:
+    """Receptance against frequency, one chart for each response channel, all levels in it."""
+    views = []
+    if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
+        return []
+    for channel in reduced[0].receptance:
+        drawn = [sweep for sweep in reduced if channel in sweep.receptance]
+        chart = Chart(
+            recording,
+            f"/sweeps/{channel}",
+            f"Sweeps, {channel}",
+            "frequency, Hz",
+            f"receptance at {channel}, mm/N",
+            common_range([sweep.frequency_Hz for sweep in drawn]),
+            common_range([np.zeros(1), *(sweep.receptance[channel] for sweep in drawn)]),
+        )
+        levels = list(dict.fromkeys(sweep.level for sweep in drawn))
+        for sweep in drawn:
+            colour = level_colour(levels.index(sweep.level))
+            x, y = sweep.frequency_Hz, sweep.receptance[channel]
+            chart.line(f"{sweep.name}/line", x, y, colour, width=1.0, legend=False)
+            chart.points(f"{sweep.name}/steps", x, y, colour, legend=False)
+            chart.tell(sweep.name, colour, "point")
+        if _branches(chart, channel, levels, rehearsal):
+            chart.tell("predicted branches", INK, "dashed")
+        chart.close()
+        views.append(chart.view())
+    return views
+
+
+def _branches(chart: Chart, channel: str, levels: Sequence[str], rehearsal: Mapping[str, Any]) -> bool:
+    """Predicted curves of a rehearsal, in the colours of their levels."""
+    drawn = False
+    quantities = {"acc": "acceleration", "vel": "velocity", "dis": "displacement"}
+    for branch in rehearsal.get("branches") or []:
+        curve = branch["response"].get(channel)
+        quantity = next((long for short, long in quantities.items() if channel.startswith(short)), None)
+        if curve is None or quantity is None:
+            continue
+        frequency = np.array(branch["frequency_Hz"], float)
+        size = receptance_mm_per_N(np.array(curve["amplitude"]) / branch["force_N"], quantity, frequency)
+        level = f"{branch['force_N']:g} N"
+        colour = level_colour(levels.index(level)) if level in levels else INK
+        chart.line(f"branch/{level}", frequency, size, colour, width=1.5, dashed=True, legend=False)
+        drawn = True
+    return drawn
+
+
+def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
+    """H1 of a broadband run, one chart for each response channel."""
+    force = next((name for name, channel in run.channels.items() if channel.quantity == "force"), None)
+    records = broadband_records(run) if force else []
+    if not records or force is None:
+        return []
+    views = []
+    estimates = [(record.sweep, h1(record, force=force)) for record in records]
+    for channel in estimates[0][1].H:
+        kept = []
+        for name, estimate in estimates:
+            seen = (estimate.coherence[channel] > 0.5) & (estimate.frequency_Hz > 0)
+            last = np.flatnonzero(seen)[-1] + 1 if seen.any() else 1
+            size = np.where(seen, np.abs(estimate.H[channel]), np.nan)
+            kept.append((name, estimate.frequency_Hz[:last], size[:last]))
+        chart = Chart(
+            recording,
+            f"/broadband/{channel}",
+            f"H1, {channel}",
+            "frequency, Hz (where the coherence is above 0.5)",
+            f"|{channel} / {force}|, {unit_text(run.channels[channel].unit)}/N",
+            common_range([frequency for _, frequency, _ in kept]),
+            common_range([size for _, _, size in kept], log=True),
+            log_y=True,
+        )
+        for i, (name, frequency, size) in enumerate(kept):
+            chart.line(name, frequency, size, level_colour(i), width=1.5)
+        chart.close()
+        views.append(chart.view())
+    return views
+
+
+def _harmonics(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep]
+) -> rrb.TimeSeriesView | None:
+    """Harmonics of the farthest response relative to its fundamental, in dB, at each step's time."""
+    if not reduced:
+        return None
+    channels = sorted(reduced[0].harmonics, key=lambda name: run.channels[name].position_m or 0.0)
+    if not channels:
+        return None
+    channel, origin = channels[-1], _origin_ns(run)
+    order = np.argsort(np.concatenate([sweep.time_s for sweep in reduced]))
+    time_s = np.concatenate([sweep.time_s for sweep in reduced])[order]
+    sizes = np.concatenate([sweep.harmonics[channel] for sweep in reduced])[order]
+    times = (time_s * 1e9 - origin).astype("timedelta64[ns]")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dB = 20 * np.log10(sizes / sizes[:, :1])
+    for k, number in enumerate((2, 3, 5)):
+        path = f"/harmonics/{number}"
+        style = rr.SeriesLines(colors=[on_dark(level_colour(k))], names=f"harmonic {number}", aggregation_policy="MinMax")
+        recording.log(path, style, static=True)
+        recording.send_columns(
+            path, [rr.TimeColumn(TIME, duration=times)], rr.Scalars.columns(scalars=dB[:, number - 1])
+        )
+    return rrb.TimeSeriesView(origin="/harmonics", name=f"Harmonics of {channel}, dB of its fundamental, step by step", axis_x=_whole_run(run))
+
+
+def _log_columns() -> rrb.TextLogColumns:
+    return rrb.TextLogColumns(
+        timeline_columns=[TIME],
+        text_log_columns=[TextLogColumn("LogLevel"), TextLogColumn("Body")],
+    )
+
+
+def _log_events(recording: rr.RecordingStream, run: Run) -> None:
+    """Events, and where each sweep begins and ends."""
+    origin = _origin_ns(run)
+    lines: list[tuple[int, str, str]] = [
+        (event.time_ns, f"{event.source}: {event.kind} {event.detail}".strip(), rr.TextLogLevel.WARN)
+        for event in run.events
+    ]
+    seen: set[str] = set()
+    for step in run.steps:
+        if step.sweep not in seen:
+            seen.add(step.sweep)
+            lines.append((step.time_ns, f"{step.sweep} begins", rr.TextLogLevel.INFO))
+        if step.state in (StepState.DONE, StepState.ABORTED):
+            level = rr.TextLogLevel.INFO if step.state is StepState.DONE else rr.TextLogLevel.ERROR
+            lines.append((step.time_ns, f"{step.sweep} {step.state.name.lower()}", level))
+    for time_ns, text, level in sorted(lines):
+        recording.set_time(TIME, duration=np.timedelta64(time_ns - origin, "ns"))
+        recording.log("/events", rr.TextLog(text, level=level))
