@@ -193,8 +193,8 @@ def test_table_to_model_to_response(tmp_path):
     ("text", "place"),
     [
         ("", "rows"), ("frequency_Hz,force_N\n", "rows"), ("frequency_Hz\n80\n", "line 1"),
-        ("frequency_Hz,force_N\n80,x\n", "row 2"), ("frequency_Hz,force_N\n80,-1\n", "row 2"),
-        ("frequency_Hz,force_N\n80\n", "row 2"), ("frequency_Hz,force_N\nnan,1\n", "row 2"),
+        ("frequency_Hz,force_N\n80,x\n", "line 2"), ("frequency_Hz,force_N\n80,-1\n", "line 2"),
+        ("frequency_Hz,force_N\n80\n", "line 2"), ("frequency_Hz,force_N\nnan,1\n", "line 2"),
     ],
 )  # fmt: skip
 def test_rubbish_drives_are_refused(beam, tmp_path, text, place):

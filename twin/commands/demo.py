@@ -1,0 +1,224 @@
+"""`twin demo`: the main job from end to end, on a rig in which chance has hidden something."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.demo_ending import tell_result
+from twin.commands.output import console, json_option, print_json, write_json
+from twin.commands.served import ServedRig, ServedRigError
+from twin.commands.stages import Stages
+
+if TYPE_CHECKING:
+    from drivers.host import RigAcquisition
+    from recordings import Run
+    from twin.demo import DemoCase
+    from twin.diagnose import Diagnosis
+    from twin.procedures import Procedure
+    from twin.rigs import Rig
+
+__all__ = ["command"]
+
+RIG = "steel-lap-joint"
+USUAL_s = {"serve": 4.0, "broadband": 3.0, "sweeps": 12.0, "diagnose": 25.0, "report": 6.0}
+"""What each stage takes on two cores."""
+RESULT, REPORT, VIEW, TRUTH = "result.json", "report.html", "run.rrd", "hidden-rig.toml"
+
+
+@click.command(short_help="The main job from end to end, on a rig with a hidden effect.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results; demo-SEED.")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is hidden and of the noise; any if left out.")
+@click.option("--cause", metavar="NAME", help="Hide this cause, or none, instead of drawing one.")
+@click.option("--overwrite", is_flag=True, help="Write into a folder that holds something already.")
+@json_option
+def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bool, as_json: bool) -> int:
+    """Serve a virtual steel rig, drive it over a serial line and CAN, record, identify, and find what is wrong.
+
+    A cause is drawn and hidden in the rig that the instruments serve.  The client knows the instruments' addresses and
+    the rig file as an experimenter believes it; the diagnosis sees the recordings and that file alone.
+    """
+    seed = secrets.randbelow(10_000) if seed is None else seed
+    out = _folder(out if out is not None else Path(f"demo-{seed}"), cause, overwrite=overwrite)
+    try:
+        with Stages(USUAL_s) as stages:
+            result = _demonstrate(out, seed, cause, stages)
+        result |= {"seconds": stages.elapsed_s, "stages_s": stages.seconds}
+    except ServedRigError as error:
+        console.print(f"twin: {error}", markup=False, soft_wrap=True)
+        return 1
+    finally:
+        with contextlib.suppress(OSError):
+            out.rmdir()  # a demonstration that measured nothing leaves nothing; one that did leaves what it measured
+    write_json(result, out / RESULT)
+    if as_json:
+        print_json(result)
+    tell_result(result, out)
+    return 0
+
+
+def _folder(out: Path, cause: str | None, *, overwrite: bool) -> Path:
+    """Everything that can be wrong is found here, before anything is written."""
+    if cause not in (None, "none"):
+        from twin.bench import EFFECTS
+
+        if cause not in EFFECTS:
+            raise InputError("--cause", "", f"no cause {cause!r:.60}", f"one of none, {', '.join(sorted(EFFECTS))}")
+    try:
+        if out.is_dir() and any(out.iterdir()) and not overwrite:
+            raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
+    return out
+
+
+def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dict[str, Any]:
+    stages.begin("serve", "Starting the virtual instruments of the steel rig")
+    from twin.demo import draw_demo_case
+    from twin.rigs import load_rig, save_rig
+
+    believed = load_rig(RIG)
+    with tempfile.TemporaryDirectory(prefix="twin-demo-") as temporary:
+        folder = Path(temporary)
+        # The truth lies where the client does not look, and comes to the results when all is said.
+        case = draw_demo_case(believed, seed=seed, cause=cause)
+        save_rig(case.rig, folder / TRUTH)
+        with ServedRig(folder / TRUTH, folder=folder, seed=seed) as served:
+            import twin.diagnose  # takes long, while the instruments start
+            import twin.views  # noqa: F401
+
+            served.wait_ready()
+            runs = _measure(served.instruments, believed, out, stages)
+    found = _diagnose(runs, believed, out, stages)
+    return _report(found, case, seed, out, stages)
+
+
+def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dict[str, Run]:
+    """Record every run, as `twin acquire` does; what is known of the rig is its file and its instruments."""
+    from drivers.host import open_instruments
+    from recordings import read_run
+    from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
+
+    response = believed.response_sensors[-1].channel
+    with open_instruments(instruments) as acquisition:
+        stages.say(
+            f"A client has opened {_addresses(instruments)}: "
+            + ", ".join(f"{c.name} [{c.unit}]".replace("[", r"\[") for c in acquisition.channels)
+        )
+        stages.begin("broadband", f"Random noise up to 1000 Hz for 60 s of the rig's time, into {out / BROADBAND}")
+        _record(broadband(), acquisition, believed, out / BROADBAND, stages, steps=0)
+        resonance_Hz = first_resonance(
+            read_run(out / BROADBAND), force=believed.force_sensor.channel, response=response
+        )
+        planned = planned_sweeps(resonance_Hz)
+        stages.begin(
+            "sweeps",
+            f"Mode 1 shows at {resonance_Hz:.2f} Hz: stepped sines about it at 1.5, 3 and 6 N, into {out / SWEEPS}, "
+            f"and one at 4.5 N to be held out, into {out / HELD_OUT}",
+        )
+        total = sum(len(p.amplitudes) * len(p.frequencies) for p in planned.values())
+        done = 0
+        for name, procedure in planned.items():
+            done += _record(procedure, acquisition, believed, out / name, stages, steps=total, done=done)
+    return {name: read_run(out / name) for name in (BROADBAND, SWEEPS, HELD_OUT)}
+
+
+def _record(
+    procedure: Procedure,
+    acquisition: RigAcquisition,
+    believed: Rig,
+    path: Path,
+    stages: Stages,
+    *,
+    steps: int,
+    done: int = 0,
+) -> int:
+    """Run a procedure on the instruments; how many steps it measured."""
+    import tomli_w
+
+    from recordings import RunWriter
+    from twin.procedures import dump_procedure, run_procedure
+
+    info = {
+        "source": "simulated",
+        "rig": believed.name,
+        "preload_N": believed.preload_name().removesuffix("N"),
+        "procedure": procedure.procedure,
+        "stored": procedure.store,
+    }
+    attachments = {
+        "rig.toml": tomli_w.dumps(believed.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
+        "procedure.toml": dump_procedure(procedure),
+    }
+    measured = 0
+
+    def on_step(step: Any) -> None:
+        nonlocal measured
+        measured += 1
+        if steps:
+            stages.update(f"{step.sweep}, {step.frequency_Hz:.2f} Hz", (done + measured) / steps)
+
+    def on_time(seconds: float) -> None:
+        if not steps:
+            stages.update(f"{seconds:.0f} s of the rig's time")
+
+    with RunWriter(path, info=info, channels=acquisition.channels, attachments=attachments, overwrite=True) as writer:
+        result = run_procedure(procedure, acquisition, writer, on_step=on_step, progress=on_time)
+    if result.state == "interrupted":
+        raise KeyboardInterrupt
+    if result.state != "done":
+        raise ServedRigError(f"the run was {result.state}: {result.reason}; what was measured is in {path}")
+    return measured
+
+
+def _addresses(instruments: Path) -> str:
+    from drivers.instruments import read_instruments
+
+    return " and ".join(f"{device.name} at {device.address}" for device in read_instruments(instruments).device)
+
+
+def _diagnose(runs: dict[str, Run], believed: Rig, out: Path, stages: Stages) -> Diagnosis:
+    from twin.demo import HELD_OUT
+    from twin.diagnose import diagnose
+
+    stages.begin("diagnose", "Identifying the rig from the recordings, and looking for what its model gets wrong")
+    learn = [run for name, run in runs.items() if name != HELD_OUT]
+    return diagnose(learn, believed, held_out=[runs[HELD_OUT]], out=out, report=stages.update)
+
+
+def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:
+    from twin.demo import BROADBAND, HELD_OUT, SWEEPS
+    from twin.rigs import save_rig
+    from twin.views import save_diagnosis, write_report
+
+    stages.begin("report", "Writing the report and the pictures")
+    write_report(found, out / REPORT, commands=[_again(BROADBAND, SWEEPS, "--held-out", HELD_OUT)])
+    stages.update("pictures for rerun", 0.7)
+    save_diagnosis(found, out / VIEW)
+    save_rig(case.rig, out / TRUTH)
+    return {
+        "seed": seed,
+        "hidden": case.hidden,
+        "found": found.to_dict(),
+        "files": {
+            "recording": SWEEPS,
+            "broadband": BROADBAND,
+            "held_out": HELD_OUT,
+            "view": VIEW,
+            "report": REPORT,
+            "extended_model": found.extended_model,
+            "truth": TRUTH,
+        },
+    }
+
+
+def _again(*recordings: str) -> str:
+    """The diagnosis alone, from the recordings."""
+    return f"twin diagnose {' '.join(recordings)} --rig {RIG} --out diagnosis"

@@ -1,0 +1,48 @@
+"""What is wrong with the demonstration's rig, drawn from a seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twin.bench import FIRST_CAUSES, draw_case
+from twin.rigs import Rig
+
+__all__ = ["DemoCase", "draw_demo_case"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemoCase:
+    """The truth, and what the result calls it.
+
+    Attributes
+    ----------
+    rig
+        The rig as it is, with the hidden effect in it: what the virtual instruments serve.
+    hidden
+        ``cause`` and ``parameters``, in SI units.
+    """
+
+    rig: Rig
+    hidden: dict[str, Any]
+
+
+def draw_demo_case(rig: Rig, *, seed: int, cause: str | None = None) -> DemoCase:
+    """Draw a case: one cause at its normal size, moduli and damping off by what no experimenter knows.
+
+    Parameters
+    ----------
+    rig
+        As the experimenter believes.
+    seed
+        Of everything that is drawn.
+    cause
+        Hide this one, ``none`` for nothing; drawn from :data:`twin.bench.FIRST_CAUSES` if not given.
+    """
+    drawn = draw_case(np.random.default_rng(seed), rig=rig, causes=[cause] if cause else FIRST_CAUSES)
+    if drawn.effect is None:
+        return DemoCase(rig=drawn.rig, hidden={"cause": "none", "parameters": {}})
+    truth = drawn.rig.model_copy(update={"effect": [drawn.effect]})
+    return DemoCase(rig=truth, hidden={"cause": drawn.effect.cause, "parameters": dict(drawn.effect.parameters)})
