@@ -84,7 +84,9 @@ class Chart:
     def view(self, name: str | None = None) -> rrb.Spatial2DView:
         """The view that shows it, framed."""
         bounds = rrb.VisualBounds2D(x_range=[-150, WIDTH + 40], y_range=[-HEIGHT - 104 - 46 * self._rows, 116])
-        return rrb.Spatial2DView(origin=self.path, name=name or self.title, background=list(PAPER), visual_bounds=bounds)
+        return rrb.Spatial2DView(
+            origin=self.path, name=name or self.title, background=list(PAPER), visual_bounds=bounds
+        )
 
     def line(
         self,
@@ -106,9 +108,7 @@ class Chart:
             if legend:
                 self.tell(name, colour, "dashed" if dashed else "line")
 
-    def points(
-        self, name: str, x: Array, y: Array, colour: str, *, size: float = 3.0, legend: bool = True
-    ) -> None:
+    def points(self, name: str, x: Array, y: Array, colour: str, *, size: float = 3.0, legend: bool = True) -> None:
         """Markers at finite values."""
         at = self._place(np.asarray(x, float), np.asarray(y, float))
         at = at[np.isfinite(at).all(axis=1)]
@@ -147,7 +147,7 @@ class Chart:
     def _log(self, name: str, what: Any) -> None:
         self.recording.log(self._entity(name), what, static=True)
 
-    def _entity(self, name: str) -> list[str]:
+    def _entity(self, name: str) -> list[object]:
         return [*self.path.strip("/").split("/"), *name.split("/")]
 
     def _place(self, x: Array, y: Array) -> Array:
@@ -159,7 +159,7 @@ class Chart:
 
     def _strips(self, x: Array, y: Array) -> list[Array]:
         at = self._place(np.asarray(x, float), np.asarray(y, float))
-        sound = np.isfinite(at).all(axis=1)
+        sound = np.asarray(np.isfinite(at).all(axis=1))
         cuts = np.flatnonzero(np.diff(sound.astype(int))) + 1
         parts = np.split(np.arange(len(at)), cuts)
         return [at[part] for part in parts if len(part) > 1 and sound[part[0]]]
@@ -169,8 +169,8 @@ class Chart:
         ys = ticks(*self.y_range, log=self.log_y, most=6)
         at_x = self._place(np.array(xs), np.full(len(xs), self.y_range[0]))[:, 0]
         at_y = self._place(np.full(len(ys), self.x_range[0]), np.array(ys))[:, 1]
-        grid = [[[x, 0], [x, -HEIGHT]] for x in at_x] + [[[0, y], [WIDTH, y]] for y in at_y]
-        frame = [[[0, 0], [WIDTH, 0], [WIDTH, -HEIGHT], [0, -HEIGHT], [0, 0]]]
+        grid: Any = [[[x, 0], [x, -HEIGHT]] for x in at_x] + [[[0, y], [WIDTH, y]] for y in at_y]
+        frame: Any = [[[0, 0], [WIDTH, 0], [WIDTH, -HEIGHT], [0, -HEIGHT], [0, 0]]]
         if grid:
             self._log("axes/grid", rr.LineStrips2D(grid, colors=[GRID], radii=rr.Radius.ui_points(0.5), draw_order=-2))
         self._log("axes/frame", rr.LineStrips2D(frame, colors=[FRAME], radii=rr.Radius.ui_points(0.75), draw_order=-1))

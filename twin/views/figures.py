@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Candidate
@@ -17,7 +18,16 @@ from twin.identify.evidence import Evidence
 from twin.views.curves import broadband_responses, law_band, mode_shapes, receptance_mm_per_N
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
-__all__ = ["broadband_figure", "law_figure", "modes_figure", "residuals_figure", "sweeps_figure"]
+__all__ = [
+    "broadband_figure",
+    "dressed",
+    "law_figure",
+    "legend",
+    "modes_figure",
+    "panels",
+    "residuals_figure",
+    "sweeps_figure",
+]
 
 Array = NDArray[Any]
 
@@ -31,12 +41,14 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 
 
-def sweeps_figure(evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = tuple(STYLES)) -> Figure:
+def sweeps_figure(
+    evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = tuple(STYLES)
+) -> Figure:
     """Receptance against frequency: measured, before and after, a panel for each channel, a colour for each sweep."""
     quantity = {output.channel: output.quantity for output in evidence.outputs}
     channels = sweeps[0].channels
-    figure, panels = _panels(len(channels), height_in=3.6)
-    for o, (channel, axes) in enumerate(zip(channels, panels, strict=True)):
+    figure, row = panels(len(channels), height_in=3.6)
+    for o, (channel, axes) in enumerate(zip(channels, row, strict=True)):
         for i, sweep in enumerate(sweeps):
             order = np.argsort(sweep.frequency_Hz, kind="stable")
             for kind in kinds:
@@ -45,14 +57,15 @@ def sweeps_figure(evidence: Evidence, sweeps: Sequence[SweepComparison], *, kind
                 axes.plot(sweep.frequency_Hz[order], size[order], color=level_colour(i), **STYLES[kind])
         axes.set(title=channel, xlabel="frequency, Hz", ylabel=f"receptance at {channel}, mm/N")
         axes.set_ylim(bottom=0)
+        dressed(axes)
     entries = [Line2D([], [], color=level_colour(i), linewidth=4, label=s.sweep) for i, s in enumerate(sweeps)]
     entries += [Line2D([], [], color=INK, label=kind, **STYLES[kind]) for kind in kinds]
-    _legend(figure, entries)
+    legend(figure, entries)
     return figure
 
 
 def residuals_figure(sweeps: Sequence[SweepComparison]) -> Figure:
-    """Residuals in standard deviations of their noise: a row for each channel, a column for each of the worst sweeps."""
+    """Residuals in standard deviations of their noise: a row a channel, a column for each of the worst sweeps."""
     worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:MOST_PANELS]
     shown = [sweep for sweep in sweeps if sweep in worst]
     channels = sweeps[0].channels
@@ -65,15 +78,15 @@ def residuals_figure(sweeps: Sequence[SweepComparison]) -> Figure:
                 size = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.05)
                 axes.semilogy(sweep.frequency_Hz[order], size, color=KIND[kind], **STYLES[kind])
             axes.axhline(1.0, color="#5f5f5f", linewidth=0.9)
-            _dress(axes)
             if o == 0:
                 axes.set_title(sweep.sweep)
+            dressed(axes)
             if o == len(channels) - 1:
                 axes.set_xlabel("frequency, Hz")
         grid[o][0].set_ylabel(f"{channel}: residual, σ")
     entries = [Line2D([], [], color=KIND[kind], label=kind, **STYLES[kind]) for kind in ("before", "after")]
     entries.append(Line2D([], [], color="#5f5f5f", linewidth=0.9, label="one standard deviation of the noise"))
-    _legend(figure, entries)
+    legend(figure, entries)
     return figure
 
 
@@ -83,8 +96,8 @@ def law_figure(evidence: Evidence, models: dict[str, Candidate]) -> Figure | Non
     if not bands:
         return None
     reference = evidence.channels[evidence.reference]
-    figure, panels = _panels(2, height_in=3.3)
-    for axes, quantity, symbol in zip(panels, ("softening", "loss"), ("s", "l"), strict=True):
+    figure, row = panels(2, height_in=3.3)
+    for axes, quantity, symbol in zip(row, ("softening", "loss"), ("s", "l"), strict=True):
         low, high = 0.0, 0.0
         for kind, band in bands.items():
             X = 1e3 * band.amplitude_m
@@ -101,7 +114,8 @@ def law_figure(evidence: Evidence, models: dict[str, Candidate]) -> Figure | Non
             ylabel=f"{symbol}(X), N/mm²",
         )
         axes.xaxis.set_major_formatter("{x:g}")
-    _legend(figure, panels[0].get_lines())
+        dressed(axes)
+    legend(figure, row[0].get_lines())
     return figure
 
 
@@ -122,14 +136,14 @@ def modes_figure(evidence: Evidence, model: Candidate, *, count: int = 4) -> Fig
         values = np.where(places <= shape.lower_x[-1], on_lower, on_upper)
         axes.plot(1e3 * places, values, "s", color=MEASURED, markersize=5)
         axes.set_title(f"mode {shape.number}: {shape.frequency_Hz:.5g} Hz")
-        _dress(axes)
+        dressed(axes)
     for axes in grid.ravel()[len(shapes) :]:
         axes.set_visible(False)
     for axes in grid[-1]:
         axes.set_xlabel("position from the clamp, mm")
     for row in grid:
         row[0].set_ylabel("deflection")
-    _legend(
+    legend(
         figure,
         [
             Line2D([], [], color=KIND["after"], linewidth=2.4, label="lower beam"),
@@ -163,27 +177,31 @@ def broadband_figure(evidence: Evidence, models: dict[str, Candidate], index: in
         lower.semilogy(data.frequency_Hz, noise, color="#5f5f5f", linewidth=0.9, label="noise, one σ")
         upper.set(title=channel, ylabel=f"|{channel} / force|, {unit_text(units[channel])}/N")
         lower.set(xlabel="frequency, Hz", ylabel="relative error, %")
-        _dress(upper)
-        _dress(lower)
-    _legend(figure, [*grid[0][0].get_lines(), grid[1][0].get_lines()[-1]])
+        dressed(upper)
+        dressed(lower)
+    legend(figure, [*grid[0][0].get_lines(), grid[1][0].get_lines()[-1]])
     return figure
 
 
-def _panels(count: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
+def panels(count: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` axes beside each other."""
     figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-    panels = list(figure.subplots(1, count, squeeze=False)[0])
-    for axes in panels:
-        _dress(axes)
-    return figure, panels
+    return figure, list(figure.subplots(1, count, squeeze=False)[0])
 
 
-def _dress(axes: Axes) -> None:
+def dressed(axes: Axes) -> None:
+    """Give axes, when their titles are set, the look that all figures share."""
     axes.grid(color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=9)
     axes.title.set_fontsize(10)
+    if axes.get_xscale() == "linear":
+        axes.xaxis.set_major_locator(MaxNLocator(6))
 
 
-def _legend(figure: Figure, entries: Sequence[Any]) -> None:
-    figure.legend(handles=list(entries), loc="outside upper center", ncols=min(7, len(entries)), frameon=False, fontsize=9)
+def legend(figure: Figure, entries: Sequence[Any]) -> None:
+    """One legend for all axes, above them."""
+    figure.legend(
+        handles=list(entries), loc="outside upper center", ncols=min(7, len(entries)), frameon=False, fontsize=9
+    )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twin.diagnose.result import Diagnosis
+from twin.diagnose.result import Diagnosis, Estimate
 from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import compared_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
@@ -16,6 +16,8 @@ from twin.views.style import AFTER, BEFORE
 
 __all__ = ["write_report"]
 
+LEAST_SHARE = 0.005
+"""Least share of chi2 worth a line."""
 ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": "#a56a00", "unknown": BEFORE}
 
 
@@ -40,7 +42,9 @@ def write_report(
     """
     evidence = diagnosis.evidence
     runs = ", ".join(Path(run.path).name for run in evidence.runs)
-    facts = f"Rig {evidence.rig.name}, preload {evidence.preload}; recordings {runs}; {diagnosis.seconds:.0f} s."
+    facts = (
+        f"Rig {evidence.rig.name}, preload {evidence.preload}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
+    )
     write_page(
         path,
         title=title,
@@ -126,6 +130,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
     where = [
         (str(place["run"]), str(place["channel"]), str(place["harmonic"]), f"{100 * place['share']:.1f} %")
         for place in misfit.where
+        if place["share"] >= LEAST_SHARE
     ]
     tables = []
     if where:
@@ -141,7 +146,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
     if rows:
         tables.append(
             Table(
-                caption="Root-mean-square residual of the fundamental, in standard deviations of the measurement's noise",
+                caption="Root-mean-square residual of the fundamental, in standard deviations of its noise",
                 head=("sweep", "channel", "before", "after"),
                 rows=rows,
                 numbers=(2, 3),
@@ -149,12 +154,17 @@ def _misfit(diagnosis: Diagnosis) -> Section:
         )
     pictures = []
     if diagnosis.sweeps:
-        alt = "Residuals in standard deviations against frequency, before and after, by channel and sweep. " + "; ".join(
-            f"{s} {c}: {before:.3g} before, {after:.3g} after (rms)" for s, c, before, after in residual_rows(diagnosis.sweeps)
+        alt = (
+            "Residuals in standard deviations against frequency, before and after, by channel and sweep. "
+            + "; ".join(
+                f"{s} {c}: {before:.3g} before, {after:.3g} after (rms)"
+                for s, c, before, after in residual_rows(diagnosis.sweeps)
+            )
         )
         caption = (
             "Residuals of the fundamental in standard deviations of the measurement's noise alone. Close to a sharp "
-            "resonance a shift of a thousandth of a hertz already shows here; chi² also allows for such errors of the model."
+            "resonance a shift of a thousandth of a hertz already shows here; chi² also allows for such errors of the "
+            "model."
         )
         pictures.append(picture(residuals_figure(diagnosis.sweeps), alt=alt, caption=caption))
     verb = "agrees with" if agrees else "does not agree with"
@@ -172,7 +182,10 @@ def _misfit(diagnosis: Diagnosis) -> Section:
 
 def _sweeps(diagnosis: Diagnosis) -> Section | None:
     pictures = []
-    for sweeps, told in ((diagnosis.sweeps, "that the models were fitted to"), (diagnosis.held_out, "held out of all fits")):
+    for sweeps, told in (
+        (diagnosis.sweeps, "that the models were fitted to"),
+        (diagnosis.held_out, "held out of all fits"),
+    ):
         if not sweeps:
             continue
         names = ", ".join(sweep.sweep for sweep in sweeps)
@@ -183,7 +196,7 @@ def _sweeps(diagnosis: Diagnosis) -> Section | None:
         pictures.append(
             picture(
                 sweeps_figure(diagnosis.evidence, sweeps),
-                alt=f"Receptance against frequency for {names}, measured and by both models, one panel for each channel. {peaks}.",
+                alt=f"Receptance against frequency for {names}, measured and by both models. {peaks}.",
                 caption=f"Sweeps {told}: measured (points), before (dashed), after (solid); amplitude of displacement "
                 "per newton. Before means the believed rig with moduli, damping and joint's law refitted.",
             )
@@ -197,7 +210,7 @@ def _broadband(diagnosis: Diagnosis) -> Section | None:
         picture(
             broadband_figure(evidence, models, i),
             alt=f"Broadband responses of {', '.join(data.channels)} from {data.frequency_Hz[0]:.0f} to "
-            f"{data.frequency_Hz[-1]:.0f} Hz on logarithmic scales, measured and by the models, with relative errors below.",
+            f"{data.frequency_Hz[-1]:.0f} Hz, logarithmic, measured and by the models, with relative errors below.",
             caption=f"Broadband run {Path(data.run).name}: responses per force, and the models' relative errors beside "
             "one standard deviation of the measurement.",
         )
@@ -212,14 +225,24 @@ def _identified(diagnosis: Diagnosis) -> Section:
     base = model.unknowns.base
     std = np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0))
     believed = evidence.rig.joint.preload[evidence.preload]
-    rows = [
-        ("normal modulus E′", f"{believed.normal_modulus:.4g}", f"{base.E:.4g} ± {base.E * std[0]:.2g}", "N/m²"),
-        ("shear modulus G′", f"{believed.shear_modulus:.4g}", f"{base.G:.4g} ± {base.G * std[1]:.2g}", "N/m²"),
+    rows: list[tuple[str, ...]] = [
+        (name, f"{1e-6 * was:.4g}", estimate_text(Estimate(1e-6 * now, 1e-6 * now * error)), "N/mm²")
+        for name, was, now, error in (
+            ("normal modulus E′", believed.normal_modulus, base.E, std[0]),
+            ("shear modulus G′", believed.shear_modulus, base.G, std[1]),
+        )
     ]
     ratios = evidence.rig.damping.modal_ratio
     for i, zeta in enumerate(base.zeta):
         was = ratios[min(i, len(ratios) - 1)]
-        rows.append((f"damping ratio of mode {i + 1}", f"{was:.3g}", f"{zeta:.4g} ± {zeta * std[4 + i]:.1g}", ""))
+        rows.append(
+            (
+                f"damping ratio of mode {i + 1}",
+                f"{was:.3g}",
+                estimate_text(Estimate(float(zeta), float(zeta * std[4 + i]))),
+                "",
+            )
+        )
     pictures: list[Picture] = []
     law = law_figure(evidence, models)
     if law is not None:
@@ -235,7 +258,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
     pictures.append(
         picture(
             modes_figure(evidence, model),
-            alt="Deflection lines of both beams in the first four modes, with the overlap shaded and the sensors marked.",
+            alt="Deflection lines of both beams in the first modes, with the overlap shaded and the sensors marked.",
             caption="Modes of the identified structure without what the extension attaches to it.",
         )
     )
@@ -262,7 +285,7 @@ def _assumed(diagnosis: Diagnosis) -> Section:
         items=[
             f"The rig file: two beams with an overlap of {1e3 * rig.joint.overlap:g} mm, clamped at one end, driven at "
             f"{rig.drive.position:g} m; {places}. Anything else than the named causes is as it says.",
-            "The joint is a thin layer with moduli E′ − s(X) and G′ + j l(X), smooth functions of one response amplitude X.",
+            "The joint is a thin layer with moduli E′ − s(X) and G′ + j l(X), smooth functions of one amplitude X.",
             "The force is what the force cell reads; the steps used were settled.",
             "The noise is estimated from the recordings themselves, and is Gaussian.",
             f"At most a few of the listed causes act at once. Anything up to chi² {diagnosis.misfit.threshold:g} per "
@@ -281,6 +304,7 @@ def _uncertain(diagnosis: Diagnosis) -> Section:
     if diagnosis.next_test is not None:
         items.append(f"Next test: {diagnosis.next_test.why} ({diagnosis.next_test.procedure}).")
     items.append(
-        "Standard deviations hold within the model; an effect that is on no list can move the values by more than they say."
+        "Standard deviations hold within the model; an effect that is on no list can move the values by more than "
+        "they say."
     )
     return Section(title="What is uncertain", items=items)

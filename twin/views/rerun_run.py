@@ -27,6 +27,7 @@ Array = NDArray[Any]
 BLOCK = 65536
 MOST_SAMPLES = 2_000_000
 """Samples of a channel that are shown one by one; of more than that, the least and greatest of each short stretch."""
+MOST_EVENTS = 10_000
 TIME = "time"
 
 
@@ -217,9 +218,7 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
     return views
 
 
-def _harmonics(
-    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep]
-) -> rrb.TimeSeriesView | None:
+def _harmonics(recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep]) -> rrb.TimeSeriesView | None:
     """Harmonics of the farthest response relative to its fundamental, in dB, at each step's time."""
     if not reduced:
         return None
@@ -235,12 +234,16 @@ def _harmonics(
         dB = 20 * np.log10(sizes / sizes[:, :1])
     for k, number in enumerate((2, 3, 5)):
         path = f"/harmonics/{number}"
-        style = rr.SeriesLines(colors=[on_dark(level_colour(k))], names=f"harmonic {number}", aggregation_policy="MinMax")
+        style = rr.SeriesLines(
+            colors=[on_dark(level_colour(k))], names=f"harmonic {number}", aggregation_policy="MinMax"
+        )
         recording.log(path, style, static=True)
         recording.send_columns(
             path, [rr.TimeColumn(TIME, duration=times)], rr.Scalars.columns(scalars=dB[:, number - 1])
         )
-    return rrb.TimeSeriesView(origin="/harmonics", name=f"Harmonics of {channel}, dB of its fundamental, step by step", axis_x=_whole_run(run))
+    return rrb.TimeSeriesView(
+        origin="/harmonics", name=f"Harmonics of {channel}, dB of its fundamental, step by step", axis_x=_whole_run(run)
+    )
 
 
 def _log_columns() -> rrb.TextLogColumns:
@@ -253,7 +256,7 @@ def _log_columns() -> rrb.TextLogColumns:
 def _log_events(recording: rr.RecordingStream, run: Run) -> None:
     """Events, and where each sweep begins and ends."""
     origin = _origin_ns(run)
-    lines: list[tuple[int, str, str]] = [
+    lines: list[tuple[int, str, rr.TextLogLevel]] = [
         (event.time_ns, f"{event.source}: {event.kind} {event.detail}".strip(), rr.TextLogLevel.WARN)
         for event in run.events
     ]
@@ -265,6 +268,10 @@ def _log_events(recording: rr.RecordingStream, run: Run) -> None:
         if step.state in (StepState.DONE, StepState.ABORTED):
             level = rr.TextLogLevel.INFO if step.state is StepState.DONE else rr.TextLogLevel.ERROR
             lines.append((step.time_ns, f"{step.sweep} {step.state.name.lower()}", level))
-    for time_ns, text, level in sorted(lines):
+    lines.sort(key=lambda line: line[0])
+    if len(lines) > MOST_EVENTS:
+        more = f"and {len(lines) - MOST_EVENTS} more, not shown"
+        lines = [*lines[:MOST_EVENTS], (lines[MOST_EVENTS][0], more, rr.TextLogLevel.WARN)]
+    for time_ns, text, level in lines:
         recording.set_time(TIME, duration=np.timedelta64(time_ns - origin, "ns"))
         recording.log("/events", rr.TextLog(text, level=level))

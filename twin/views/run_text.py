@@ -19,7 +19,9 @@ def run_markdown(run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[s
     info = run.info
     title = " · ".join(info[key] for key in ("rig", "procedure") if info.get(key)) or "Run"
     lines = [f"# {title}", ""]
-    lines += [f"- {key}: {info[key]}" for key in ("source", "stored", "started", "preload_N", "preload_Nm") if key in info]
+    lines += [
+        f"- {key}: {info[key]}" for key in ("source", "stored", "started", "preload_N", "preload_Nm") if key in info
+    ]
     lines += ["", "| channel | range | at | lost |", "|---|---|---|---|"]
     for name, channel in run.channels.items():
         unit = unit_text(channel.unit)

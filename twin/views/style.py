@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["AFTER", "BEFORE", "INK", "KIND", "LEVELS", "MEASURED", "level_colour", "on_dark", "rgb", "ticks", "unit_text"]
+__all__ = [
+    "AFTER",
+    "BEFORE",
+    "INK",
+    "KIND",
+    "LEVELS",
+    "MEASURED",
+    "level_colour",
+    "on_dark",
+    "rgb",
+    "ticks",
+    "unit_text",
+]
 
 INK = "#1a1a1a"
 MEASURED, BEFORE, AFTER = "#1a1a1a", "#d55e00", "#0072b2"

@@ -1,0 +1,147 @@
+"""`twin view`: a run, a rehearsal or a diagnosis in rerun."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import console, json_option, print_json
+
+__all__ = ["command"]
+
+RESULT = "result.json"
+LARGEST_RESULT = 200_000_000
+"""Bytes; a larger result.json is nobody's."""
+
+
+@click.command(name="view", short_help="Show a run, a rehearsal or a diagnosis in rerun.")
+@click.argument("what", metavar="RUN|DIR", type=click.Path(path_type=Path))
+@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.rrd", help="Write the view and open nothing.")
+@json_option
+def command(what: Path, save: Path | None, as_json: bool) -> None:
+    r"""Show RUN, an .mcap, or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
+
+    The viewer listens on this machine's loopback alone.
+
+    \b
+    Examples:
+      twin view sweeps.mcap
+      twin view diagnosis --save diagnosis.rrd
+      rerun diagnosis.rrd
+    """
+    if save is not None and save.suffix.lower() != ".rrd":
+        raise click.UsageError(f"--save: {save} must end in .rrd")
+    if not what.exists():
+        raise InputError(what, "", "no such file or folder")
+    if save is not None:
+        files = [_save(what, save)]
+    else:
+        folder = Path(tempfile.mkdtemp(prefix="twin-view-"))
+        files = [_save(what, folder / f"{what.resolve().stem or 'view'}.rrd")]
+    opened = save is None and _open(files[0])
+    if as_json:
+        print_json({"view": files[0], "bytes": files[0].stat().st_size, "opened": opened})
+    elif save is not None:
+        console.print(f"{save}: written; open it with 'rerun {save}'", markup=False, soft_wrap=True)
+
+
+def _save(what: Path, out: Path) -> Path:
+    """Write the view of `what` to `out`: the one a diagnosis left, or a new one from its recordings."""
+    if what.is_file():
+        return _save_run(what, out, None)
+    left = sorted(what.glob("*.rrd"))
+    if (result := what / RESULT).is_file():
+        table = _read_result(result)
+        recording = table.get("recording")
+        if isinstance(recording, str) and "steps" in table:
+            return _save_run(_inside(what, recording, result), out, table)
+    if left:
+        # view.rrd or run.rrd, as the commands call it
+        return _copy(next((path for path in left if path.stem == "view"), left[0]), out)
+    recorded = sorted(what.glob("*.mcap"))
+    if len(recorded) == 1:
+        return _save_run(recorded[0], out, None)
+    if recorded:
+        names = ", ".join(path.name for path in recorded[:6])
+        raise InputError(what, "", "holds several recordings and no view", f"name one of them: {names}")
+    raise InputError(what, "", "holds neither a view nor a recording", "give an .mcap, or a folder of results")
+
+
+def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -> Path:
+    from recordings import read_run
+    from twin.views import save_run
+
+    if recording.suffix.lower() == ".rrd":
+        return _copy(recording, out)
+    with console.status(f"reading {recording.name}"):
+        run = read_run(recording)
+    with console.status("reducing and drawing"):
+        save_run(run, out, rehearsal=rehearsal)
+    return out
+
+
+def _copy(source: Path, out: Path) -> Path:
+    if source.resolve() == out.resolve():
+        return out
+    partial = out.with_name(f".{out.name}.part")
+    try:
+        shutil.copyfile(source, partial)
+        partial.replace(out)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(out, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+    return out
+
+
+def _read_result(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > LARGEST_RESULT:
+            raise InputError(path, "", "too large for a result of this program")
+        table = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(path, "", f"not a result of this program: {error}") from error
+    if not isinstance(table, dict):
+        raise InputError(path, "", "not a result of this program: no JSON object")
+    return table
+
+
+def _inside(folder: Path, name: str, source: Path) -> Path:
+    """A file of the folder that a result names; names that lead elsewhere are refused."""
+    path = folder / name
+    if Path(name).name != name or not path.is_file():
+        raise InputError(source, "recording", f"{name!r:.80} is not a file of {folder}")
+    return path
+
+
+def _open(view: Path) -> bool:
+    """Open the viewer if there is a display; say how to open it elsewhere if not."""
+    viewer = Path(sys.executable).with_name("rerun")
+    program = str(viewer) if viewer.exists() else shutil.which("rerun")
+    seen = sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if not seen or program is None:
+        why = "no display here" if program else "the program 'rerun' is not installed"
+        console.print(
+            f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen",
+            markup=False,
+            soft_wrap=True,
+        )
+        return False
+    subprocess.Popen(
+        [program, "--bind", "127.0.0.1", str(view)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    console.print(f"opened {view}", markup=False, soft_wrap=True)
+    return True

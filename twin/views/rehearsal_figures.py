@@ -1,0 +1,82 @@
+"""Pictures of a rehearsal, from its table (``result.json``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from twin.views.figures import dressed, legend, panels
+from twin.views.style import INK, level_colour
+
+__all__ = ["range_figure", "responses_figure"]
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force: str | None) -> Figure | None:
+    """Response per force at every step over the predicted branches; a panel a channel, a colour a sweep."""
+    by_sweep: dict[str, list[Mapping[str, Any]]] = {}
+    for step in steps:
+        if step["frequency_Hz"] and step["phasors"]:
+            by_sweep.setdefault(step["sweep"], []).append(step)
+    if not by_sweep or not channels:
+        return None
+    levels = list(dict.fromkeys(rows[0]["target_amplitude"] for rows in by_sweep.values()))
+    figure, axes_of = panels(len(channels), height_in=3.6)
+    for channel, axes in zip(channels, axes_of, strict=True):
+        for branch in branches:
+            curve = branch["response"].get(channel)
+            if curve is not None and branch["force_N"] in levels:
+                size = np.array(curve["amplitude"]) / branch["force_N"]
+                colour = level_colour(levels.index(branch["force_N"]))
+                axes.plot(branch["frequency_Hz"], size, color=colour, linewidth=1.2)
+        for rows in by_sweep.values():
+            x = [row["frequency_Hz"] for row in rows]
+            size = [_amplitude(row, channel) / (_amplitude(row, force) if force else 1.0) for row in rows]
+            axes.plot(x, size, "o", color=level_colour(levels.index(rows[0]["target_amplitude"])), markersize=3.2)
+        axes.set(
+            title=channel, xlabel="frequency, Hz", ylabel=f"|{channel}|" + (f" / |{force}|, SI units" if force else "")
+        )
+        axes.set_ylim(bottom=0)
+        dressed(axes)
+    entries = [
+        Line2D([], [], color=level_colour(levels.index(rows[0]["target_amplitude"])), linewidth=4, label=sweep)
+        for sweep, rows in by_sweep.items()
+    ]
+    entries.append(Line2D([], [], color=INK, linestyle="none", marker="o", markersize=3.2, label="rehearsed step"))
+    if branches:
+        entries.append(Line2D([], [], color=INK, linewidth=1.2, label="predicted branch"))
+    legend(figure, entries)
+    return figure
+
+
+def range_figure(steps: Rows) -> Figure | None:
+    """Use of each converter's range, and the time each step takes, in the order of the steps."""
+    names = list(dict.fromkeys(name for step in steps for name in step["range_use"]))
+    if not names or len(steps) < 2:
+        return None
+    figure, (left, right) = panels(2, height_in=3.0)
+    number = np.arange(1, len(steps) + 1)
+    for i, name in enumerate(names):
+        use = [100 * step["range_use"].get(name, np.nan) for step in steps]
+        left.semilogy(number, use, color=level_colour(i), label=name, linewidth=1.4)
+    left.axhline(100.0, color=INK, linewidth=0.9)
+    left.set(title="use of the converter's range", xlabel="step", ylabel="peak, % of the range")
+    settle = np.array([step["settle_s"] for step in steps], float)
+    measure = np.array([step["measure_s"] for step in steps], float)
+    right.fill_between(number, settle, step="mid", color="#e69f00", label="settling", linewidth=0)
+    right.fill_between(number, settle, settle + measure, step="mid", color="#0072b2", label="measuring", linewidth=0)
+    right.set(title="time of each step", xlabel="step", ylabel="time, s")
+    for axes in (left, right):
+        dressed(axes)
+        axes.legend(frameon=False, fontsize=9)
+    return figure
+
+
+def _amplitude(step: Mapping[str, Any], channel: str) -> float:
+    value = step["phasors"].get(channel, {}).get("amplitude")
+    return float(value) if value else np.nan

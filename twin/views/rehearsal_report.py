@@ -1,0 +1,156 @@
+"""The report of a rehearsal, from its table (``result.json``): may the procedure be run, and what to know before."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from twin.views.page import Section, Table, picture, write_page
+from twin.views.rehearsal_figures import range_figure, responses_figure
+from twin.views.style import AFTER, BEFORE
+
+__all__ = ["rehearsal_sentence", "write_rehearsal_report"]
+
+MOST_CHANNELS = 4
+
+
+def rehearsal_sentence(result: Mapping[str, Any]) -> str:
+    """The answer in one sentence."""
+    count = Counter(warning["severity"] for warning in result["warnings"])
+    took = f"{len(result['steps'])} steps in {result['duration_s'] / 60:.1f} min of the rig's time"
+    if result["must_not_run"]:
+        why = next((w["reason"] for w in result["warnings"] if w["severity"] == "stop"), result["reason"])
+        return f"The procedure must not be run like this: {why}."
+    if result["state"] != "done":
+        return f"The rehearsal was {result['state']}: {result['reason']}."
+    if count["warning"]:
+        plural = "warning says" if count["warning"] == 1 else "warnings say"
+        return f"The procedure gets to its end, {took}, but {count['warning']} {plural} that its data would mislead."
+    return f"The procedure can be run as it is: {took}, no warnings."
+
+
+def write_rehearsal_report(
+    result: Mapping[str, Any], path: Path, *, commands: Sequence[str] = (), title: str = "Rehearsal of a vibration test"
+) -> None:
+    """Write the report of a rehearsal.
+
+    Parameters
+    ----------
+    result
+        What ``twin rehearse`` writes as ``result.json``.
+    path
+        The HTML file to write; replaced if it exists.
+    commands
+        What to type to get the same again.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    preload = f", preload {result['preload']}" if result.get("preload") else ""
+    facts = f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}."
+    accent = BEFORE if result["must_not_run"] else AFTER if result["clear"] else "#a56a00"
+    sections = [section for section in _sections(result, commands) if section is not None]
+    write_page(path, title=title, answer=rehearsal_sentence(result), facts=facts, sections=sections, accent=accent)
+
+
+def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Section | None]:
+    yield _warnings(result, "Warnings")
+    yield _sweeps(result)
+    yield _resources(result)
+    if result.get("improved"):
+        yield _improved(result["improved"])
+    yield Section(
+        title="What was assumed",
+        items=[
+            "The rig behaves as its file says; the joint's law is the twin's, with sensor noise and the converter.",
+            "Predicted branches are harmonic balance without shaker, noise or converter; at a fold a sweep jumps.",
+        ],
+    )
+    if commands:
+        yield Section(title="To get this again", commands=commands)
+
+
+def _warnings(result: Mapping[str, Any], title: str) -> Section:
+    rows = [
+        (
+            w["kind"],
+            w["severity"],
+            f"{w['sweep']}, step {w['index']}" + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
+            str(w["steps"]),
+            w["reason"],
+            w["advice"],
+        )
+        for w in result["warnings"]
+    ]
+    if not rows:
+        return Section(title=title, texts=["None."])
+    head = ("kind", "severity", "worst step", "steps", "what is wrong", "what to change")
+    return Section(title=title, tables=[Table(caption="Gravest first", head=head, rows=rows, numbers=(3,))])
+
+
+def _sweeps(result: Mapping[str, Any]) -> Section | None:
+    if not result["sweeps"]:
+        return None
+    rows = [
+        (
+            s["sweep"],
+            str(s["steps"]),
+            f"{s['duration_s']:.0f}",
+            f"{s['peak_frequency_Hz']:.6g}",
+            f"{s['peak_response']:.4g}",
+            s["response_channel"],
+            f"{s['quality_factor']:.0f}"
+            if s["quality_factor"] is not None and s["quality_factor"] == s["quality_factor"]
+            else "",
+        )
+        for s in result["sweeps"]
+    ]
+    head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units", "channel", "Q")
+    seen = dict.fromkeys(name for step in result["steps"] for name in step["phasors"])
+    force = next((name for name in seen if name == "force" or name.startswith("force")), None)
+    channels = [name for name in seen if name not in (force, "voltage", "current")][:MOST_CHANNELS]
+    figure = responses_figure(result["steps"], result.get("branches") or [], channels, force)
+    pictures = []
+    if figure is not None:
+        peaks = "; ".join(f"{row[0]} peaks at {row[3]} Hz" for row in rows)
+        pictures.append(
+            picture(
+                figure,
+                alt=f"Response per force against frequency at every step, over the predicted branches. {peaks}.",
+                caption="Every step (points) over the branches that harmonic balance predicts (lines).",
+            )
+        )
+    table = Table(caption="Each sweep at a glance", head=head, rows=rows, numbers=(1, 2, 3, 4, 6))
+    return Section(title="Sweeps", tables=[table], pictures=pictures)
+
+
+def _resources(result: Mapping[str, Any]) -> Section | None:
+    figure = range_figure(result["steps"])
+    if figure is None:
+        return None
+    most: dict[str, float] = {}
+    for step in result["steps"]:
+        for name, use in step["range_use"].items():
+            most[name] = max(most.get(name, 0.0), use)
+    told = "; ".join(f"{name} {100 * use:.3g} %" for name, use in most.items())
+    return Section(
+        title="Range and time",
+        texts=[f"Largest use of the converter's range: {told}."],
+        pictures=[
+            picture(
+                figure,
+                alt=f"Use of each converter's range by step on a logarithmic scale, at most {told}; time of each step.",
+                caption="Peak of each channel as a part of its converter's range, and the time that each step takes.",
+            )
+        ],
+    )
+
+
+def _improved(better: Mapping[str, Any]) -> Section:
+    section = _warnings(better, "The improved procedure")
+    took = f"{len(better['steps'])} steps in {better['duration_s'] / 60:.1f} min of the rig's time."
+    return Section(title=section.title, texts=[took, *section.texts], tables=section.tables)
