@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.joint_law import SplineLaw, choose_knots
 from twin.identify.linear_fit import base_bounds
@@ -19,13 +20,16 @@ __all__ = ["fit_base", "starting_unknowns", "stepwise_law", "unknowns_bounds"]
 
 Array = NDArray[Any]
 
+HELD_PRECISION = 1e16
+"""Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
-def starting_unknowns(evidence: Evidence, *, knots: int = 12) -> Unknowns:
+
+def starting_unknowns(evidence: Evidence, *, knots: int = 12, extension: Extension | None = None) -> Unknowns:
     """Base parameters of the broadband fit, else what is believed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
     law = SplineLaw.zero(choose_knots(evidence.steps.amplitude_m, knots))
     unknowns = Unknowns(base, law)
-    return stepwise_law(Predictor(evidence), unknowns) if len(evidence.steps) else unknowns
+    return stepwise_law(Predictor(evidence, extension), unknowns) if len(evidence.steps) else unknowns
 
 
 def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
@@ -84,6 +88,8 @@ def fit_base(
     start: Unknowns | None = None,
     slacks: Sequence[Slack] = (LOOSE, TIGHT),
     iterations: int = 30,
+    extension: Extension | None = None,
+    held_at_zero: Sequence[int] = (),
 ) -> tuple[Unknowns, Solution]:
     """Fit base parameters and law.
 
@@ -93,11 +99,21 @@ def fit_base(
         Where to begin; read off the evidence by default.
     slacks
         How much the model may be wrong, one fit after the other.
+    extension
+        What is known to differ from the believed rig.
+    held_at_zero
+        Places in the unknowns' vector that are not free.
     """
-    unknowns = start or starting_unknowns(evidence)
+    unknowns = start or starting_unknowns(evidence, extension=extension)
+    held = np.asarray(held_at_zero, int)
+    if len(held):
+        vector = unknowns.vector
+        vector[held] = 0.0
+        unknowns = unknowns.with_vector(vector)
     for slack in slacks:
-        predictor = Predictor(evidence, slack=slack)
+        predictor = Predictor(evidence, extension, slack=slack)
         mean, precision = predictor.prior(unknowns)
+        mean[held], precision[held, held] = 0.0, HELD_PRECISION
 
         def evaluate(x: Array, predictor: Predictor = predictor, unknowns: Unknowns = unknowns) -> tuple[Array, Array]:
             prediction = predictor.evaluate(unknowns.with_vector(x))

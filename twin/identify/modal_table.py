@@ -6,18 +6,15 @@ import csv
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.tables import SweepTable, read_table
 from twin.identify.backbone import identify_backbone, split_levels
+from twin.identify.drive_table import read_drive
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.rigs.modal import ModalRig
 
 __all__ = ["identify_sweep_table", "predict_drive", "write_response"]
-
-Array = NDArray[np.float64]
-ROW_LIMIT = 200_000
 
 
 def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
@@ -54,10 +51,11 @@ def predict_drive(model: ModalRig, path: Path, *, source: str | Path = "model") 
     """
     if model.law is None:
         raise InputError(source, "law", "this modal rig has none yet", "identify it from sweeps first")
-    columns = _drive(path)
-    if "force_N" in columns:
-        return predict_forced(model.law, columns["frequency_Hz"], columns["force_N"])
-    return predict_held(model.law, columns["frequency_Hz"], columns["acceleration_m_per_s2"])
+    drive = read_drive(path)
+    if drive.force_N is not None:
+        return predict_forced(model.law, drive.frequency_Hz, drive.force_N)
+    assert drive.acceleration_m_per_s2 is not None
+    return predict_held(model.law, drive.frequency_Hz, drive.acceleration_m_per_s2)
 
 
 def write_response(response: ModalResponse, path: Path) -> None:
@@ -74,31 +72,3 @@ def write_response(response: ModalResponse, path: Path) -> None:
     except OSError as error:
         part.unlink(missing_ok=True)
         raise InputError(path, "", (error.strerror or str(error)).lower()) from error
-
-
-def _drive(path: Path) -> dict[str, Array]:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.reader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(path, "", getattr(error, "strerror", None) or str(error)) from error
-    rows = [row for row in rows if row]
-    if not 2 <= len(rows) <= ROW_LIMIT + 1:
-        raise InputError(path, "", f"needs column names and between 1 and {ROW_LIMIT} rows")
-    names = [name.strip() for name in rows[0]]
-    held = [name for name in ("force_N", "acceleration_m_per_s2") if name in names]
-    if "frequency_Hz" not in names or len(held) != 1:
-        raise InputError(path, "line 1", "needs the column frequency_Hz and one of force_N, acceleration_m_per_s2")
-    columns = {}
-    for name in ("frequency_Hz", held[0]):
-        at = names.index(name)
-        values = np.empty(len(rows) - 1)
-        for i, row in enumerate(rows[1:]):
-            try:
-                values[i] = float(row[at])
-            except (ValueError, IndexError) as error:
-                raise InputError(path, f"row {i + 2}, column {name}", "is not a number") from error
-            if not 0 < values[i] < np.inf:
-                raise InputError(path, f"row {i + 2}, column {name}", f"{row[at]!r:.40} is not above zero")
-        columns[name] = values
-    return columns

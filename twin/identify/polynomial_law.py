@@ -137,10 +137,8 @@ class PolynomialProblem:
         R, omega = predictor.step_receptance(unknowns)
         forces = predictor.extension.nonlinear
         if forces:
-            p = predictor.model.ports
-            stop = p.extra.stop - (1 if predictor.extension.base_receptance else 0)
-            ports = slice(stop - len(forces), stop)
-            amplitude = np.abs(R[:, ports, p.drive] * steps.force[:, :1])
+            ports = predictor.nonlinear_ports
+            amplitude = np.abs(R[:, ports, predictor.model.ports.drive] * steps.force[:, :1])
             k = [force.equivalent(amplitude[:, i], omega) for i, force in enumerate(forces)]
             layer = layer.with_stiffness(ports, np.stack(k, axis=1))
         H = predictor.model.response(R, omega)[:, ref, None]
@@ -195,7 +193,10 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int]) -> PolynomialFit:
     powers = [(problem.amplitude_m[:, None] / span) ** np.arange(order + 1) for order in orders]
     first = orders[0] + 1
     H, S1, S2 = problem.evaluate(*problem.guess)
-    starts = [_weighted(P, g, np.abs(S)) for P, g, S in zip(powers, problem.guess, (S1, S2), strict=True)]
+    # Constants to begin with, so that the iterations show how the functions of amplitude come about.
+    starts = [np.zeros(order + 1) for order in orders]
+    for start, guess, sensitivity in zip(starts, problem.guess, (S1, S2), strict=True):
+        start[0] = np.average(guess, weights=np.abs(sensitivity) ** 2)
     # In units in which both functions move the response alike: a g2 must be many times a g1 to matter.
     units = 1 / np.array([np.linalg.norm(S1), np.linalg.norm(S2)])
     units *= np.sqrt(len(H))
@@ -266,7 +267,3 @@ def _covariance(problem: PolynomialProblem, S: Array, eps: Array) -> Array:
     by_base = np.vstack([problem.by_base.real, problem.by_base.imag])
     made_up = inverse @ by_base
     return np.asarray(scatter * inverse @ inverse.T + made_up @ problem.base_covariance @ made_up.T)
-
-
-def _weighted(P: Array, values: Array, weight: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(weight[:, None] * P, weight * values, rcond=None)[0])

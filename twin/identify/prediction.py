@@ -342,7 +342,8 @@ class Predictor:
         n, k = len(unknowns.base.vector), len(unknowns.law.knots)
         return slice(n, n + k), slice(n + k, n + 2 * k), unknowns.law.softening, unknowns.law.loss
 
-    def _nonlinear_ports(self) -> slice:
+    @property
+    def nonlinear_ports(self) -> slice:
         """Where the nonlinear forces' ports are."""
         stop = self.model.ports.extra.stop - (1 if self.extension.base_receptance else 0)
         return slice(stop - len(self.extension.nonlinear), stop)
@@ -351,7 +352,7 @@ class Predictor:
         """Receptances with the equivalent stiffness of local nonlinearities at each step's own amplitude."""
         if not self.extension.nonlinear:
             return R
-        ports = self._nonlinear_ports()
+        ports = self.nonlinear_ports
         updated = R
         # The ports' amplitudes depend on the stiffness there: fixed-point turns, enough for a correction.
         for _ in range(6):
@@ -389,7 +390,7 @@ class Predictor:
 
     def _force_harmonics(self, R: Array, F: Array, count: int) -> Array:
         """Harmonics (s, p, h) of the nonlinear forces at the steps' own motion, in the steps' phase."""
-        motion = R[:, self._nonlinear_ports(), self.model.ports.drive] * F[:, None]
+        motion = R[:, self.nonlinear_ports, self.model.ports.drive] * F[:, None]
         turn = np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))
         values = [f.harmonics(np.abs(motion[:, i]), count) for i, f in enumerate(self.extension.nonlinear)]
         return np.stack(values, axis=1) * turn

@@ -65,7 +65,14 @@ class LawTable(_Table):
     """Amplitude-dependent part of the layer's moduli: E' = E'0 - g1(X), G' = G'0 + j g2(X).
 
     `amplitude_m` are the knots of piecewise cubic functions of the response amplitude X at `channel`; `softening` and
-    `loss` are g1 and g2 at the knots, N/m2, with their standard deviations.  Beyond the last knot both stay constant.
+    `loss` are g1 and g2 at the knots, N/m2.  Beyond the last knot both stay constant, and so below the first.
+
+    X is the channel's displacement amplitude times (omega / omega_1)^2, in other words its acceleration amplitude over
+    omega_1^2, because the joint's load follows the inertia outboard of it; omega_1 is the first natural frequency that
+    this file's beams and moduli give without any `effect`.  Near the first resonance X is the displacement.
+
+    `softening_std` is the standard deviation of E'(X) = E'0 - g1(X), and `loss_std` that of g2(X) together with the
+    damping ratio of mode 1 in its units: such parts err together, and their sum is what a response feels.
     """
 
     channel: Name

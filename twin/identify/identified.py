@@ -1,0 +1,271 @@
+"""From evidence to a model file: the rig with identified moduli, damping and joint law, and the papers' polynomials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.base_fit import fit_base
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+from twin.identify.gauss_newton import Solution
+from twin.identify.linear_model import DAMPED_MODES, BaseParameters
+from twin.identify.polynomial_law import (
+    PolynomialFit,
+    PolynomialProblem,
+    fit_polynomials,
+    relative_error_percent,
+)
+from twin.identify.prediction import Predictor, Unknowns
+from twin.rigs import LawTable, Rig
+from twin.structure import normal_modes
+
+__all__ = ["Estimate", "Identified", "Polynomials", "identify_rig"]
+
+Array = NDArray[Any]
+
+LAW_POINTS = 48
+POOR_FIT = 1.5
+"""Chi2 per degree of freedom above which the model misses something."""
+POOR_POLYNOMIAL_PERCENT = 0.5
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its standard deviation."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polynomials:
+    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not.
+
+    Attributes
+    ----------
+    levels : dict of PolynomialFit
+        By target channel and amplitude.
+    together : PolynomialFit
+    residual_percent : dict
+        By sweep: the residuals of its level's own polynomials, and of the common ones.
+    """
+
+    levels: dict[str, PolynomialFit]
+    together: PolynomialFit
+    residual_percent: dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identified:
+    """What recordings say of a rig.
+
+    Attributes
+    ----------
+    rig : Rig
+        The model: the believed rig with what was identified, at the identified preload only.
+    linear : dict
+        E', G', their loss factors and the modal damping ratios.  The values are the model's; the standard deviations
+        allow for natural frequencies that are a little wrong by themselves, which a rig file has no place for.
+    unknowns : Unknowns
+        Of the model.
+    solution : Solution
+    polynomials : Polynomials or None
+        None without sweeps.
+    residual_percent : dict
+        Root-mean-square relative error of the model's complex response at the reference channel, by sweep.
+    warnings : tuple of str
+    """
+
+    rig: Rig
+    preload: str
+    linear: dict[str, Estimate | list[Estimate]]
+    unknowns: Unknowns
+    solution: Solution
+    chi2_per_dof: float
+    polynomials: Polynomials | None
+    residual_percent: dict[str, float]
+    warnings: tuple[str, ...]
+
+
+def identify_rig(
+    evidence: Evidence, extension: Extension | None = None, *, report: Callable[[str], None] = lambda text: None
+) -> Identified:
+    """Identify moduli, damping and the joint's law.
+
+    Parameters
+    ----------
+    extension
+        What the rig file's effects change.
+    report
+        Told what is being done.
+    """
+    report("fitting moduli, damping and the joint's law")
+    free, free_solution = fit_base(evidence, extension=extension)
+    held = _held(free)
+    model, solution = fit_base(evidence, start=free, extension=extension, held_at_zero=held)
+    dof = max(1, len(solution.residual) - len(solution.x) + len(held))
+    polynomials, residual = None, {}
+    predictor = Predictor(evidence, extension)
+    if len(evidence.steps):
+        residual = _spline_residuals(predictor, model)
+        base = (model.base, solution.covariance)
+        if evidence.broadband:
+            report("fitting the broadband runs alone")
+            alone = replace(evidence, steps=evidence.steps.select(np.zeros(len(evidence.steps), bool)))
+            linear, linear_solution = fit_base(alone, extension=extension)
+            base = (linear.base, linear_solution.covariance)
+        report("identifying the papers' polynomials")
+        polynomials = _polynomials(predictor, *base)
+    return Identified(
+        rig=_model_rig(evidence, predictor, model, solution),
+        preload=evidence.preload,
+        linear=_linear(free, free_solution, model),
+        unknowns=model,
+        solution=solution,
+        chi2_per_dof=solution.chi2 / dof,
+        polynomials=polynomials,
+        residual_percent=residual,
+        warnings=tuple(_warnings(evidence, solution.chi2 / dof, polynomials)),
+    )
+
+
+def _held(unknowns: Unknowns) -> list[int]:
+    """Unknowns that a rig file has no place for: they cost a few hundredths of a per cent of the response."""
+    names = unknowns.base.names
+    last = len(unknowns.vector)
+    detunings = [i for i, name in enumerate(names) if name.startswith("detuning")]
+    return [names.index("loss_E"), *detunings, last - 2, last - 1]
+
+
+def _linear(free: Unknowns, solution: Solution, model: Unknowns) -> dict[str, Estimate | list[Estimate]]:
+    std = np.sqrt(np.diag(solution.covariance))
+    base = model.base
+    return {
+        "normal_modulus": Estimate(base.E, float(base.E * std[0])),
+        "shear_modulus": Estimate(base.G, float(base.G * std[1])),
+        "normal_loss_factor": Estimate(free.base.loss_E, float(std[2])),
+        "shear_loss_factor": Estimate(free.base.loss_G, float(std[3])),
+        "modal_damping": [
+            Estimate(float(zeta), float(zeta * s)) for zeta, s in zip(base.zeta, std[4 : 4 + DAMPED_MODES], strict=True)
+        ],
+    }
+
+
+def _model_rig(evidence: Evidence, predictor: Predictor, model: Unknowns, solution: Solution) -> Rig:
+    rig, base = evidence.rig, model.base
+    moduli = rig.joint.preload[evidence.preload].model_copy(update={"normal_modulus": base.E, "shear_modulus": base.G})
+    believed = list(rig.damping.modal_ratio)
+    # Modes beyond the list take its last entry, so the believed one must stay the last.
+    damping = rig.damping.model_copy(
+        update={"modal_ratio": [*map(float, base.zeta), *(believed[DAMPED_MODES:] or believed[-1:])]}
+    )
+    law = _law_table(evidence, predictor, model, solution)
+    joint = rig.joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law})
+    measured = {name: table for name, table in rig.measured.items() if name == evidence.preload}
+    return rig.model_copy(update={"joint": joint, "damping": damping, "measured": measured})
+
+
+def _law_table(evidence: Evidence, predictor: Predictor, model: Unknowns, solution: Solution) -> LawTable:
+    """The law in the file's own measure of amplitude, with standard deviations."""
+    law, base = model.law, model.base
+    n, k = len(base.vector), len(law.knots)
+    X = np.concatenate([[0.0], np.geomspace(law.knots[0] / 3, law.knots[-1], LAW_POINTS)])
+    if not len(evidence.steps):  # nothing but the constant loss is known, and the spline's wide prior does not count
+        X, k = np.array([0.0, law.knots[-1]]), 0
+    B = law.basis(X)
+    structure = predictor.model.structure
+    modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), 1)
+    by_E, by_loss = np.zeros((2, len(X), len(solution.x)))
+    by_E[:, 0], by_E[:, n : n + k] = base.E, -B[:, :k]
+    # One damping ratio of mode 1 is worth this much loss modulus in shear.
+    worth = 2 * modes.omega[0] ** 2 / float(np.sum((structure.B_G @ modes.Phi[:, 0]) ** 2))
+    by_loss[:, 1], by_loss[:, 3], by_loss[:, 4] = base.G * base.loss_G, base.G, worth * base.zeta[0]
+    by_loss[:, n + k : n + 2 * k] = B[:, :k]
+    covariance = solution.covariance
+    plain = evidence.model.structure
+    omega_1 = normal_modes(plain.M, plain.stiffness(base.E, base.G), 1).omega[0]
+    return LawTable(
+        channel=evidence.channels[evidence.reference],
+        amplitude_m=list(map(float, X * (evidence.reference_omega / omega_1) ** 2)),
+        softening=list(map(float, B @ law.softening)),
+        loss=list(map(float, np.maximum(base.G * base.loss_G + B @ law.loss, 0.0))),
+        softening_std=_std(by_E, covariance),
+        loss_std=_std(by_loss, covariance),
+    )
+
+
+def _std(rows: Array, covariance: Array) -> list[float]:
+    return [float(np.sqrt(max(row @ covariance @ row, 0.0))) for row in rows]
+
+
+def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]:
+    evidence = predictor.evidence
+    R, omega = predictor.step_receptance(model)
+    H = predictor.responses(R, omega)[:, evidence.reference]
+    measured = evidence.steps.response[:, evidence.reference, 0] / evidence.steps.force[:, 0]
+    return {name: relative_error_percent(H[rows], measured[rows]) for name, rows in _sweeps(evidence).items()}
+
+
+def _polynomials(predictor: Predictor, base: BaseParameters, covariance: Array) -> Polynomials | None:
+    """Polynomials on top of given linear parameters; None where the steps are too few."""
+    evidence, n = predictor.evidence, len(base.vector)
+    problem = PolynomialProblem.of(predictor, base, covariance[:n, :n])
+    states = evidence.steps.states
+    names = np.array([f"{state.target_channel} {state.target_amplitude:g}" for state in states])
+    try:
+        together = fit_polynomials(problem)
+    except ValueError:
+        return None
+    levels = {}
+    for name in dict.fromkeys(names.tolist()):
+        if np.sum(names == name) >= 4:
+            levels[name] = fit_polynomials(problem.select(names == name))
+    residual = {}
+    for sweep, rows in _sweeps(evidence).items():
+        X = problem.amplitude_m[rows]
+        fits = {"together": together, **({"level": levels[names[rows[0]]]} if names[rows[0]] in levels else {})}
+        piece = problem.select(np.isin(np.arange(len(names)), rows))
+        residual[sweep] = {
+            key: relative_error_percent(piece.evaluate(fit.softening_at(X), fit.loss_at(X))[0], piece.measured)
+            for key, fit in fits.items()
+        }
+    return Polynomials(levels=levels, together=together, residual_percent=residual)
+
+
+def _sweeps(evidence: Evidence) -> dict[str, Array]:
+    """Rows of each sweep; its name with the run's where two runs have the same."""
+    keys = [(state.run, state.sweep) for state in evidence.steps.states]
+    plain = [sweep for _, sweep in dict.fromkeys(keys)]
+    label = {key: key[1] if plain.count(key[1]) == 1 else f"{key[0]}: {key[1]}" for key in keys}
+    return {label[key]: np.flatnonzero([k == key for k in keys]) for key in dict.fromkeys(keys)}
+
+
+def _warnings(evidence: Evidence, chi2_per_dof: float, polynomials: Polynomials | None) -> list[str]:
+    found = []
+    if not evidence.broadband:
+        found.append("no broadband run: E', G' and the higher modes' damping rest on what is believed of them")
+    if not len(evidence.steps):
+        found.append("no sweeps: the model's joint law is a constant loss")
+    if evidence.unsettled:
+        where = ", ".join(f"{s.sweep} at {s.frequency_Hz:g} Hz" for s in evidence.unsettled[:3])
+        found.append(f"{len(evidence.unsettled)} step(s) left out that were still changing: {where}")
+    lost = sum(state.lost for state in evidence.steps.states)
+    overloaded = sum(state.overloaded for state in evidence.steps.states)
+    if lost or overloaded:
+        found.append(f"{lost} samples lost and {overloaded} on a converter's limit within the measured steps")
+    if chi2_per_dof > POOR_FIT:
+        found.append(
+            f"chi2 per degree of freedom is {chi2_per_dof:.2f}: the model misses something, see 'twin diagnose'"
+        )
+    if polynomials is not None and polynomials.together.residual_percent > POOR_POLYNOMIAL_PERCENT:
+        fit = polynomials.together
+        found.append(
+            f"polynomials of orders {fit.orders[0]} and {fit.orders[1]} leave {fit.residual_percent:.2g} % of all levels "
+            "together; the model file has splines"
+        )
+    return found
