@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["command"]
 
 RIG = "steel-lap-joint"
-USUAL_s = {"serve": 4.0, "broadband": 3.0, "sweeps": 12.0, "diagnose": 25.0, "report": 6.0}
+USUAL_s = {"serve": 4.0, "broadband": 2.0, "sweeps": 16.0, "diagnose": 40.0, "report": 6.0}
 """What each stage takes on two cores."""
 RESULT, REPORT, VIEW, TRUTH = "result.json", "report.html", "run.rrd", "hidden-rig.toml"
 
