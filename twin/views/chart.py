@@ -179,7 +179,7 @@ class Chart:
         if ys:
             self._log("axes/y", _text([[-38, y - 12] for y in at_y], [f"{value:g}" for value in ys]))
         self._log("axes/x_label", _text([[WIDTH / 2, 48]], [self.x_label]))
-        self._log("axes/y_label", _text([[90, -HEIGHT - 44]], [self.y_label]))
+        self._log("axes/y_label", _text([[max(90, 9 * len(self.y_label) - 150), -HEIGHT - 44]], [self.y_label]))
 
 
 def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] = TEXT) -> Any:

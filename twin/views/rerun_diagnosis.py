@@ -53,7 +53,9 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         if broadband:
             columns = len(evidence.channels)
             tabs.append(rrb.Grid(*broadband, grid_columns=columns, name="Broadband"))
-        tabs.append(rrb.Grid(*_law(recording, diagnosis), _history(recording, diagnosis), name="Joint's law and fit"))
+        law, history = _law(recording, diagnosis), _history(recording, diagnosis)
+        rows = [rrb.Horizontal(*law), history] if law else [history]
+        tabs.append(rrb.Vertical(*rows, name="Joint's law and fit"))
         layout = rrb.Horizontal(
             rrb.Vertical(
                 rrb.TextDocumentView(origin="/answer", name="Answer"),
@@ -118,7 +120,7 @@ def _comparison(
             f"/{group}/residual/{channel}",
             f"{channel}: residuals",
             "frequency, Hz",
-            f"residual of {channel}, standard deviations of its noise",
+            f"residual of {channel}, σ of its noise",
             x_range,
             y_range,
             log_y=True,

@@ -66,19 +66,18 @@ def animate_joint(recording: rr.RecordingStream, shape: ModeShape) -> rrb.Spatia
         "/mode/joint",
         "Joint, enlarged",
         "position from the clamp, m",
-        f"opening × {across:.3g}, slip × {along:.3g}, tip amplitude 1",
+        f"gap: opening × {across:.3g}, slip × {along:.3g}",
         (float(x[0]) - 0.06 * length, float(x[-1]) + 0.06 * length),
         (-0.2, 1.8),
     )
-    chart.line("lower beam", x, np.zeros(len(x)), AFTER, width=4)
+    chart.line("lower beam", x, np.zeros(len(x)), INK, width=4, legend=False)
     chart.line("rest", x, np.ones(len(x)), "#5f5f5f", width=1, dashed=True, legend=False)
-    chart.tell("upper beam, less the lower", BEFORE, "line")
     chart.tell("opens", OPEN, "line")
     chart.tell("is pressed", PRESSED, "line")
     for time_s, size in _frames():
         recording.set_time(SLOW_MOTION, duration=time_s)
         height, shift = 1 + size * across * shape.opening, size * along * slip
-        chart.move("upper", [(x + shift, height)], [on_dark(BEFORE)], width=4)
+        chart.move("upper", [(x + shift, height)], [on_dark(INK)], width=4)
         threads = [(np.array([a, a + s]), np.array([0.0, h])) for a, s, h in zip(x, shift, height, strict=True)]
         chart.move("layer", threads, [on_dark(OPEN if h > 1 else PRESSED) for h in height], width=2)
     recording.reset_time()

@@ -51,19 +51,20 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
     with recording_file(path) as recording:
         signals = _signals(recording, run)
         reduced = stepped_sweeps(run)
-        charts = _sweep_charts(recording, reduced, rehearsal or {}) or _broadband_charts(recording, run)
+        charts = _sweep_charts(recording, run, reduced, rehearsal or {}) or _broadband_charts(recording, run)
         harmonics = _harmonics(recording, run, reduced)
-        _log_events(recording, run)
+        told = _log_events(recording, run)
         about = rr.TextDocument(run_markdown(run, reduced, rehearsal), media_type=rr.MediaType.MARKDOWN)
         recording.log("about", about, static=True)
         left: list[Any] = [rrb.TextDocumentView(origin="/about", name="About this run")]
-        left += [rrb.TextLogView(origin="/events", name="Steps and events", columns=_log_columns())]
+        if told:
+            left += [rrb.TextLogView(origin="/events", name="Steps and events", columns=_log_columns())]
         right: list[Any] = [rrb.Vertical(*signals)] if signals else []
         right += [rrb.Horizontal(*charts)] if charts else []
         right += [harmonics] if harmonics else []
         shares = ([2.2] if signals else []) + ([2.4] if charts else []) + ([1.0] if harmonics else [])
         layout = rrb.Horizontal(
-            rrb.Vertical(*left, row_shares=[2, 1]),
+            rrb.Vertical(*left, row_shares=[2, 1][: len(left)]),
             rrb.Vertical(*right, row_shares=shares),
             column_shares=[1, 3.2],
         )
@@ -137,7 +138,7 @@ def _envelope(values: Array) -> tuple[Array, Array]:
 
 
 def _sweep_charts(
-    recording: rr.RecordingStream, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any]
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any]
 ) -> list[rrb.Spatial2DView]:
     """Receptance against frequency, one chart for each response channel, all levels in it."""
     views = []
@@ -145,6 +146,7 @@ def _sweep_charts(
         return []
     for channel in reduced[0].receptance:
         drawn = [sweep for sweep in reduced if channel in sweep.receptance]
+        branches = _branches(run, channel, rehearsal)
         chart = Chart(
             recording,
             f"/sweeps/{channel}",
@@ -152,7 +154,7 @@ def _sweep_charts(
             "frequency, Hz",
             f"receptance at {channel}, mm/N",
             common_range([sweep.frequency_Hz for sweep in drawn]),
-            common_range([np.zeros(1), *(sweep.receptance[channel] for sweep in drawn)]),
+            common_range([np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)]),
         )
         levels = list(dict.fromkeys(sweep.level for sweep in drawn))
         for sweep in drawn:
@@ -161,29 +163,26 @@ def _sweep_charts(
             chart.line(f"{sweep.name}/line", x, y, colour, width=1.0, legend=False)
             chart.points(f"{sweep.name}/steps", x, y, colour, legend=False)
             chart.tell(sweep.name, colour, "point")
-        if _branches(chart, channel, levels, rehearsal):
+        for level, frequency, size in branches:
+            colour = level_colour(levels.index(level)) if level in levels else INK
+            chart.line(f"branch/{level}", frequency, size, colour, width=1.5, dashed=True, legend=False)
             chart.tell("predicted branches", INK, "dashed")
         chart.close()
         views.append(chart.view())
     return views
 
 
-def _branches(chart: Chart, channel: str, levels: Sequence[str], rehearsal: Mapping[str, Any]) -> bool:
-    """Predicted curves of a rehearsal, in the colours of their levels."""
-    drawn = False
-    quantities = {"acc": "acceleration", "vel": "velocity", "dis": "displacement"}
+def _branches(run: Run, channel: str, rehearsal: Mapping[str, Any]) -> list[tuple[str, Array, Array]]:
+    """Predicted curves of a rehearsal at one channel: level, frequency in Hz, receptance in mm/N."""
+    found = []
     for branch in rehearsal.get("branches") or []:
         curve = branch["response"].get(channel)
-        quantity = next((long for short, long in quantities.items() if channel.startswith(short)), None)
-        if curve is None or quantity is None:
-            continue
-        frequency = np.array(branch["frequency_Hz"], float)
-        size = receptance_mm_per_N(np.array(curve["amplitude"]) / branch["force_N"], quantity, frequency)
-        level = f"{branch['force_N']:g} N"
-        colour = level_colour(levels.index(level)) if level in levels else INK
-        chart.line(f"branch/{level}", frequency, size, colour, width=1.5, dashed=True, legend=False)
-        drawn = True
-    return drawn
+        if curve is not None:
+            frequency = np.array(branch["frequency_Hz"], float)
+            response = np.array(curve["amplitude"], float) / branch["force_N"]
+            size = receptance_mm_per_N(response, run.channels[channel].quantity, frequency)
+            found.append((f"{branch['force_N']:g} N", frequency, size))
+    return found
 
 
 def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
@@ -253,8 +252,8 @@ def _log_columns() -> rrb.TextLogColumns:
     )
 
 
-def _log_events(recording: rr.RecordingStream, run: Run) -> None:
-    """Events, and where each sweep begins and ends."""
+def _log_events(recording: rr.RecordingStream, run: Run) -> bool:
+    """Events, and where each sweep begins and ends; whether there were any."""
     origin = _origin_ns(run)
     lines: list[tuple[int, str, rr.TextLogLevel]] = [
         (event.time_ns, f"{event.source}: {event.kind} {event.detail}".strip(), rr.TextLogLevel.WARN)
@@ -275,3 +274,4 @@ def _log_events(recording: rr.RecordingStream, run: Run) -> None:
     for time_ns, text, level in lines:
         recording.set_time(TIME, duration=np.timedelta64(time_ns - origin, "ns"))
         recording.log("/events", rr.TextLog(text, level=level))
+    return bool(lines)

@@ -1,0 +1,120 @@
+"""A run of one resonance, and a small diagnosis whose truth is an added mass, both without a bench or a search."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings import Run
+from twin.diagnose.candidate import Blame, Candidate, extension_of
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.comparison import compare_sweeps, predicted_steps
+from twin.diagnose.result import Diagnosis, Estimate, Gain, Misfit, NamedCause
+from twin.diagnose.search import Search
+from twin.identify.broadband import BinnedResponse
+from twin.identify.evidence import HARMONICS, Evidence, StepArrays
+from twin.identify.gauss_newton import Solution
+from twin.identify.joint_law import SplineLaw
+from twin.identify.linear_model import Output, believed_parameters, build_linear_model
+from twin.identify.prediction import Unknowns
+from twin.identify.sine_fit import SteadyState
+from twin.rigs import load_rig
+from twin.views.curves import broadband_responses
+
+sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside this file
+
+from recorded_views import sdof_run  # noqa: E402
+
+NOISE = 1e-3
+
+
+@pytest.fixture(scope="session")
+def run() -> Run:
+    return sdof_run()
+
+
+def _state(sweep: str, index: int, frequency_Hz: float) -> SteadyState:
+    return SteadyState(
+        run="sweeps.mcap", sweep=sweep, index=index, position=index, frequency_Hz=frequency_Hz,
+        target_channel="force", target_amplitude=1.0, time_s=float(index), amplitude={}, variance={}, drift={},
+        drift_std={}, lost=0, overloaded=0, duration_s=1.0,
+    )  # fmt: skip
+
+
+def _candidate(unknowns: Unknowns, blames: tuple[Blame, ...], history: tuple[float, ...]) -> Candidate:
+    x = unknowns.vector
+    std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 16, 1e5), [0.1, 0.1]])
+    solution = Solution(x, history[-1], 0.0, np.diag(1 / std**2), np.zeros(4), np.zeros((4, len(x))), history)
+    return Candidate(blames, unknowns, solution, 0.0, 100)
+
+
+@pytest.fixture(scope="session")
+def diagnosis(run: Run) -> Diagnosis:
+    rig = load_rig("steel-lap-joint")
+    outputs = (Output("acc1", "acceleration", 0.3), Output("acc2", "acceleration", 0.42))
+    preload = rig.preload_name(None)
+    model = build_linear_model(rig, list(outputs), preload=preload)
+    knots = np.geomspace(1e-4, 3e-3, 4)
+    law = SplineLaw(knots, 1e7 * np.array([0.1, 0.5, 2.0, 6.0]), 1e7 * np.array([0.1, 0.6, 3.0, 9.0]))
+    unknowns = Unknowns(believed_parameters(rig, preload), law)
+    frequency = np.tile(np.linspace(25.0, 27.5, 21), 2)
+    level = np.repeat([1.5, 3.0], 21)
+    shape = (len(frequency), 2, HARMONICS)
+    force = np.zeros((len(frequency), HARMONICS), complex)
+    force[:, 0] = level
+    steps = StepArrays(
+        omega=2 * np.pi * frequency, force=force, force_variance=np.full(force.shape, 1e-10),
+        response=np.ones(shape, complex), response_variance=np.full(shape, 1e-10),
+        amplitude_m=np.geomspace(1e-4, 3e-3, len(frequency)), time_s=np.arange(len(frequency), dtype=float),
+        unsettled=np.full(len(frequency), NOISE),
+        states=tuple(_state(f"{a:g}N-up", i, f) for i, (a, f) in enumerate(zip(level, frequency, strict=True))),
+    )  # fmt: skip
+    bins = np.linspace(20.0, 500.0, 60)
+    covariance = np.tile(NOISE**2 * np.eye(2), (len(bins), 1, 1))
+    binned = BinnedResponse(
+        run="random.mcap", time_s=0.0, frequency_Hz=bins, H=np.ones((len(bins), 2), complex),
+        relative_covariance=covariance, channels=("acc1", "acc2"), noise_density={}, distortion=np.ones(len(bins)),
+    )  # fmt: skip
+    channels = {**run.channels, "acc2": replace(run.channels["acc1"], name="acc2", position_m=0.42)}
+    evidence = Evidence(
+        rig=rig, preload=preload, model=model, outputs=outputs, force="force", reference=1, broadband=(binned,),
+        steps=steps, unsettled=(), linear=None, runs=(replace(run, channels=channels),),
+    )  # fmt: skip
+    values = {"mass_kg": 0.008, "position_m": 0.35}
+    std = {"mass_kg": 8e-6, "position_m": 5e-5}
+    blame = Blame(CAUSES["added-mass"], {}, values, std)
+    base = _candidate(unknowns, (), (900.0, 400.0, 390.0))
+    true = _candidate(unknowns, (blame,), (390.0, 120.0, 100.0))
+    assert extension_of(evidence, (blame,)).attachments
+    response = np.zeros(shape, complex)
+    noise = np.random.default_rng(3).normal(size=(len(frequency), 2))
+    response[:, :, 0] = predicted_steps(evidence, true) * force[:, :1] * (1 + 0.3 * NOISE * noise)
+    evidence = replace(evidence, steps=replace(steps, response=response))
+    evidence = replace(evidence, broadband=(replace(binned, H=broadband_responses(evidence, true, 0)),))
+    sweeps = compare_sweeps(evidence, base, true)
+    return Diagnosis(
+        verdict="explained",
+        misfit=Misfit(
+            chi2_per_dof=142.0, after=0.93, threshold=1.4,
+            where=({"run": "sweeps.mcap", "channel": "acc2", "harmonic": 1, "share": 0.7},),
+        ),
+        causes=(
+            NamedCause(
+                cause="added-mass", summary="a mass <b>sits</b> on the structure", probability=0.98,
+                confused_with=("sensor-position",), in_model=True,
+                parameters={name: Estimate(values[name], std[name]) for name in values},
+            ),
+        ),
+        gain=Gain(before=0.054, after=0.0077, noise_floor=0.0005, runs=("heldout.mcap",), sweeps=("3N-up",)),
+        next_test=None,
+        seconds=21.0,
+        evidence=evidence,
+        search=Search(base, true, (), 1.0, None),
+        sweeps=sweeps,
+        held_out=sweeps[1:],
+        notes=("2 step(s) were still changing and were left out",),
+    )  # fmt: skip

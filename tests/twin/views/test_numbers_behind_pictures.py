@@ -1,0 +1,94 @@
+"""The numbers that pictures show, against closed forms and sampling."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from recorded_views import FREQUENCIES_Hz, LEVELS_N, sdof_receptance
+
+from recordings import Run
+from twin.diagnose.result import Diagnosis, Estimate
+from twin.views.answer import estimate_text, residual_rows
+from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes, stepped_sweeps
+from twin.views.style import ticks
+
+
+def test_receptances_of_a_run_are_those_of_its_resonance(run: Run) -> None:
+    sweeps = stepped_sweeps(run)
+    assert [sweep.name for sweep in sweeps] == [f"{level:g}N-up" for level in LEVELS_N]
+    assert [sweep.level for sweep in sweeps] == ["1 N", "2 N"]
+    exact = [1e3 * abs(sdof_receptance(frequency)) for frequency in FREQUENCIES_Hz]
+    for sweep in sweeps:
+        assert sweep.frequency_Hz == pytest.approx(FREQUENCIES_Hz)
+        assert sweep.receptance["acc1"] == pytest.approx(exact, rel=1e-4)
+        assert sweep.harmonics["acc1"][:, 1] / sweep.harmonics["acc1"][:, 0] == pytest.approx(0.01, rel=1e-3)
+
+
+def test_the_laws_band_is_the_scatter_of_its_knots(diagnosis: Diagnosis) -> None:
+    candidate = diagnosis.search.model
+    band = law_band(candidate)
+    assert band is not None
+    law, generator = candidate.unknowns.law, np.random.default_rng(1)
+    knots = law.loss + 1e5 * generator.normal(size=(4000, len(law.knots)))
+    scatter = np.std(knots @ law.basis(band.amplitude_m).T, axis=0)
+    assert band.loss_std == pytest.approx(scatter, rel=0.06)
+    assert band.loss == pytest.approx(law.loss_at(band.amplitude_m))
+
+
+def test_modes_are_clamped_at_the_root_and_open_where_the_beams_part(diagnosis: Diagnosis) -> None:
+    first, second = mode_shapes(diagnosis.evidence, diagnosis.search.model, count=2)
+    assert first.frequency_Hz == pytest.approx(26.5, rel=0.05)
+    assert second.frequency_Hz > 4 * first.frequency_Hz
+    for shape in (first, second):
+        assert shape.lower[0] == 0.0
+        assert max(abs(np.concatenate([shape.lower, shape.upper]))) == pytest.approx(1.0)
+        apart = np.interp(shape.layer_x, shape.upper_x, shape.upper) - np.interp(
+            shape.layer_x, shape.lower_x, shape.lower
+        )
+        # between nodes the beams are cubic, the interpolation is not: alike, not equal
+        assert np.corrcoef(shape.opening, apart)[0, 1] > 0.97
+        assert np.ptp(shape.opening) == pytest.approx(np.ptp(apart), rel=0.1)
+    assert first.upper[-1] == pytest.approx(1.0)
+
+
+def test_the_true_model_meets_the_broadband_run_and_the_base_does_not(diagnosis: Diagnosis) -> None:
+    data = diagnosis.evidence.broadband[0]
+    error = {
+        kind: np.max(np.abs(broadband_responses(diagnosis.evidence, model, 0) / data.H - 1))
+        for kind, model in compared_models(diagnosis).items()
+    }
+    assert error["after"] < 1e-9
+    assert error["before"] > 0.1
+
+
+def test_residuals_fall_to_the_noise_when_the_cause_is_named(diagnosis: Diagnosis) -> None:
+    for _, _, before, after in residual_rows(diagnosis.sweeps):
+        assert after < 1.0 < before
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
+def test_ticks_lie_on_the_axis_evenly(low: float, width: float) -> None:
+    found = ticks(low, low + width)
+    assert 2 <= len(found) <= 9
+    assert min(found) >= low - 1e-6 * width
+    assert max(found) <= low + width * (1 + 1e-6)
+    assert np.diff(found) == pytest.approx(np.diff(found)[0], rel=1e-3)
+
+
+def test_logarithmic_ticks_are_round() -> None:
+    assert ticks(0.05, 300, log=True) == [0.1, 1.0, 10.0, 100.0]
+    assert ticks(1, 20, log=True) == [1, 2, 5, 10, 20]
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.0080087, 7.9e-6, "0.0080087 ± 0.0000079"),
+        (0.35, 0.012, "0.350 ± 0.012"),
+        (3.95e8, 7.4e5, "3.9500e+08 ± 7.4e+05"),
+        (1.5, float("inf"), "1.5"),
+    ],
+)
+def test_values_have_the_digits_their_deviation_supports(value: float, std: float, text: str) -> None:
+    printed = estimate_text(Estimate(value, std))
+    assert printed == text or float(printed.split(" ± ")[0]) == pytest.approx(value)
