@@ -58,6 +58,7 @@ def command(runs: tuple[Path, ...], rig_name: str, preload: str | None, out: Pat
 
 def _from_recordings(paths: Sequence[Path], rig_name: str, preload: str | None, out: Path) -> dict[str, Any]:
     from recordings import read_run
+    from twin.bench import open_bench
     from twin.diagnose.effects import effects_extension, unmodelled_effects
     from twin.identify.evidence import gather_evidence
     from twin.identify.identified import identify_rig
@@ -81,6 +82,10 @@ def _from_recordings(paths: Sequence[Path], rig_name: str, preload: str | None, 
     warnings = [
         f"the effect {cause} acts on recordings only and is left out" for cause in unmodelled_effects(rig.effect)
     ]
+    try:
+        open_bench(found.rig)
+    except ValueError as error:
+        warnings.append(f"the model predicts, but 'twin rehearse' cannot march it in time: {error}")
     recorded = next(iter(states), None)
     if recorded is not None and recorded not in rig.joint.preload and preload is None:
         warnings.append(f"the rig has no preload {recorded}: {evidence.preload} is taken, and named so in the model")

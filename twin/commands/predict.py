@@ -35,17 +35,19 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     if is_modal_rig(model):
         if preload is not None:
             raise InputError(model, "--preload", "a modal model has no preloads")
-        response = predict_drive(load_modal_rig(model), drive, source=model)
+        response, warnings = predict_drive(load_modal_rig(model), drive, source=model), []
     else:
-        response = _rig_response(model, drive, preload)
+        response, warnings = _rig_response(model, drive, preload)
     write_response(response, out)
+    for warning in warnings:
+        console.print(f"warning: {warning}", soft_wrap=True)
     rows, branches = len(response.step), response.branches
     if as_json:
         print_json({"rows": rows, "branches": branches})
     console.print(f"{rows} solutions, at most {branches} at a step, in {out}")
 
 
-def _rig_response(model: str, drive: Path, preload: str | None) -> ModalResponse:
+def _rig_response(model: str, drive: Path, preload: str | None) -> tuple[ModalResponse, list[str]]:
     from twin.diagnose.effects import effects_extension, unmodelled_effects
     from twin.identify.drive_table import read_drive
     from twin.identify.predict import RigResponse, blank_evidence
@@ -62,13 +64,13 @@ def _rig_response(model: str, drive: Path, preload: str | None) -> ModalResponse
             model, "joint.law.channel", f"no response sensor is called {law.channel!r}",
             f"the rig has {', '.join(evidence.channels)}",
         )  # fmt: skip
-    for cause in unmodelled_effects(rig.effect):
-        console.print(f"warning: the effect {cause} disturbs recordings only and is left out")
+    left_out = unmodelled_effects(rig.effect)
+    warnings = [f"the effect {cause} disturbs recordings only and is left out" for cause in left_out]
     if law is None:
-        console.print("warning: the model has no joint law, so its response is linear; see 'twin identify'")
+        warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
     asked = read_drive(drive)
     response = RigResponse(evidence, effects_extension(evidence, rig.effect, source=model))
     if asked.force_N is not None:
-        return response.forced(asked.frequency_Hz, asked.force_N)
+        return response.forced(asked.frequency_Hz, asked.force_N), warnings
     assert asked.acceleration_m_per_s2 is not None
-    return response.held(asked.frequency_Hz, asked.acceleration_m_per_s2)
+    return response.held(asked.frequency_Hz, asked.acceleration_m_per_s2), warnings

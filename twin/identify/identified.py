@@ -265,7 +265,7 @@ def _warnings(evidence: Evidence, chi2_per_dof: float, polynomials: Polynomials 
     if polynomials is not None and polynomials.together.residual_percent > POOR_POLYNOMIAL_PERCENT:
         fit = polynomials.together
         found.append(
-            f"polynomials of orders {fit.orders[0]} and {fit.orders[1]} leave {fit.residual_percent:.2g} % of all levels "
-            "together; the model file has splines"
+            f"polynomials of orders {fit.orders[0]} and {fit.orders[1]} leave {fit.residual_percent:.2g} % of all "
+            "levels together; the model file has splines"
         )
     return found

@@ -79,7 +79,8 @@ class _Law:
             return lambda x: smooth(np.clip(x, X[0], X[-1]))
 
         fields = (table.softening, table.loss, table.softening_std, table.loss_std)
-        return _Law(*map(curve, fields), float(X[-1]))
+        softening, loss, E_std, loss_std = map(curve, fields)
+        return _Law(softening, loss, E_std, loss_std, float(X[-1]))
 
 
 @dataclass(frozen=True)
