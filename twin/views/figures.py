@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Candidate
@@ -113,6 +113,7 @@ def law_figure(evidence: Evidence, models: dict[str, Candidate]) -> Figure | Non
             xlabel=f"amplitude X at {reference}, mm",
             ylabel=f"{symbol}(X), N/mm²",
         )
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.xaxis.set_major_formatter("{x:g}")
         dressed(axes)
     legend(figure, row[0].get_lines())
@@ -196,6 +197,7 @@ def dressed(axes: Axes) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=9)
     axes.title.set_fontsize(10)
+    axes.minorticks_off()
     if axes.get_xscale() == "linear":
         axes.xaxis.set_major_locator(MaxNLocator(6))
 

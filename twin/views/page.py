@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from recordings.errors import InputError
 
-__all__ = ["Picture", "Section", "Table", "picture", "write_page"]
+__all__ = ["Picture", "Section", "Table", "picture", "require_folder", "write_page"]
 
 DPI = 130
 
@@ -50,6 +50,18 @@ class Section:
     items: Sequence[str] = ()
     pictures: Sequence[Picture] = ()
     commands: Sequence[str] = ()
+
+
+def require_folder(path: Path) -> None:
+    """Refuse a file in a folder that is not there, before anything is drawn for it.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    if not path.parent.is_dir():
+        raise InputError(path, "", f"cannot be written: there is no folder {path.parent}")
 
 
 def picture(figure: Figure, *, alt: str, caption: str) -> Picture:

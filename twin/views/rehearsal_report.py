@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from twin.views.page import Section, Table, picture, write_page
+from twin.views.page import Section, Table, picture, require_folder, write_page
 from twin.views.rehearsal_figures import range_figure, responses_figure
 from twin.views.style import AFTER, BEFORE
 
@@ -50,6 +50,7 @@ def write_rehearsal_report(
     InputError
         If `path` cannot be written.
     """
+    require_folder(path)
     preload = f", preload {result['preload']}" if result.get("preload") else ""
     facts = f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}."
     accent = BEFORE if result["must_not_run"] else AFTER if result["clear"] else "#a56a00"

@@ -11,7 +11,7 @@ from twin.diagnose.result import Diagnosis, Estimate
 from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import compared_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
-from twin.views.page import Picture, Section, Table, picture, write_page
+from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
 from twin.views.style import AFTER, BEFORE
 
 __all__ = ["write_report"]
@@ -40,6 +40,7 @@ def write_report(
     InputError
         If `path` cannot be written.
     """
+    require_folder(path)
     evidence = diagnosis.evidence
     runs = ", ".join(Path(run.path).name for run in evidence.runs)
     facts = (

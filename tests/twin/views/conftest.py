@@ -27,7 +27,7 @@ from twin.views.curves import broadband_responses
 
 sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside this file
 
-from recorded_views import sdof_run  # noqa: E402
+from recorded_views import sdof_run
 
 NOISE = 1e-3
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recorded_views import FREQUENCIES_Hz, LEVELS_N, sdof_receptance
+from recorded_views import LEVELS_N, FREQUENCIES_Hz, sdof_receptance
 
 from recordings import Run
 from twin.diagnose.result import Diagnosis, Estimate

@@ -1,0 +1,205 @@
+"""The pages: self-contained, readable, true to what they report, and safe with strangers' names."""
+
+from __future__ import annotations
+
+import base64
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html.parser import HTMLParser
+from importlib import resources
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from recordings import InputError
+from twin.diagnose.result import Diagnosis
+from twin.views import page as pages
+from twin.views import write_rehearsal_report, write_report
+
+COMMAND = "twin diagnose random.mcap sweeps.mcap --rig steel-lap-joint --out diagnosis"
+
+
+class Page(HTMLParser):
+    """Tags with their attributes, and the text of each."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.texts: dict[str, list[str]] = {}
+        self.feed(text)
+        assert self.open == [], "tags left open"
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in ("meta", "img", "link", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if data.strip() and self.open:
+            self.texts.setdefault(self.open[-1], []).append(" ".join(data.split()))
+
+    def named(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def report(diagnosis: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(diagnosis, path, commands=[COMMAND])
+    return path
+
+
+@pytest.fixture
+def rehearsal() -> dict[str, Any]:
+    phasor = {"amplitude": 1.5, "phase_rad": 0.0, "std": 1e-4}
+    steps = [
+        {
+            "sweep": "1.5N-up", "index": i, "frequency_Hz": 25.0 + i, "target_channel": "force",
+            "target_amplitude": 1.5, "settle_s": 5.0, "measure_s": 2.0,
+            "range_use": {"force": 0.03, "acc1": 0.2 + i / 10},
+            "phasors": {"force": phasor, "acc1": {"amplitude": 3.0 + i, "phase_rad": 1.0, "std": None}},
+        }
+        for i in range(4)
+    ]  # fmt: skip
+    caution = {
+        "kind": "dwell-too-short", "severity": "warning", "sweep": "1.5N-up", "index": 2, "frequency_Hz": 27.0,
+        "steps": 3, "reason": "0.2 s against a time constant of 2.6 s", "advice": "settle for 12 s", "changes": {},
+    }  # fmt: skip
+    summary = {
+        "sweep": "1.5N-up", "steps": 4, "duration_s": 28.0, "response_channel": "acc1", "peak_frequency_Hz": 28.0,
+        "peak_response": 6.0, "quality_factor": None,
+    }  # fmt: skip
+    return {
+        "state": "done", "reason": "", "clear": False, "must_not_run": False, "duration_s": 28.0,
+        "warnings": [caution], "sweeps": [summary], "steps": steps, "branches": [], "improved": None,
+        "procedure": "steel-sweeps", "rig": "steel-lap-joint", "preload": "120N",
+    }  # fmt: skip
+
+
+def test_the_answer_comes_first(report: Path, diagnosis: Diagnosis) -> None:
+    page = Page(report.read_text(encoding="utf-8"))
+    assert page.named("p")[0] == {"class": "answer"}
+    assert page.texts["p"][0] == diagnosis.sentence
+
+
+def test_the_page_needs_no_network_and_is_small(report: Path) -> None:
+    text = report.read_text(encoding="utf-8")
+    page = Page(text)
+    assert report.stat().st_size < 3_000_000
+    assert page.named("link") == page.named("script") == []
+    assert all((image["src"] or "").startswith("data:image/png;base64,") for image in page.named("img"))
+    assert "http" not in re.sub(r"base64,[A-Za-z0-9+/=]+", "", text)
+
+
+def test_pictures_have_words_and_are_pictures(report: Path, tmp_path: Path) -> None:
+    images = Page(report.read_text(encoding="utf-8")).named("img")
+    assert len(images) == 6
+    for image in images:
+        assert len(image["alt"] or "") > 40
+        png = tmp_path / "picture.png"
+        png.write_bytes(base64.b64decode((image["src"] or "").partition(",")[2]))
+        pixels = matplotlib.image.imread(png)
+        assert pixels.shape[:2] == (int(image["height"] or 0), int(image["width"] or 0))
+        assert np.mean(pixels[:, :, :3].min(axis=2) < 0.9) > 0.005
+
+
+def test_headings_are_in_order(report: Path) -> None:
+    levels = [int(tag[1]) for tag, _ in Page(report.read_text(encoding="utf-8")).tags if re.fullmatch(r"h\d", tag)]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+
+
+def test_tables_hold_the_diagnosis(report: Path) -> None:
+    cells = Page(report.read_text(encoding="utf-8")).texts
+    assert {"5.40 %", "0.77 %", "0.05 %", "sensor-position", "0.980", "70.0 %"} <= set(cells["td"])
+    assert "mass_kg = 0.0080000 ± 0.0000080; position_m = 0.350000 ± 0.000050" in cells["td"]
+    assert COMMAND in cells["code"]
+    assert "2 step(s) were still changing and were left out" in cells["li"]
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures of few pixels, where nobody looks at them."""
+    monkeypatch.setattr(pages, "DPI", 30)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_strangers_names_stay_text(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    hostile = replace(diagnosis, notes=("<script>alert(1)</script>",), held_out=(), gain=None)
+    write_report(hostile, tmp_path / "report.html")
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert page.named("script") == page.named("b") == []
+    assert "<script>alert(1)</script>" in page.texts["li"]
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_diagnosis_of_nothing_wrong_says_so(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    write_report(replace(diagnosis, verdict="none", causes=(), gain=None, sweeps=()), tmp_path / "report.html")
+    assert "nothing needs to be blamed" in Page((tmp_path / "report.html").read_text(encoding="utf-8")).texts["p"][0]
+
+
+def _luminance(colour: str) -> float:
+    channels = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def test_text_stands_out_from_its_ground() -> None:
+    style = resources.files("twin.views").joinpath("report.html").read_text(encoding="utf-8").partition("</style>")[0]
+    inks = set(re.findall(r"(?<![\w-])color: (#[0-9a-f]{6})", style))
+    grounds = {"#ffffff", *re.findall(r"background: (#[0-9a-f]{6})", style)}
+    assert len(inks) >= 2
+    for ink in inks:
+        for ground in grounds:
+            assert (_luminance(ground) + 0.05) / (_luminance(ink) + 0.05) > 7.0
+
+
+def test_a_rehearsal_that_misleads_says_how(rehearsal: dict[str, Any], tmp_path: Path) -> None:
+    write_rehearsal_report(rehearsal, tmp_path / "report.html", commands=["twin rehearse steel-sweeps"])
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "1 warning says that its data would mislead" in page.texts["p"][0]
+    assert {"0.2 s against a time constant of 2.6 s", "settle for 12 s", "1.5N-up, step 2, 27 Hz"} <= set(
+        page.texts["td"]
+    )
+    assert len(page.named("img")) == 2
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_rehearsal_that_must_not_be_run_says_why(rehearsal: dict[str, Any], tmp_path: Path) -> None:
+    stop = {**rehearsal["warnings"][0], "severity": "stop", "reason": "acc1 is at its converter's limit"}
+    write_rehearsal_report({**rehearsal, "must_not_run": True, "warnings": [stop]}, tmp_path / "report.html")
+    answer = Page((tmp_path / "report.html").read_text(encoding="utf-8")).texts["p"][0]
+    assert answer == "The procedure must not be run like this: acc1 is at its converter's limit."
+
+
+def test_a_report_that_cannot_be_written_leaves_nothing(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        write_report(diagnosis, tmp_path / "nowhere" / "report.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser: Debian's chromium is not installed")
+def test_a_browser_shows_the_page(report: Path, tmp_path: Path) -> None:
+    png = tmp_path / "page.png"
+    browser = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile"]
+    subprocess.run(
+        [*browser, "--hide-scrollbars", "--window-size=1200,3000", f"--screenshot={png}", report.as_uri()],
+        check=True, capture_output=True, timeout=90,
+    )  # fmt: skip
+    pixels = matplotlib.image.imread(png)[:, :, :3]
+    ink = (pixels.min(axis=2) < 0.5).mean(axis=1)
+    assert (ink[:400] > 0).sum() > 60, "title and answer"
+    blue = (pixels[:, :, 2] - pixels[:, :, 0] > 0.4).sum(axis=1)
+    assert (blue[600:] > 0).sum() > 200, "pictures further down"
