@@ -64,7 +64,7 @@ def sweeps_figure(
     return figure
 
 
-def residuals_figure(sweeps: Sequence[SweepComparison]) -> Figure:
+def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("before", "after")) -> Figure:
     """Residuals in standard deviations of their noise: a row a channel, a column for each of the worst sweeps."""
     worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:MOST_PANELS]
     shown = [sweep for sweep in sweeps if sweep in worst]
@@ -74,7 +74,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison]) -> Figure:
     for o, channel in enumerate(channels):
         for axes, sweep in zip(grid[o], shown, strict=True):
             order = np.argsort(sweep.frequency_Hz, kind="stable")
-            for kind in ("before", "after"):
+            for kind in kinds:
                 size = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.05)
                 axes.semilogy(sweep.frequency_Hz[order], size, color=KIND[kind], **STYLES[kind])
             axes.axhline(1.0, color="#5f5f5f", linewidth=0.9)
@@ -84,7 +84,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison]) -> Figure:
             if o == len(channels) - 1:
                 axes.set_xlabel("frequency, Hz")
         grid[o][0].set_ylabel(f"{channel}: residual, σ")
-    entries = [Line2D([], [], color=KIND[kind], label=kind, **STYLES[kind]) for kind in ("before", "after")]
+    entries = [Line2D([], [], color=KIND[kind], label=kind, **STYLES[kind]) for kind in kinds]
     entries.append(Line2D([], [], color="#5f5f5f", linewidth=0.9, label="one standard deviation of the noise"))
     legend(figure, entries)
     return figure

@@ -73,24 +73,28 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
     gain = diagnosis.gain
     if gain is None:
         return None
+    where = ", ".join(gain.sweeps) + (f" of {', '.join(gain.runs)}" if gain.runs else "")
+    floor = ("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %")
+    caption = "Root-mean-square relative error of the complex response over the held-out steps"
+    if len(compared_models(diagnosis)) == 1:
+        rows = [("believed rig, base family refitted", f"{100 * gain.before:.2f} %"), floor]
+        return Section(
+            title="On sweeps that were held out",
+            texts=[f"No cause is in the model; this is its error on sweeps that no fit has seen: {where}."],
+            tables=[Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))],
+        )
     fold = gain.before / gain.after if gain.after > 0 else np.inf
     rows = [
         ("believed rig, base family refitted", f"{100 * gain.before:.2f} %"),
         ("extended model", f"{100 * gain.after:.2f} %"),
-        ("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %"),
+        floor,
     ]
-    where = ", ".join(gain.sweeps) + (f" of {', '.join(gain.runs)}" if gain.runs else "")
     told = f"The error falls {fold:.1f}-fold" if fold > 1.05 else "The error stays as it is"
     return Section(
         title="What naming it gains",
         texts=[f"{told} on sweeps that no fit has seen: {where}."],
         tables=[
-            Table(
-                caption="Root-mean-square relative error of the complex response over the held-out steps",
-                head=("model", "error"),
-                rows=rows,
-                numbers=(1,),
-            )
+            Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,)),
         ],
     )
 
@@ -167,14 +171,18 @@ def _misfit(diagnosis: Diagnosis) -> Section:
             "resonance a shift of a thousandth of a hertz already shows here; chi² also allows for such errors of the "
             "model."
         )
-        pictures.append(picture(residuals_figure(diagnosis.sweeps), alt=alt, caption=caption))
+        pictures.append(
+            picture(
+                residuals_figure(diagnosis.sweeps, kinds=tuple(compared_models(diagnosis))), alt=alt, caption=caption
+            )
+        )
     verb = "agrees with" if agrees else "does not agree with"
     return Section(
         title="How far the believed model is from the data",
         texts=[
             f"Chi² per degree of freedom of the base family (moduli, damping and joint's law refitted) is "
-            f"{misfit.chi2_per_dof:.3g}: it {verb} the data, the threshold being {misfit.threshold:.3g}. "
-            f"After the diagnosis it is {misfit.after:.3g}."
+            f"{misfit.chi2_per_dof:.3g}: it {verb} the data, the threshold being {misfit.threshold:.3g}."
+            + (f" After the diagnosis it is {misfit.after:.3g}." if len(compared_models(diagnosis)) > 1 else "")
         ],
         tables=tables,
         pictures=pictures,
@@ -196,7 +204,7 @@ def _sweeps(diagnosis: Diagnosis) -> Section | None:
         )
         pictures.append(
             picture(
-                sweeps_figure(diagnosis.evidence, sweeps),
+                sweeps_figure(diagnosis.evidence, sweeps, kinds=("measured", *compared_models(diagnosis))),
                 alt=f"Receptance against frequency for {names}, measured and by both models. {peaks}.",
                 caption=f"Sweeps {told}: measured (points), before (dashed), after (solid); amplitude of displacement "
                 "per newton. Before means the believed rig with moduli, damping and joint's law refitted.",
