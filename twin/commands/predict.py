@@ -32,10 +32,11 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     from twin.identify.modal_table import predict_drive, write_response
     from twin.rigs.modal import is_modal_rig, load_modal_rig
 
+    warnings: list[str] = []
     if is_modal_rig(model):
         if preload is not None:
             raise InputError(model, "--preload", "a modal model has no preloads")
-        response, warnings = predict_drive(load_modal_rig(model), drive, source=model), []
+        response = predict_drive(load_modal_rig(model), drive, source=model)
     else:
         response, warnings = _rig_response(model, drive, preload)
     write_response(response, out)
