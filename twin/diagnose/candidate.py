@@ -59,6 +59,10 @@ class Candidate:
         """Of all evidence."""
         return self.solution.chi2 / max(1, self.dof)
 
+    def weight(self, temper: float) -> float:
+        """Log evidence with chi2 divided by `temper`, the variance by which the best model misses its noise."""
+        return self.log_evidence + 0.5 * self.solution.chi2 * (1 - 1 / max(1.0, temper))
+
 
 def extension_of(evidence: Evidence, blames: tuple[Blame, ...]) -> Extension:
     """All extensions at once."""
@@ -94,11 +98,11 @@ def fit_candidate(
     count = len(base_mean)
     # Parameters in units of their scale, so that one step length suits all.
     scales = np.array([p.scale for _, p in slots])
-    mean = np.concatenate([base_mean, [_centre(p, blames[i].values[p.name]) / p.scale for i, p in slots]])
+    mean = np.concatenate([base_mean, [_prior(p)[0] / p.scale for _, p in slots]])
     precision = np.zeros((len(mean), len(mean)))
     precision[:count, :count] = base_precision
     for k, (_, p) in enumerate(slots):
-        precision[count + k, count + k] = 1e-6 if p.places else 1.0
+        precision[count + k, count + k] = _prior(p)[1]
     base_lower, base_upper = (unknowns_bounds(start, side) for side in (0, 1))
     lower = np.concatenate([base_lower, [p.lower / p.scale for _, p in slots]])
     upper = np.concatenate([base_upper, [p.upper / p.scale for _, p in slots]])
@@ -154,27 +158,20 @@ def fit_candidate(
     )
 
 
-def log_evidence(
-    solution: Solution, base_precision: Array, parameters: list[Parameter], *, temper: float = 1.0
-) -> float:
-    """Laplace's log evidence; a parameter that places an effect has a uniform prior over its range.
-
-    Parameters
-    ----------
-    temper
-        Divides chi2: the variance by which even the best model's residual exceeds its noise.
-    """
+def log_evidence(solution: Solution, base_precision: Array, parameters: list[Parameter]) -> float:
+    """Laplace's approximation of the log marginal likelihood, up to a constant that all models share."""
     A = solution.information
-    value = -0.5 * (solution.chi2 / temper + solution.penalty)
+    value = -0.5 * (solution.chi2 + solution.penalty)
     value -= 0.5 * (np.linalg.slogdet(A)[1] - np.linalg.slogdet(base_precision)[1])
-    for p in parameters:
-        if p.places:
-            value += 0.5 * np.log(2 * np.pi) - np.log((p.upper - p.lower) / p.scale)
+    value += 0.5 * sum(np.log(_prior(p)[1]) for p in parameters)
     return float(value)
 
 
-def _centre(parameter: Parameter, start: float) -> float:
-    return start if parameter.places else parameter.null
+def _prior(parameter: Parameter) -> tuple[float, float]:
+    """Mean, and precision in units of the scale: one that places an effect has the variance of an even spread."""
+    if not parameter.places:
+        return parameter.null, 1.0
+    return (parameter.lower + parameter.upper) / 2, 12.0 * (parameter.scale / (parameter.upper - parameter.lower)) ** 2
 
 
 def _difference_step(parameter: Parameter, value: float) -> float:

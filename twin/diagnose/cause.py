@@ -69,6 +69,10 @@ class Cause(ABC):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The numbers to be found; the first one with a null value is the effect's strength."""
 
+    def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
+        """Values and standard deviations under the contract's names, where a search wants others."""
+        return dict(values), dict(std)
+
     @abstractmethod
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """What differs from the believed rig at these values."""

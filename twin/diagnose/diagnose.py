@@ -66,13 +66,15 @@ def diagnose(
     evidence = gather_evidence([without_spoilt(run, findings) for run in runs], rig, preload=preload)
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled])
     notes = _notes(evidence)
+    unseen: Evidence | None
     if held_out:
         unseen = gather_evidence(
             [without_spoilt(run, inspect_signals([run])) for run in held_out], rig, preload=preload
         )
         aside: tuple[str, ...] = ()
     else:
-        evidence, unseen, aside = _set_aside(evidence)
+        kept, unseen, aside = _set_aside(evidence)
+        evidence = kept
     search = search_causes(evidence, CAUSES, most=most, report=report)
     verdict = decide(search, findings)
     report("measuring the gain on what was held out")

@@ -30,10 +30,10 @@ def extended_rig(evidence: Evidence, search: Search) -> Rig:
             loss_std=std[first + knots : first + 2 * knots].tolist(),
         )
         joint["law"] = table  # type: ignore[assignment]
-    effects = [
-        Effect(cause=blame.cause.name, parameters={**blame.label, **blame.values}, std=dict(blame.std))
-        for blame in search.model.blames
-    ]
+    effects = []
+    for blame in search.model.blames:
+        values, errors = blame.cause.reported(blame.values, blame.std)
+        effects.append(Effect(cause=blame.cause.name, parameters={**blame.label, **values}, std=errors))
     zeta = [float(z) for z in unknowns.base.zeta]
     return rig.model_copy(
         update={

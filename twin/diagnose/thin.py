@@ -13,12 +13,12 @@ __all__ = ["thin_evidence"]
 
 
 def thin_evidence(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, *, bins: int = 200, steps: int = 60
+    evidence: Evidence, harmonics: HarmonicResiduals | None, *, bins: int = 140, steps: int = 50
 ) -> tuple[Evidence, HarmonicResiduals | None]:
     """Keep about `bins` broadband bins and `steps` steps, evenly picked."""
     broadband = []
     for data in evidence.broadband:
-        every = max(1, len(data.frequency_Hz) // bins)
+        every = max(1, round(len(data.frequency_Hz) / bins))
         picked = slice(every // 2, None, every)
         broadband.append(
             replace(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twin.diagnose.candidate import Candidate
+from twin.diagnose.candidate import Blame, Candidate
 from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search, Stage
 from twin.diagnose.signals import Finding
@@ -32,7 +32,11 @@ def decide(search: Search, findings: list[Finding]) -> Verdict:
         if findings:
             return "explained"
         return "none" if after <= UNEXPLAINED else "unknown"
-    last = next(stage for stage in reversed(search.stages) if stage.accepted)
+    last = next(
+        s
+        for s in reversed(search.stages)
+        if s.accepted and s.finalists[0].blames[-1].key == search.model.blames[-1].key
+    )
     return "ambiguous" if _probabilities(last)[0] < SURE and _rivals(last) else "explained"
 
 
@@ -52,24 +56,22 @@ def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> t
         )
         for finding in findings
     ]
-    accepted = [stage for stage in search.stages if stage.accepted]
-    for k, stage in enumerate(accepted):
-        probability = _probabilities(stage)
-        if verdict == "unknown":
-            probability = 0.3 * probability
-        best = search.model.blames[k] if k < len(search.model.blames) else stage.finalists[0].blames[-1]
-        named.append(_named(best.cause.name, best, float(probability[0]), tuple(_rivals(stage)), verdict != "unknown"))
+    for blame in search.model.blames:
+        stage = next(s for s in search.stages if s.accepted and s.finalists[0].blames[-1].key == blame.key)
+        probability = _probabilities(stage) * (0.3 if verdict == "unknown" else 1.0)
+        named.append(_named(blame, float(probability[0]), tuple(_rivals(stage)), verdict != "unknown"))
         for rival, p in list(zip(stage.finalists, probability, strict=True))[1:]:
             if p > 0.01:
-                named.append(_named(rival.blames[-1].cause.name, rival.blames[-1], float(p), (best.cause.name,), False))
+                named.append(_named(rival.blames[-1], float(p), (blame.cause.name,), False))
     return tuple(sorted(named, key=lambda cause: (-cause.in_model, -cause.probability)))
 
 
-def _named(name: str, blame, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:  # type: ignore[no-untyped-def]
+def _named(blame: Blame, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:
     parameters: dict[str, Estimate | str] = dict(blame.label)
-    parameters.update({key: Estimate(value, blame.std.get(key, 0.0)) for key, value in blame.values.items()})
+    values, std = blame.cause.reported(blame.values, blame.std)
+    parameters.update({key: Estimate(value, std.get(key, 0.0)) for key, value in values.items()})
     return NamedCause(
-        cause=name,
+        cause=blame.cause.name,
         summary=blame.cause.summary,
         probability=probability,
         confused_with=rivals,
@@ -80,8 +82,7 @@ def _named(name: str, blame, probability: float, rivals: tuple[str, ...], in_mod
 
 def _tempered(stage: Stage) -> np.ndarray:
     """Log evidence with chi2 in units of the best model's own misfit."""
-    temper = max(1.0, stage.finalists[0].chi2_per_dof)
-    return np.array([c.log_evidence + 0.5 * c.solution.chi2 * (1 - 1 / temper) for c in stage.finalists])
+    return np.array([c.weight(stage.finalists[0].chi2_per_dof) for c in stage.finalists])
 
 
 def _probabilities(stage: Stage) -> np.ndarray:

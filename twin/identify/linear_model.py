@@ -104,8 +104,8 @@ class Ports:
 
     @property
     def soft(self) -> slice:
-        """The ports whose stiffness base parameters change: strains and modal coordinates."""
-        return slice(0, self.modal.stop)
+        """The ports whose stiffness base parameters change: the layer's strains."""
+        return slice(0, self.shear.stop)
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class LinearModel:
         -------
         ndarray, (f, p, p)
         """
-        basis = self.basis.with_damping(base.zeta)
+        basis = self.basis.with_damping(base.zeta, base.detuning)
         R = basis.receptance(self.ports.rows, omega)
         return update_receptance(R, self.ports.soft, self._soft_stiffness(omega, base, dE, dG))
 
@@ -153,14 +153,13 @@ class LinearModel:
         S = np.empty((len(omega), p.soft.stop), complex)
         S[:, p.normal] = np.broadcast_to(SE, len(omega))[:, None]
         S[:, p.shear] = np.broadcast_to(SG, len(omega))[:, None]
-        S[:, p.modal] = 2 * base.detuning * self.basis.omega[:DAMPED_MODES] ** 2
         return S
 
     def output_field(
         self, omega: Real, base: BaseParameters, dE: Complex | float = 0.0, dG: Complex | float = 0.0
     ) -> Complex:
         """Displacement of the outputs per unit force on every degree of freedom, (f, o, n)."""
-        p, basis = self.ports, self.basis.with_damping(base.zeta)
+        p, basis = self.ports, self.basis.with_damping(base.zeta, base.detuning)
         R = basis.receptance(self.ports.rows[: p.outputs.stop], omega)
         S = self._soft_stiffness(omega, base, dE, dG)
         T = S[:, :, None] * np.linalg.inv(np.eye(S.shape[1]) + R[:, p.soft, p.soft] * S[:, None, :])
@@ -177,7 +176,7 @@ class LinearModel:
         return R[:, self.ports.outputs, self.ports.drive] * self.to_quantity(omega)
 
     def sensitivity(self, R: Complex, omega: Real, base: BaseParameters) -> Complex:
-        """D response / d base.vector, (f, o, parameters): products of receptances."""
+        """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances."""
         p, factor = self.ports, self.to_quantity(omega)[:, :, None]
         into, out = R[:, :, p.drive], R[:, p.outputs, :]
         E = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2)[..., None]
@@ -190,8 +189,10 @@ class LinearModel:
         ]
         modal = -2j * omega[:, None, None] * out[:, :, p.modal] * into[:, None, p.modal]
         omega_r = self.basis.omega[:DAMPED_MODES]
-        stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * 2 * omega_r**2
-        return np.concatenate([*columns, modal * (base.zeta * omega_r), stiffness], axis=2) * factor
+        shifted = omega_r * np.sqrt(1 + 2 * base.detuning)
+        detuned = 2 * omega_r**2 + 2j * base.zeta * omega[:, None] * omega_r**2 / shifted
+        stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * detuned[:, None, :]
+        return np.concatenate([*columns, modal * (base.zeta * shifted), stiffness], axis=2) * factor
 
 
 def build_linear_model(

@@ -15,17 +15,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure import Modes, Structure, normal_modes
 
-__all__ = ["ModalBasis", "layer_ports", "lowest_modes_basis", "update_receptance"]
+__all__ = ["ModalBasis", "layer_ports", "lowest_modes_basis", "update_receptance", "update_receptance_numpy"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
 
-KEPT_MODES = 30
+KEPT_MODES = 18
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,11 @@ class ModalBasis:
     flexibility: Real
     flexibility2: Real
 
-    def with_damping(self, zeta: Real) -> ModalBasis:
-        """Return the same modes with other damping ratios for the first ones."""
-        return replace(self, zeta=np.concatenate([zeta, self.zeta[len(zeta) :]]))
+    def with_damping(self, zeta: Real, detuning: Real) -> ModalBasis:
+        """Return the same modes with other damping ratios and relatively shifted frequencies for the first ones."""
+        shifted = self.omega.copy()
+        shifted[: len(detuning)] *= np.sqrt(1 + 2 * detuning)
+        return replace(self, omega=shifted, zeta=np.concatenate([zeta, self.zeta[len(zeta) :]]))
 
     def receptance(self, ports: Real, omega: Real) -> Complex:
         """Receptance matrices between `ports`.
@@ -98,10 +101,44 @@ def layer_ports(structure: Structure) -> tuple[Real, Real]:
 
 def update_receptance(R: Complex, layer: slice, S: Complex) -> Complex:
     """Receptances after adding stiffness S (f, r) on the ports of `layer`, one diagonal for each frequency."""
+    ports = np.arange(R.shape[1])[layer]
+    out = np.array(R, complex)
+    _eliminate(out, ports, np.ascontiguousarray(S, complex))
+    return out
+
+
+def update_receptance_numpy(R: Complex, layer: slice, S: Complex) -> Complex:
+    """Plain numpy twin of :func:`update_receptance`, by Woodbury's formula with a solve at each frequency."""
     RL = R[:, :, layer]
     A = np.eye(S.shape[1]) + RL[:, layer, :] * S[:, None, :]
     T = S[:, :, None] * np.linalg.solve(A, np.broadcast_to(np.eye(S.shape[1]), A.shape))
-    return R - RL @ T @ R[:, layer, :]
+    return np.asarray(R - RL @ T @ R[:, layer, :])
+
+
+@numba.njit(cache=True)
+def _eliminate(R: Complex, ports: Real, S: Complex) -> None:
+    """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place."""
+    count = R.shape[1]
+    for f in range(R.shape[0]):
+        for k in range(len(ports)):
+            port = ports[k]
+            spring = S[f, k]
+            if spring == 0:
+                continue
+            factor = spring / (1.0 + spring * R[f, port, port])
+            for i in range(count):
+                scaled = factor * R[f, i, port]
+                if i != port:
+                    for j in range(count):
+                        if j != port:
+                            R[f, i, j] -= scaled * R[f, port, j]
+            # The port's own row and column change last, for every other entry needs their old values.
+            own = 1.0 / (1.0 + spring * R[f, port, port])
+            for i in range(count):
+                if i != port:
+                    R[f, i, port] *= own
+                    R[f, port, i] *= own
+            R[f, port, port] *= own
 
 
 def _compress(B: Real) -> Real:

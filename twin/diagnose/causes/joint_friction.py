@@ -22,22 +22,35 @@ class JointFriction(Cause):
     summary = "the joint sticks up to a force and slips beyond it"
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Stiffness while sticking, and the slip force."""
-        s, E = evidence.model.structure, evidence.model
-        unit = E.reference_G * float(np.sum(s.shear_weight**2))
+        """Stiffness while sticking, and the displacement at which slip begins.
+
+        The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
+        """
+        s = evidence.model.structure
+        unit = evidence.model.reference_G * float(np.sum(s.shear_weight**2))
         slip = self._largest_slip(evidence)
-        forces = tuple(unit * slip * share for share in (0.1, 0.3, 0.03, 0.6))
+        starts = tuple(slip * share for share in (0.1, 0.25, 0.5, 0.04))
         return (
-            Parameter(name="stiffness_N_per_m", scale=3 * unit, lower=0.0, upper=300 * unit, null=0.0,
-                      starts=(0.3 * unit,)),
-            Parameter(name="slip_force_N", scale=10 * forces[0], lower=1e-4 * forces[0], upper=1e4 * forces[0],
-                      starts=forces),
-        )  # fmt: skip
+            Parameter(
+                name="stiffness_N_per_m", scale=6 * unit, lower=0.0, upper=300 * unit, null=0.0, starts=(0.3 * unit,)
+            ),
+            Parameter(name="slip_m", scale=slip, lower=1e-3 * slip, upper=3 * slip, starts=starts),
+        )
+
+    def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
+        """Return the slip force in place of the displacement at which slip begins."""
+        k, slip = values["stiffness_N_per_m"], values["slip_m"]
+        spread = np.hypot(std.get("stiffness_N_per_m", 0.0) / max(k, 1e-300), std.get("slip_m", 0.0) / slip)
+        return (
+            {"stiffness_N_per_m": k, "slip_force_N": k * slip},
+            {"stiffness_N_per_m": std.get("stiffness_N_per_m", 0.0), "slip_force_N": float(k * slip * spread)},
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The stuck spring everywhere, and what slipping takes off it."""
         slip = _rms_slip(evidence)
-        k, slip_force = values["stiffness_N_per_m"], values["slip_force_N"]
+        k = values["stiffness_N_per_m"]
+        slip_force = k * values["slip_m"]
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
 
         def harmonics(a: Any, count: int) -> Any:
