@@ -1,7 +1,7 @@
 """The README's pictures, from the recordings of a demonstration:
 
-    twin demo --seed 7 --cause added-mass --out demo-pictures
-    python docs/make_pictures.py demo-pictures
+twin demo --seed 7 --cause added-mass --out demo-pictures
+python docs/make_pictures.py demo-pictures
 """
 
 from __future__ import annotations

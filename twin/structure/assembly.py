@@ -153,7 +153,9 @@ def assemble(
     return structure
 
 
-def _layer(rig: Rig, mesh: LapJointMesh, free: NDArray[np.int64]) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix, Matrix]:
+def _layer(
+    rig: Rig, mesh: LapJointMesh, free: NDArray[np.int64]
+) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix, Matrix]:
     """Strain operators of all layer elements, their weights and the positions of their Gauss points."""
     normal: list[Matrix] = []
     shear: list[Matrix] = []
