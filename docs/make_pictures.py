@@ -1,4 +1,5 @@
-"""The README's pictures, from the recordings of a demonstration:
+"""Draw the README's pictures from the recordings of a demonstration.
+
 
 twin demo --seed 7 --cause added-mass --out demo-pictures
 python docs/make_pictures.py demo-pictures
