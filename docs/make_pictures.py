@@ -1,6 +1,5 @@
 """Draw the README's pictures from the recordings of a demonstration.
 
-
 twin demo --seed 7 --cause added-mass --out demo-pictures
 python docs/make_pictures.py demo-pictures
 """
