@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import sys
 from typing import Any
 
 import can
@@ -15,6 +16,8 @@ from recordings.errors import InputError
 __all__ = ["open_bus"]
 
 RECEIVE_BUFFER_BYTES = 8 << 20
+IP_MULTICAST_ALL, IPV6_MULTICAST_ALL = 49, 29
+"""Linux's options of these names, which Python does not list."""
 
 
 def open_bus(address: Address, *, bitrate: int = 1_000_000, data_bitrate: int = 5_000_000) -> can.BusABC:
@@ -36,4 +39,10 @@ def open_bus(address: Address, *, bitrate: int = 1_000_000, data_bitrate: int = 
     with contextlib.suppress(OSError, NotImplementedError), socket.socket(fileno=os.dup(bus.fileno())) as sock:
         if sock.family != socket.AF_UNIX:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        if address.interface == "udp_multicast" and sys.platform == "linux":
+            # Or else this socket hears every group that any program of the machine has joined.
+            if sock.family == socket.AF_INET6:
+                sock.setsockopt(socket.IPPROTO_IPV6, IPV6_MULTICAST_ALL, 0)
+            else:
+                sock.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
     return bus

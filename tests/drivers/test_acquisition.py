@@ -34,6 +34,8 @@ def line(request):
 
 @pytest.fixture(params=["unixbus", "virtual", "udp_multicast"])
 def bus(request, tmp_path):
+    if request.param == "udp_multicast":
+        request.getfixturevalue("multicast_alone")
     channel = {"unixbus": f"{tmp_path}/bus", "virtual": "rig", "udp_multicast": "239.74.163.7"}[request.param]
     return f"{request.param}:{channel}"
 

@@ -17,6 +17,7 @@ from recordings.streams import Excitation
 DATABASE = cantools.database.load_string(read_dbc(), "dbc")
 
 
+@pytest.mark.usefixtures("multicast_alone")
 @pytest.mark.parametrize("interface", ["unixbus", "udp_multicast"])
 def test_can_logger_records_the_node_and_cantools_decodes_it(interface, tmp_path):
     channel = str(tmp_path / "bus") if interface == "unixbus" else "239.74.163.9"

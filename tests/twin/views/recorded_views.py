@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 from rerun.chunk import RrdReader
 
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
@@ -109,8 +110,14 @@ def columns(path: Path) -> dict[str, dict[str, list[Any]]]:
         batch = chunk.to_record_batch()
         entity = found.setdefault(str(chunk.entity_path).replace("\\", ""), {})
         for name, column in zip(batch.schema.names, batch.columns, strict=True):
-            entity.setdefault(name, []).extend(column.to_pylist())
+            entity.setdefault(name, []).extend(_plain(column).to_pylist())
     return found
+
+
+def _plain(column: pa.Array) -> pa.Array:
+    """Times and durations as whole nanoseconds: Python's own have none, and pandas' are not at hand everywhere."""
+    temporal = pa.types.is_timestamp(column.type) or pa.types.is_duration(column.type)
+    return column.cast(pa.int64()) if temporal else column
 
 
 def view_origins(path: Path) -> list[str]:
