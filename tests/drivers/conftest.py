@@ -14,6 +14,6 @@ settings.load_profile("patient")
 @pytest.fixture
 def multicast_alone():
     """One test at a time: other people's programs hear every multicast group that the machine has joined."""
-    with open(Path(tempfile.gettempdir()) / "tests-multicast.lock", "w") as lock:
+    with (Path(tempfile.gettempdir()) / "tests-multicast.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
