@@ -23,9 +23,11 @@ LEAST_SCORE = 8.0
 """First-order gain of chi2 below which a cause is not tried."""
 LEAST_GAIN = 8.0
 """Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
-SLACKS = (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0))
-"""Least to most slack while causes are sought.  The natural frequencies have little of it: from a fit that follows the
-resonances through detunings, one Gauss-Newton step turns those into whatever physical parameters explain them."""
+SLACKS = (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03))
+"""Least to most slack while causes are sought: each step turns a part of the detunings, through which a fit follows the
+resonances, into whatever physical parameters explain them.  Larger steps overshoot into false minima."""
+SIFTED = SLACKS.index(Slack(7e-4, 20.0))
+"""Rival models are compared from this slack on; with more, those that fit best are not yet the right ones."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
 LEAST_SHARE = 0.02
@@ -143,17 +145,17 @@ def _tournament(
     report: Report,
 ) -> list[Candidate]:
     """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
-    ladder = list(reversed(SLACKS[: SLACKS.index(slack) + 1]))
+    # The rivals begin with a little more slack than the base family needs: their causes may be far off still.
+    loosest = min(SLACKS.index(slack) + 1, len(SLACKS) - 1) if slack is not TIGHT else 0
     field = [(start, rival) for rival in blames]
-    for turn, tighter in enumerate(ladder):
-        report(f"comparing {len(field)} models, model error allowed {tighter.error_scale:g}-fold")
+    for level in range(loosest, -1, -1):
+        report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
         trials = [
-            fit_candidate(evidence, harmonics, unknowns, rival, slack=tighter, iterations=6, tolerance=2.0)
+            fit_candidate(evidence, harmonics, unknowns, rival, slack=SLACKS[level], iterations=6, tolerance=2.0)
             for unknowns, rival in field
         ]
         trials.sort(key=lambda c: -c.log_evidence)
-        # Half stay, but with so much model error allowed that all fit, the order means little yet.
-        stay = max(FINALISTS, len(trials) * (3 if turn == 0 else 2) // 4)
+        stay = max(FINALISTS, len(trials) // 2) if level <= SIFTED else len(trials)
         field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
     return _one_of_each(trials)[:FINALISTS]
 

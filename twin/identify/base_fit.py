@@ -24,7 +24,7 @@ HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
 
-def starting_unknowns(evidence: Evidence, *, knots: int = 12, extension: Extension | None = None) -> Unknowns:
+def starting_unknowns(evidence: Evidence, *, knots: int = 14, extension: Extension | None = None) -> Unknowns:
     """Base parameters of the broadband fit, else what is believed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
     law = SplineLaw.zero(choose_knots(evidence.steps.amplitude_m, knots))

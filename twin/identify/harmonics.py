@@ -16,6 +16,10 @@ Array = NDArray[Any]
 
 SIGNATURE_ERROR = 0.04
 """Relative error of the joint's signature: its opening is not quite mode 1's when it softens."""
+EVEN_ERROR = 0.15
+"""Relative error of any model of the even harmonics: one coordinate stands for the joint."""
+RESONANCE_ERROR = 0.01
+"""Relative error of the higher natural frequencies at large amplitudes: it matters to harmonics that fall near them."""
 LINEAR_ERROR = 0.1
 """Relative error of the response to the force's own harmonics, some of which fall near other resonances."""
 
@@ -42,9 +46,27 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     force_variance = np.where(np.isfinite(steps.force_variance), steps.force_variance, 0.0)[:, orders - 1]
     covariance = covariance + force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
     odd = (orders % 2 == 1)[None, :, None, None]
-    size = np.sum(np.abs(residual) ** 2, axis=2)[..., None, None]
+    size = np.sum(np.abs(residual) ** 2, axis=2)
     direction = joint / np.linalg.norm(joint, axis=2, keepdims=True)
-    anything = 100.0 * size * direction[..., :, None] * np.conj(direction)[..., None, :]
-    tolerance = SIGNATURE_ERROR**2 * size * np.eye(outputs)
-    covariance = covariance + odd * (anything + tolerance)
+    anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
+    even = _even_error(predictor, unknowns, orders, joint, size)
+    tolerance = np.where(odd, SIGNATURE_ERROR**2 * size[..., None, None], even[..., None, None]) * np.eye(outputs)
+    covariance = covariance + odd * anything + tolerance
     return HarmonicResiduals(orders, residual, np.linalg.cholesky(covariance), field)
+
+
+def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: Array, size: Array) -> Array:
+    """Variance (s, h) of any model of the even harmonics.
+
+    It is relative to what was measured or, where that is larger, to what a joint force as large as the second
+    harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.  The relative error
+    grows with the softening, since causes are linear beside it.
+    """
+    beside = predictor.harmonic_fields(unknowns, orders, stretch=1 + RESONANCE_ERROR)[1]
+    gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
+    likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
+    steps = predictor.evidence.steps
+    softened = np.abs(predictor.moduli_changes(unknowns, steps.amplitude_m, 0.0 * steps.time_s)[0].real)
+    softened = softened / unknowns.base.E
+    detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
+    return np.asarray((EVEN_ERROR**2 + softened[:, None] ** 2 + detuned) * likely)

@@ -62,11 +62,11 @@ def base_prior(
     moduli_std
         Of the logarithms of the layer's E' and G'.
     """
-    mean = believed.vector
-    std = np.concatenate(
-        [[moduli_std, moduli_std, 0.05, 0.3], np.full(DAMPED_MODES, 1.0), np.full(DAMPED_MODES, detuning_std)]
-    )
-    return mean, std
+    detuning = np.full(DAMPED_MODES, detuning_std)
+    # The last of these modes lies above the band: nothing measured would hold a wide detuning of it in place.
+    detuning[-1] = min(detuning_std, DETUNING_STD)
+    std = np.concatenate([[moduli_std, moduli_std, 0.05, 0.2], np.full(DAMPED_MODES, 1.0), detuning])
+    return believed.vector, std
 
 
 def whiten(covariance: Complex, values: Complex) -> Complex:

@@ -34,8 +34,9 @@ Array = NDArray[Any]
 
 COMMON_ERROR, RATIO_ERROR = 8e-4, 3e-4
 """Relative model error of a response that all channels share, and of their ratio: discretisation and truncation."""
-LAW_ERROR = 1e-3
-"""Relative error of the law at a step: it is a function of one amplitude, the layer's strains are a field."""
+LAW_ERROR, EVEN_LAW_ERROR = 1e-3, 0.5
+"""Relative error of the law at a step, since it is a function of one amplitude and the layer's strains are a field;
+and, for each unit of the response's even harmonics over its fundamental, how much more."""
 
 
 @dataclass(frozen=True)
@@ -361,8 +362,10 @@ class Predictor:
             updated = _attach(R, ports, np.stack(k, axis=1))
         return updated
 
-    def harmonic_fields(self, unknowns: Unknowns, orders: Array) -> tuple[Array, Array, Array]:
-        """Responses at multiples of the drive frequency.
+    def harmonic_fields(
+        self, unknowns: Unknowns, orders: Array, *, stretch: float = 1.0
+    ) -> tuple[Array, Array, Array]:
+        """Responses at multiples of the drive frequency, all frequencies times `stretch`.
 
         Returns
         -------
@@ -376,7 +379,7 @@ class Predictor:
         steps, p = self.evidence.steps, self.model.ports
         time = steps.time_s - self.evidence.origin_s
         dE, dG = self.moduli_changes(unknowns, steps.amplitude_m, time)
-        first = self.clock(steps.omega, time)
+        first = stretch * self.clock(steps.omega, time)
         opening = self.model.ports.rows[p.normal] @ self.model.basis.Phi[:, 0]
         linear, joint, field = [], [], []
         for h in orders:
@@ -469,9 +472,12 @@ def _whiten_steps(
     circular = shared[:, None, None] + (relative + (error_scale * RATIO_ERROR) ** 2)[:, :, None] * np.eye(outputs)
     covariance = np.zeros((count, 2 * outputs, 2 * outputs))
     covariance[:, :outputs, :outputs] = covariance[:, outputs:, outputs:] = circular / 2
+    # Even harmonics come of a joint that opens on one side: its law at the fundamental then heeds more than amplitude.
+    even = np.nan_to_num(np.abs(steps.response[:, :, 1::2] / steps.response[:, :, :1]))
+    law_error = np.hypot(LAW_ERROR, EVEN_LAW_ERROR * np.sqrt(np.sum(even**2, axis=2).mean(axis=1)))[:, None]
     stacked = np.concatenate([J.real, J.imag], axis=1)
     for block, values in ((law[0], law[2]), (law[1], law[3])):
-        error = LAW_ERROR * (stacked[:, :, block] @ values)
+        error = law_error * (stacked[:, :, block] @ values)
         covariance += error[:, :, None] * error[:, None, :]
     L = np.linalg.cholesky(covariance)
     white_r = np.linalg.solve(L, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
