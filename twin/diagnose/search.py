@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twin.diagnose.candidate import Blame, Candidate, fit_candidate
+from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
-from twin.identify.base_fit import fit_base
+from twin.identify.base_fit import fit_base, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import LOOSE, TIGHT, HarmonicResiduals, Predictor, Slack, Unknowns
@@ -147,7 +147,7 @@ def _tournament(
     """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
     # The rivals begin with a little more slack than the base family needs: their causes may be far off still.
     loosest = min(SLACKS.index(slack) + 1, len(SLACKS) - 1) if slack is not TIGHT else 0
-    field = [(start, rival) for rival in blames]
+    field = [(_with_own_law(evidence, start, rival), rival) for rival in blames]
     for level in range(loosest, -1, -1):
         report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
         trials = [
@@ -158,6 +158,14 @@ def _tournament(
         stay = max(FINALISTS, len(trials) // 2) if level <= SIFTED else len(trials)
         field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
     return _one_of_each(trials)[:FINALISTS]
+
+
+def _with_own_law(evidence: Evidence, start: Unknowns, rival: tuple[Blame, ...]) -> Unknowns:
+    """Unknowns to begin from: what a local nonlinearity does to the steps is taken off the joint's law at once."""
+    extension = rival[-1].cause.extension(evidence, rival[-1].label, rival[-1].values)
+    if not extension.nonlinear or not len(evidence.steps):
+        return start
+    return stepwise_law(Predictor(evidence, extension_of(evidence, rival)), start)
 
 
 def _one_of_each(trials: list[Candidate]) -> list[Candidate]:

@@ -51,6 +51,7 @@ def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
     largest_loss = 5 * E / predictor.shear_share
     for _ in range(8):
         R = predictor.receptance(omega, unknowns.base, dE0 - s, dG0 + 1j * loss)
+        R = predictor.with_nonlinear(R, omega)
         H = predictor.responses(R, omega)[:, evidence.reference]
         receptance = R[:, port, drive]
         SE = -np.sum(R[:, port, p.normal] * R[:, p.normal, drive], axis=1)

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import percentile_filter
 from scipy.optimize import nnls
 from scipy.signal import find_peaks
 
@@ -25,6 +27,8 @@ __all__ = ["BinnedResponse", "bin_response", "find_resonances"]
 Complex = NDArray[Any]
 Real = NDArray[Any]
 
+GRID, SURROUNDINGS = 0.01, 111
+"""Step in log frequency, and how many of them are a response's surroundings: a factor of three."""
 BIN_SHARE = 0.12
 """A bin's width beside its distance to the nearest resonance."""
 
@@ -63,6 +67,21 @@ class BinnedResponse:
     def omega(self) -> Real:
         """Bin centres, rad/s."""
         return 2 * np.pi * self.frequency_Hz
+
+    @cached_property
+    def depth(self) -> Real:
+        """How far each response lies below its surroundings, (b, o), at least 1: large between resonances.
+
+        There modes cancel, and a small relative error of each is a large one of their sum.
+        """
+        level = np.log(np.abs(self.H))
+        grid = np.arange(np.log(self.frequency_Hz[0]), np.log(self.frequency_Hz[-1]) + GRID, GRID)
+        around = [
+            percentile_filter(np.interp(grid, np.log(self.frequency_Hz), row), 75, size=SURROUNDINGS, mode="nearest")
+            for row in level.T
+        ]
+        near = np.stack([np.interp(np.log(self.frequency_Hz), grid, row) for row in around], axis=1)
+        return np.asarray(np.exp(np.maximum(near - level, 0.0)))
 
 
 def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str, ...]) -> tuple[Real, Real]:

@@ -271,7 +271,7 @@ class Predictor:
         R = self.receptance(omega, unknowns.base, dE, dG)
         H = self.responses(R, omega)
         common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
-        covariance = data.relative_covariance + common**2 + ratio**2 * np.eye(H.shape[1])
+        covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
         r, root = whiten(covariance, np.log(data.H / H)).ravel(), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
@@ -289,7 +289,7 @@ class Predictor:
         time = steps.time_s - self.evidence.origin_s
         omega = self.clock(steps.omega, time)
         R = self.receptance(omega, unknowns.base, *self.moduli_changes(unknowns, steps.amplitude_m, time))
-        return self._with_nonlinear(R, omega, steps.force[:, 0]), omega
+        return self.with_nonlinear(R, omega), omega
 
     def _steps(self, unknowns: Unknowns, R: Array, omega: Array, sensitivities: bool) -> tuple[Array, Array]:
         steps = self.evidence.steps
@@ -303,7 +303,7 @@ class Predictor:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
         assert self.harmonics is not None
         h = self.harmonics
-        forces = self._force_harmonics(R, self.evidence.steps.force[:, 0], int(h.orders[-1]))[:, :, h.orders - 1]
+        forces = self._force_harmonics(R, int(h.orders[-1]))[:, :, h.orders - 1]
         rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
         return -np.asarray(np.einsum("shop,sph->sho", h.field @ rows.T, forces))
 
@@ -349,22 +349,31 @@ class Predictor:
         stop = self.model.ports.extra.stop - (1 if self.extension.base_receptance else 0)
         return slice(stop - len(self.extension.nonlinear), stop)
 
-    def _with_nonlinear(self, R: Array, omega: Array, F: Array) -> Array:
+    def _port_motion(self, R: Array, omega: Array) -> Array:
+        """Complex amplitudes (s, p) at the nonlinear forces' ports, m.
+
+        They follow from the measured motion of the reference channel, as the law's amplitude does, not from the force:
+        near a sharp resonance the response to that is far more uncertain than the shape of the motion.
+        """
+        steps, reference = self.evidence.steps, self.evidence.reference
+        per_reference = (
+            R[:, self.nonlinear_ports, self.model.ports.drive] / self.responses(R, omega)[:, reference, None]
+        )
+        return np.asarray(per_reference * steps.response[:, reference, 0, None])
+
+    def with_nonlinear(self, R: Array, omega: Array) -> Array:
         """Receptances with the equivalent stiffness of local nonlinearities at each step's own amplitude."""
         if not self.extension.nonlinear:
             return R
-        ports = self.nonlinear_ports
         updated = R
-        # The ports' amplitudes depend on the stiffness there: fixed-point turns, enough for a correction.
+        # The ports' share of the motion depends on the stiffness there: fixed-point turns, enough for a correction.
         for _ in range(6):
-            amplitude = np.abs(updated[:, ports, self.model.ports.drive] * F[:, None])
+            amplitude = np.abs(self._port_motion(updated, omega))
             k = [f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.extension.nonlinear)]
-            updated = _attach(R, ports, np.stack(k, axis=1))
+            updated = _attach(R, self.nonlinear_ports, np.stack(k, axis=1))
         return updated
 
-    def harmonic_fields(
-        self, unknowns: Unknowns, orders: Array, *, stretch: float = 1.0
-    ) -> tuple[Array, Array, Array]:
+    def harmonic_fields(self, unknowns: Unknowns, orders: Array, *, stretch: float = 1.0) -> tuple[Array, Array, Array]:
         """Responses at multiples of the drive frequency, all frequencies times `stretch`.
 
         Returns
@@ -391,9 +400,10 @@ class Predictor:
             field.append(self.model.output_field(omega, unknowns.base, dE, dG) * factor[:, :, None])
         return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
 
-    def _force_harmonics(self, R: Array, F: Array, count: int) -> Array:
+    def _force_harmonics(self, R: Array, count: int) -> Array:
         """Harmonics (s, p, h) of the nonlinear forces at the steps' own motion, in the steps' phase."""
-        motion = R[:, self.nonlinear_ports, self.model.ports.drive] * F[:, None]
+        steps = self.evidence.steps
+        motion = self._port_motion(R, self.clock(steps.omega, steps.time_s - self.evidence.origin_s))
         turn = np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))
         values = [f.harmonics(np.abs(motion[:, i]), count) for i, f in enumerate(self.extension.nonlinear)]
         return np.stack(values, axis=1) * turn
