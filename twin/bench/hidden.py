@@ -156,6 +156,21 @@ def _clamp(d: _Dice) -> dict[str, float | str]:
     return {"rotational_rad_per_Nm": d.size(5e-3, 1e-2) * d.rig.length / (beam.youngs_modulus * beam.second_moment)}
 
 
+def _cubic(d: _Dice) -> dict[str, float | str]:
+    """A spring that does as much wherever it is: the square of the work in mode 1 goes with the sixth power of place."""
+    position = d.along(0.7, 1.0)
+    return {
+        "position_m": position,
+        "stiffness_N_per_m3": d.size(3e6, 8e6) * (d.rig.length / float(position)) ** 6,
+    }
+
+
+def _friction(d: _Dice) -> dict[str, float | str]:
+    """A friction spring that begins to slip within the amplitudes of the steel rig's sweeps."""
+    stiffness = float(d.size(1e8, 2.5e8))
+    return {"stiffness_N_per_m": stiffness, "slip_force_N": stiffness * d.plain(2e-7, 4e-7)}
+
+
 def _offset(d: _Dice) -> dict[str, float | str]:
     """A sensor shift that stays on the structure."""
     channel, offset = d.response(), d.signed(0.006, 0.015)
@@ -175,7 +190,7 @@ SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
         "frequency_Hz": d.plain(60.0, 400.0),
         "damping_ratio": d.plain(0.01, 0.03),
     },
-    "cubic-stiffness": lambda d: {"position_m": d.along(0.7, 1.0), "stiffness_N_per_m3": d.size(4e6, 1.5e7)},
+    "cubic-stiffness": _cubic,
     "ground-friction": lambda d: {"position_m": d.along(0.7, 1.0), "force_N": d.size(0.01, 0.03)},
     "ground-stop": lambda d: {
         "position_m": d.along(0.7, 1.0),
@@ -188,8 +203,8 @@ SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
         "normal_factor": d.lost(0.2, 0.4),
         "shear_factor": d.lost(0.2, 0.4),
     },
-    "joint-slap": lambda d: {"gap_m": d.plain(3e-7, 8e-7), "stiffness_factor": d.lost(0.5, 0.7)},
-    "joint-friction": lambda d: {"stiffness_N_per_m": d.size(5e7, 1.5e8), "slip_force_N": d.plain(20.0, 60.0)},
+    "joint-slap": lambda d: {"gap_m": d.plain(3e-7, 8e-7), "stiffness_factor": d.lost(0.2, 0.4)},
+    "joint-friction": _friction,
     "joint-uneven": lambda d: {"gradient": float(np.clip(d.signed(0.8, 1.5), -1.8, 1.8))},
     "preload-loss": lambda d: {"rate_per_s": d.size(1e-4, 3e-4)},
     "drive-mass": lambda d: {"mass_kg": d.size(0.03, 0.1)},

@@ -59,21 +59,21 @@ def predicted_harmonics(evidence: Evidence, model: Candidate, harmonics: Harmoni
     if not predictor.extension.nonlinear:
         return np.zeros_like(harmonics.residual)
     R, _ = predictor.step_receptance(model.unknowns)
-    return predictor.extra_harmonics(R)
+    return predictor.extra_harmonics(model.unknowns, R)
 
 
 def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals | None) -> Array:
-    """Root of the summed squared errors of fundamental and even harmonics, relative to the fundamental, (s, o).
+    """Root of the summed squared errors of fundamental and second harmonic, relative to the fundamental, (s, o).
 
-    Odd harmonics are left out: the joint's own law makes them in a way the model does not predict.
+    Odd harmonics are left out, since the joint's own law makes them in a way the model does not predict; so are higher
+    even ones, because they fall near resonances, where a hundredth of the frequency decides how large they are.
     """
     steps = evidence.steps
     fundamental = predicted_steps(evidence, model) * steps.force[:, :1] - steps.response[:, :, 0]
     square = np.abs(fundamental) ** 2
     if harmonics is not None:
-        even = harmonics.orders % 2 == 0
         left = harmonics.residual - predicted_harmonics(evidence, model, harmonics)
-        square = square + np.sum(np.abs(left[:, even]) ** 2, axis=1)
+        square = square + np.sum(np.abs(left[:, harmonics.orders == 2]) ** 2, axis=1)
     return np.sqrt(square) / np.abs(steps.response[:, :, 0])
 
 

@@ -113,8 +113,7 @@ def _gain(
 ) -> Gain:
     harmonics = harmonic_residuals(Predictor(unseen), before.unknowns)
     steps = unseen.steps
-    even = harmonics.orders[harmonics.orders % 2 == 0] - 1
-    noise = np.sum(steps.response_variance[:, :, [0, *even]], axis=2) / np.abs(steps.response[:, :, 0]) ** 2
+    noise = np.sum(steps.response_variance[:, :, :2], axis=2) / np.abs(steps.response[:, :, 0]) ** 2
     shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2
     before_rms, after_rms = (
         float(np.sqrt(np.mean(relative_errors(unseen, model, harmonics) ** 2))) for model in (before, after)

@@ -23,7 +23,7 @@ LEAST_SCORE = 8.0
 """First-order gain of chi2 below which a cause is not tried."""
 LEAST_GAIN = 8.0
 """Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
-SLACKS = (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03))
+SLACKS = (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03), LOOSE)
 """Least to most slack while causes are sought: each step turns a part of the detunings, through which a fit follows the
 resonances, into whatever physical parameters explain them.  Larger steps overshoot into false minima."""
 SIFTED = SLACKS.index(Slack(7e-4, 20.0))
@@ -145,13 +145,21 @@ def _tournament(
     report: Report,
 ) -> list[Candidate]:
     """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
-    # The rivals begin with a little more slack than the base family needs: their causes may be far off still.
-    loosest = min(SLACKS.index(slack) + 1, len(SLACKS) - 1) if slack is not TIGHT else 0
+    # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
+    loosest = 0 if slack is TIGHT else len(SLACKS) - 1
     field = [(_with_own_law(evidence, start, rival), rival) for rival in blames]
     for level in range(loosest, -1, -1):
         report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
         trials = [
-            fit_candidate(evidence, harmonics, unknowns, rival, slack=SLACKS[level], iterations=6, tolerance=2.0)
+            fit_candidate(
+                evidence,
+                harmonics,
+                unknowns,
+                rival,
+                slack=SLACKS[level],
+                iterations=6,
+                tolerance=20.0 if level else 2.0,
+            )
             for unknowns, rival in field
         ]
         trials.sort(key=lambda c: -c.log_evidence)
@@ -215,7 +223,11 @@ def _shortlist(scores: list[Score]) -> list[Blame]:
 def _apart(one: Blame, two: Blame) -> bool:
     """Whether two places of one cause lie a fifth of the structure or a quarter of the frequency apart."""
     far = [abs(one.values[k] - two.values[k]) > 0.08 for k in ("position_m",) if k in one.values]
-    far += [abs(np.log(one.values[k] / two.values[k])) > 0.25 for k in ("frequency_Hz", "gap_m") if k in one.values]
+    far += [
+        abs(np.log(one.values[k] / two.values[k])) > 0.25
+        for k in ("frequency_Hz", "gap_m", "slip_m")
+        if k in one.values
+    ]
     return any(far)
 
 

@@ -46,12 +46,13 @@ class NonlinearForce:
     equivalent : callable
         Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion.
     harmonics : callable
-        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,).
+        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,); its third
+        argument is what the joint's law has left of the layer's normal stiffness at each (f,).
     """
 
     row: Callable[[Structure], Array]
     equivalent: Callable[[Array, Array], Array]
-    harmonics: Callable[[Array, int], Array]
+    harmonics: Callable[[Array, int, Array], Array]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -32,7 +32,7 @@ __all__ = ["LOOSE", "TIGHT", "HarmonicResiduals", "Prediction", "Predictor", "Sl
 
 Array = NDArray[Any]
 
-COMMON_ERROR, RATIO_ERROR = 8e-4, 3e-4
+COMMON_ERROR, RATIO_ERROR = 8e-4, 5e-4
 """Relative model error of a response that all channels share, and of their ratio: discretisation and truncation."""
 LAW_ERROR, EVEN_LAW_ERROR = 1e-3, 0.5
 """Relative error of the law at a step, since it is a function of one amplitude and the layer's strains are a field;
@@ -299,11 +299,11 @@ class Predictor:
         J = self._step_sensitivity(R, omega, unknowns, steps.amplitude_m)
         return _whiten_steps(r, J, steps, self._law_columns(unknowns), self.slack.error_scale, sensitivities)
 
-    def extra_harmonics(self, R: Array) -> Array:
+    def extra_harmonics(self, unknowns: Unknowns, R: Array) -> Array:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
         assert self.harmonics is not None
         h = self.harmonics
-        forces = self._force_harmonics(R, int(h.orders[-1]))[:, :, h.orders - 1]
+        forces = self._force_harmonics(unknowns, R, int(h.orders[-1]))[:, :, h.orders - 1]
         rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
         return -np.asarray(np.einsum("shop,sph->sho", h.field @ rows.T, forces))
 
@@ -312,7 +312,7 @@ class Predictor:
         assert self.harmonics is not None
         residual = self.harmonics.residual
         if self.extension.nonlinear:
-            residual = residual - self.extra_harmonics(R)
+            residual = residual - self.extra_harmonics(unknowns, R)
         r = self.harmonics.whiten(residual)
         return r, np.zeros((len(r), len(unknowns.vector)))
 
@@ -400,12 +400,15 @@ class Predictor:
             field.append(self.model.output_field(omega, unknowns.base, dE, dG) * factor[:, :, None])
         return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
 
-    def _force_harmonics(self, R: Array, count: int) -> Array:
+    def _force_harmonics(self, unknowns: Unknowns, R: Array, count: int) -> Array:
         """Harmonics (s, p, h) of the nonlinear forces at the steps' own motion, in the steps' phase."""
         steps = self.evidence.steps
-        motion = self._port_motion(R, self.clock(steps.omega, steps.time_s - self.evidence.origin_s))
+        time = steps.time_s - self.evidence.origin_s
+        motion = self._port_motion(R, self.clock(steps.omega, time))
+        stiffness = unknowns.base.E + self.moduli_changes(unknowns, steps.amplitude_m, time)[0].real
+        left = stiffness / self.moduli[0]
         turn = np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))
-        values = [f.harmonics(np.abs(motion[:, i]), count) for i, f in enumerate(self.extension.nonlinear)]
+        values = [f.harmonics(np.abs(motion[:, i]), count, left) for i, f in enumerate(self.extension.nonlinear)]
         return np.stack(values, axis=1) * turn
 
     def _base_motion(self, R: Array, omega: Array) -> Array | float:

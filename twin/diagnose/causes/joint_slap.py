@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.diagnose.one_sided import one_sided_harmonics
+from twin.diagnose.opening import opening_harmonics
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NonlinearForce
 from twin.structure import Structure
@@ -34,13 +34,14 @@ class JointSlap(Cause):
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """A one-sided change of stiffness on the layer's rms opening in the shape of mode 1."""
+        """The even part of the force on the layer's rms opening in the shape of mode 1."""
         s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
         tip = np.sign(s.deflection(evidence.rig.length) @ phi)
         pattern = tip * (s.B_E @ phi) / np.linalg.norm(s.B_E @ phi)
         area = float(np.sum(s.normal_weight**2))
-        k = -(1 - values["stiffness_factor"]) * evidence.model.reference_E * area
-        return Extension(nonlinear=(_opening_force(pattern / np.sqrt(area), k, values["gap_m"]),))
+        k = evidence.model.reference_E * area
+        force = _opening_force(pattern / np.sqrt(area), k, values["gap_m"], values["stiffness_factor"])
+        return Extension(nonlinear=(force,))
 
     def _largest_opening(self, evidence: Evidence) -> float:
         """Rms opening of the layer at the largest measured amplitude, in the shape of mode 1."""
@@ -50,9 +51,9 @@ class JointSlap(Cause):
         return float(per_tip * max(np.max(evidence.steps.amplitude_m, initial=0.0), 1e-5))
 
 
-def _opening_force(pattern: Any, k: float, gap: float) -> NonlinearForce:
-    def harmonics(a: Any, count: int) -> Any:
-        return k * one_sided_harmonics(a, gap, count)
+def _opening_force(pattern: Any, k: float, gap: float, factor: float) -> NonlinearForce:
+    def harmonics(a: Any, count: int, left: Any) -> Any:
+        return k * opening_harmonics(a, left, gap=gap, factor=factor, count=count)
 
     def equivalent(a: Any, omega: Any) -> Any:
         # At the fundamental the slap is one with the joint's law, whose function of amplitude is free to take it in.
