@@ -157,7 +157,7 @@ def _clamp(d: _Dice) -> dict[str, float | str]:
 
 
 def _cubic(d: _Dice) -> dict[str, float | str]:
-    """A spring that does as much wherever it is: the square of the work in mode 1 goes with the sixth power of place."""
+    """A spring that does as much wherever it is: its work in mode 1 goes with some sixth power of the place."""
     position = d.along(0.7, 1.0)
     return {
         "position_m": position,

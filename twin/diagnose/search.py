@@ -147,33 +147,36 @@ def _tournament(
     """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
     # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
     loosest = 0 if slack is TIGHT else len(SLACKS) - 1
-    field = [(_with_own_law(evidence, start, rival), rival) for rival in blames]
+    field = [(start, rival) for rival in blames]
     for level in range(loosest, -1, -1):
         report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
-        trials = [
-            fit_candidate(
-                evidence,
-                harmonics,
-                unknowns,
-                rival,
-                slack=SLACKS[level],
-                iterations=6,
-                tolerance=20.0 if level else 2.0,
+        tolerance = 20.0 if level else 2.0
+        trials = []
+        for unknowns, rival in field:
+            begin = _with_own_law(evidence, harmonics, unknowns, rival, SLACKS[level])
+            trials.append(
+                fit_candidate(evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=tolerance)
             )
-            for unknowns, rival in field
-        ]
         trials.sort(key=lambda c: -c.log_evidence)
         stay = max(FINALISTS, len(trials) // 2) if level <= SIFTED else len(trials)
         field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
     return _one_of_each(trials)[:FINALISTS]
 
 
-def _with_own_law(evidence: Evidence, start: Unknowns, rival: tuple[Blame, ...]) -> Unknowns:
-    """Unknowns to begin from: what a local nonlinearity does to the steps is taken off the joint's law at once."""
-    extension = rival[-1].cause.extension(evidence, rival[-1].label, rival[-1].values)
-    if not extension.nonlinear or not len(evidence.steps):
+def _with_own_law(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...], slack: Slack
+) -> Unknowns:
+    """Unknowns to begin from: with the law that the steps ask for beside this rival, where that fits better.
+
+    Sharp resonances make a law that was found beside another model a trap.
+    """
+    if not len(evidence.steps):
         return start
-    return stepwise_law(Predictor(evidence, extension_of(evidence, rival)), start)
+    extension = extension_of(evidence, rival)
+    predictor = Predictor(evidence, extension, harmonics, slack=slack)
+    anew = stepwise_law(predictor, start)
+    now, then = (predictor.evaluate(u, sensitivities=False).chi2 for u in (start, anew))
+    return anew if then < now else start
 
 
 def _one_of_each(trials: list[Candidate]) -> list[Candidate]:
