@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from recordings.errors import InputError
 from twin.commands.output import console, json_option, print_json, write_json
 
 __all__ = ["command"]
+
+REPORT, VIEW = "report.html", "view.rrd"
 
 
 @click.command(name="diagnose", short_help="Show what the model gets wrong and name the cause.")
@@ -37,6 +40,7 @@ def command(
     from recordings import read_run
     from twin.diagnose import diagnose
     from twin.rigs import load_rig
+    from twin.views import save_diagnosis, write_report
 
     rig = load_rig(rig_name)
     if preload is not None and preload not in rig.joint.preload:
@@ -46,12 +50,23 @@ def command(
     recorded, kept = [read_run(path) for path in runs], [read_run(path) for path in held_out]
     with console.status("starting") as status:
         result = diagnose(recorded, rig, preload=preload, held_out=kept, out=out, report=lambda t: status.update(t))
+        status.update("writing the report and the pictures")
+        write_report(result, out / REPORT, commands=[_again(runs, held_out, rig_name, out)])
+        save_diagnosis(result, out / VIEW)
     data = result.to_dict()
     write_json(data, out / "result.json")
     if as_json:
         print_json(data)
     else:
         _tell(data, out)
+
+
+def _again(runs: tuple[Path, ...], held_out: tuple[Path, ...], rig_name: str, out: Path) -> str:
+    """The command that makes the same report."""
+    words = ["twin", "diagnose", *map(str, runs)]
+    for path in held_out:
+        words += ["--held-out", str(path)]
+    return shlex.join([*words, "--rig", rig_name, "--out", str(out)])
 
 
 def _tell(data: dict[str, Any], out: Path) -> None:
@@ -83,4 +98,5 @@ def _tell(data: dict[str, Any], out: Path) -> None:
         )
     for note in data["notes"]:
         console.print(f"note: {note}")
-    console.print(f"written: {out / 'result.json'}, {out / data['extended_model']}; {data['seconds']:.0f} s")
+    written = ", ".join(str(out / name) for name in ("result.json", data["extended_model"], REPORT, VIEW))
+    console.print(f"written: {written}; {data['seconds']:.0f} s")

@@ -26,6 +26,9 @@ from twin.rigs import Rig, save_rig
 
 __all__ = ["diagnose"]
 
+BEYOND = 1.05
+"""Amplitude over the largest one learnt from up to which a law is taken to hold."""
+
 
 def diagnose(
     runs: Sequence[Run],
@@ -65,7 +68,6 @@ def diagnose(
     report("reducing recordings to harmonics and frequency responses")
     evidence = gather_evidence([without_spoilt(run, findings) for run in runs], rig, preload=preload)
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled])
-    notes = _notes(evidence)
     unseen: Evidence | None
     if held_out:
         unseen = gather_evidence(
@@ -75,6 +77,10 @@ def diagnose(
     else:
         kept, unseen, aside = _set_aside(evidence)
         evidence = kept
+    notes = _notes(evidence)
+    if unseen is not None and len(evidence.steps):
+        unseen, beyond = _within_amplitudes(unseen, evidence)
+        notes += beyond
     search = search_causes(evidence, CAUSES, most=most, report=report)
     verdict = decide(search, findings)
     report("measuring the gain on what was held out")
@@ -138,6 +144,15 @@ def _set_aside(evidence: Evidence) -> tuple[Evidence, Evidence | None, tuple[str
     inside = np.array([(s.run, s.sweep) == chosen for s in states])
     rest = replace(evidence, steps=evidence.steps.select(~inside))
     return rest, replace(evidence, steps=evidence.steps.select(inside), broadband=()), (chosen[1],)
+
+
+def _within_amplitudes(unseen: Evidence, evidence: Evidence) -> tuple[Evidence, tuple[str, ...]]:
+    """What was held out, without steps at amplitudes beyond those learnt from: the joint's law is not known there."""
+    inside = unseen.steps.amplitude_m <= BEYOND * np.max(evidence.steps.amplitude_m)
+    if inside.all():
+        return unseen, ()
+    note = f"{np.sum(~inside)} held-out step(s) move farther than any step learnt from, and do not count in the gain"
+    return replace(unseen, steps=unseen.steps.select(inside)), (note,)
 
 
 def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:

@@ -1,0 +1,86 @@
+"""An effect is hidden on the bench, behind instruments and a recording; the diagnosis must find it from these alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings import RunWriter, read_run
+from twin.bench import FIRST_CAUSES, open_bench
+from twin.demo import broadband, draw_demo_case, planned_sweeps
+from twin.diagnose import Diagnosis, diagnose
+from twin.procedures import DirectAcquisition, run_procedure
+from twin.rigs import load_rig
+
+RIG = "steel-lap-joint"
+PLACES = ("position_m", "gap_m", "slip_force_N", "stiffness_N_per_m3")
+"""What two accelerometers and one force determine only roughly, or together with another parameter."""
+
+
+def hide_and_diagnose(folder: Path, cause: str, seed: int) -> tuple[dict[str, float | str], Diagnosis]:
+    """The hidden parameters, and what the diagnosis makes of the recordings."""
+    believed = load_rig(RIG)
+    case = draw_demo_case(believed, seed=seed, cause=cause)
+    procedures = {"broadband.mcap": broadband()} | planned_sweeps(26.3)
+    for number, (name, procedure) in enumerate(procedures.items()):
+        acquisition = DirectAcquisition(open_bench(case.rig, seed=100 * seed + number))
+        info = {"source": "simulated", "rig": RIG, "preload_N": "120", "stored": procedure.store}
+        with RunWriter(folder / name, info=info, channels=acquisition.channels) as writer:
+            assert run_procedure(procedure, acquisition, writer).state == "done"
+    learn, held_out = [*procedures][:2], [*procedures][2:]
+    found = diagnose(
+        [read_run(folder / name) for name in learn],
+        believed,
+        held_out=[read_run(folder / name) for name in held_out],
+        out=folder / "found",
+    )
+    return case.hidden["parameters"], found
+
+
+def check(cause: str, hidden: dict[str, float | str], found: Diagnosis, folder: Path) -> None:
+    """The cause is named first with its parameters, the gain is real, and the extended model is a rig."""
+    assert found.verdict in ("explained", "ambiguous")
+    named = found.causes[0]
+    assert named.cause == cause
+    for name, value in hidden.items():
+        estimate = named.parameters[name]
+        if isinstance(estimate, str) or isinstance(value, str):
+            assert estimate == value
+        elif name not in PLACES:
+            departure = abs(estimate.value - value)
+            # A factor's effect is its distance from one.
+            size = abs(value - 1) if name.endswith("factor") else abs(value)
+            assert departure <= 0.25 * size + 4 * estimate.std
+    assert found.gain is not None
+    assert found.gain.after < found.gain.before
+    assert [effect.cause for effect in load_rig(str(folder / "found" / "extended.toml")).effect] == [cause]
+
+
+@pytest.mark.parametrize(("cause", "seed"), [("added-mass", 11), ("joint-slap", 12)])
+def test_a_hidden_effect_is_named(tmp_path, cause, seed):
+    check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
+
+
+def test_a_clean_rig_has_nothing_wrong(tmp_path):
+    _, found = hide_and_diagnose(tmp_path, "none", 13)
+    assert found.verdict == "none"
+    assert not [cause for cause in found.causes if cause.in_model]
+    assert found.misfit.chi2_per_dof < found.misfit.threshold
+    assert found.gain is not None
+    # Nothing but noise is left on a sweep that was not learnt from.
+    assert found.gain.after < 2 * found.gain.noise_floor
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", np.arange(201, 204).tolist())
+@pytest.mark.parametrize("cause", FIRST_CAUSES)
+def test_every_first_cause_is_named_whatever_its_size(tmp_path, cause, seed):
+    check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", np.arange(211, 215).tolist())
+def test_clean_rigs_stay_clean(tmp_path, seed):
+    assert hide_and_diagnose(tmp_path, "none", seed)[1].verdict == "none"
