@@ -15,10 +15,11 @@ from twin.diagnose.candidate import Candidate
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.comparison import compare_sweeps, relative_errors
 from twin.diagnose.extended import extended_rig
+from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, Misfit
 from twin.diagnose.search import Report, Search, search_causes
 from twin.diagnose.signals import find_unsettled, inspect_signals, without_spoilt
-from twin.diagnose.verdict import THRESHOLD, decide, named_causes
+from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
 from twin.identify.evidence import Evidence, gather_evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
@@ -88,11 +89,13 @@ def diagnose(
     gain = None
     if unseen is not None and len(unseen.steps):
         gain = _gain(unseen, search.base, after, tuple(run.path for run in held_out), aside)
-    extended = ""
+    extended, next_test = "", None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         extended = "extended.toml"
         save_rig(extended_rig(evidence, replace(search, model=after)), out / extended)
+        if verdict == "ambiguous":
+            next_test = plan_next_test(runs, evidence, last_stage(search).finalists, out)
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
@@ -103,7 +106,7 @@ def diagnose(
         ),
         causes=named_causes(search, findings, verdict),
         gain=gain,
-        next_test=None,
+        next_test=next_test,
         seconds=time.perf_counter() - started,
         evidence=evidence,
         search=search,

@@ -9,10 +9,11 @@ from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search, Stage
 from twin.diagnose.signals import Finding
 
-__all__ = ["THRESHOLD", "decide", "named_causes"]
+__all__ = ["RIVAL", "THRESHOLD", "close_rivals", "decide", "last_stage", "named_causes"]
 
-THRESHOLD = 1.4
-"""Chi2 per degree of freedom up to which a model agrees with the data: clean rigs of several makes stay below 1.3."""
+THRESHOLD = 1.0
+"""Chi2 per degree of freedom up to which a model agrees with the data on the whole: what a model may be wrong by is
+allowed for beside the noise, so that clean rigs of several makes stay below 0.8."""
 UNEXPLAINED = 3.0
 """Chi2 per degree of freedom beyond which even an extended model has not found what is wrong."""
 RIVAL = 5.0
@@ -32,12 +33,14 @@ def decide(search: Search, findings: list[Finding]) -> Verdict:
         if findings:
             return "explained"
         return "none" if after <= UNEXPLAINED else "unknown"
-    last = next(
-        s
-        for s in reversed(search.stages)
-        if s.accepted and s.finalists[0].blames[-1].key == search.model.blames[-1].key
-    )
+    last = last_stage(search)
     return "ambiguous" if _probabilities(last)[0] < SURE and _rivals(last) else "explained"
+
+
+def last_stage(search: Search) -> Stage:
+    """The stage that found the last cause of the model."""
+    key = search.model.blames[-1].key
+    return next(s for s in reversed(search.stages) if s.accepted and s.finalists[0].blames[-1].key == key)
 
 
 def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> tuple[NamedCause, ...]:
@@ -80,23 +83,28 @@ def _named(blame: Blame, probability: float, rivals: tuple[str, ...], in_model: 
     )
 
 
-def _tempered(stage: Stage) -> np.ndarray:
+def close_rivals(finalists: tuple[Candidate, ...]) -> list[Candidate]:
+    """Models with another cause than the best that explain the data nearly as well, the closest first."""
+    values, best = _tempered(finalists), finalists[0]
+    close = [c for c, v in zip(finalists[1:], values[1:], strict=True) if values[0] - v < RIVAL]
+    return [c for c in close if _label(c) != _label(best)]
+
+
+def _tempered(finalists: tuple[Candidate, ...]) -> np.ndarray:
     """Log evidence with chi2 in units of the best model's own misfit."""
-    return np.array([c.weight(stage.finalists[0].chi2_per_dof) for c in stage.finalists])
+    return np.array([c.weight(finalists[0].chi2_per_dof) for c in finalists])
 
 
 def _probabilities(stage: Stage) -> np.ndarray:
     """Of the finalists, evenly probable beforehand."""
-    values = _tempered(stage)
+    values = _tempered(stage.finalists)
     weights = np.exp(values - values.max())
     return np.asarray(np.clip(weights / weights.sum(), 0.0, 0.999))
 
 
 def _rivals(stage: Stage) -> list[str]:
     """Names of other causes that explain the data nearly as well."""
-    values, best = _tempered(stage), stage.finalists[0]
-    close = [c for c, v in zip(stage.finalists[1:], values[1:], strict=True) if values[0] - v < RIVAL]
-    return [name for name in dict.fromkeys(_label(c) for c in close) if name != _label(best)]
+    return list(dict.fromkeys(_label(c) for c in close_rivals(stage.finalists)))
 
 
 def _label(candidate: Candidate) -> str:
