@@ -28,7 +28,8 @@ def hide_and_diagnose(folder: Path, cause: str, seed: int) -> tuple[dict[str, fl
         acquisition = DirectAcquisition(open_bench(case.rig, seed=100 * seed + number))
         info = {"source": "simulated", "rig": RIG, "preload_N": "120", "stored": procedure.store}
         with RunWriter(folder / name, info=info, channels=acquisition.channels) as writer:
-            assert run_procedure(procedure, acquisition, writer).state == "done"
+            # A joint that opens may rattle at the largest force, and the guard then ends the sweep, as it should.
+            assert run_procedure(procedure, acquisition, writer).state in ("done", "aborted")
     learn, held_out = [*procedures][:2], [*procedures][2:]
     found = diagnose(
         [read_run(folder / name) for name in learn],
