@@ -28,6 +28,8 @@ SLACKS = (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Sl
 resonances, into whatever physical parameters explain them.  Larger steps overshoot into false minima."""
 SIFTED = SLACKS.index(Slack(7e-4, 20.0))
 """Rival models are compared from this slack on; with more, those that fit best are not yet the right ones."""
+HOPELESS = 20.0
+"""Chi2 over the best rival's beyond which one is dropped early."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
 LEAST_SHARE = 0.02
@@ -158,7 +160,11 @@ def _tournament(
                 fit_candidate(evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=tolerance)
             )
         trials.sort(key=lambda c: -c.log_evidence)
-        stay = max(FINALISTS, len(trials) // 2) if level <= SIFTED else len(trials)
+        # With all slack a rival may still be on its way; after that, one that does not follow at all never will.
+        hopeful = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
+        stay = max(
+            FINALISTS, len(trials) // 2 if level <= SIFTED else hopeful if level < len(SLACKS) - 1 else len(trials)
+        )
         field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
     return _one_of_each(trials)[:FINALISTS]
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
@@ -99,6 +100,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
     step = stretch.step
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
+    shapes: dict[tuple[str, int, int, bytes], _Shapes] = {}
     lost = overloaded = 0
     for name in names:
         device = run.device_of(name)
@@ -112,7 +114,11 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
             overloaded += int(np.sum(np.abs(samples[sound]) >= limit * (1 - 1e-6)))
         if sound.sum() < 16 or len(time) < 2 or (time[-1] - time[0]) * step.frequency_Hz < 2:
             return None
-        fit = _fit_channel(time[sound], samples[sound], omega, device.sample_rate_Hz)
+        # The channels of one device share their instants, and with them the costly part of the fit.
+        key = (device.device, first, last, sound.tobytes())
+        if key not in shapes:
+            shapes[key] = _Shapes.at(time[sound], omega, device.sample_rate_Hz)
+        fit = _fit_channel(shapes[key], samples[sound], omega)
         amplitude[name], variance[name], drift[name], drift_std[name] = fit
     return SteadyState(
         run=run.path,
@@ -133,20 +139,36 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
     )
 
 
+@dataclass(frozen=True)
+class _Shapes:
+    """Columns of the least-squares fit at given instants: cosines, minus sines, a constant, the fundamental's drift."""
+
+    time: NDArray[np.float64]
+    count: int
+    columns: NDArray[np.float64]
+    factor: tuple[NDArray[np.float64], bool]
+
+    @staticmethod
+    def at(time: NDArray[np.float64], omega: float, rate_Hz: float) -> _Shapes:
+        count = int(min(MOST_HARMONICS, 0.98 * np.pi * rate_Hz / omega, (len(time) - 1) // 4))
+        angle = omega * time[:, None] * np.arange(1, count + 1)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        centred = (time - time.mean()) / (time[-1] - time[0])
+        # The slow columns take up a decay that is still going on, which else would look like noise.
+        slow = np.stack([np.ones(len(time)), centred * cosine[:, 0], -centred * sine[:, 0]], axis=1)
+        columns = np.hstack([cosine, -sine, slow])
+        # Over two periods and more the columns are nearly orthogonal: normal equations lose nothing.
+        gram = columns.T @ columns
+        ridge = 1e-12 * np.trace(gram) / len(gram)
+        return _Shapes(time, count, columns, cho_factor(gram + ridge * np.eye(len(gram))))
+
+
 def _fit_channel(
-    time: NDArray[np.float64], samples: NDArray[np.float64], omega: float, rate_Hz: float
+    shapes: _Shapes, samples: NDArray[np.float64], omega: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64], complex, float]:
     """Harmonics, their variances, and the relative drift of the fundamental with its standard deviation."""
-    count = int(min(MOST_HARMONICS, 0.98 * np.pi * rate_Hz / omega, (len(samples) - 1) // 4))
-    angle = omega * time[:, None] * np.arange(1, count + 1)
-    centred = (time - time.mean()) / (time[-1] - time[0])
-    first = np.exp(1j * angle[:, 0])
-    # The slow columns take up a decay that is still going on, which else would look like noise.
-    basis = np.hstack(
-        [np.cos(angle), -np.sin(angle), np.ones((len(time), 1)), (centred * first.real)[:, None],
-         -(centred * first.imag)[:, None]]
-    )  # fmt: skip
-    solution, *_ = np.linalg.lstsq(basis, samples, rcond=None)
+    time, count, basis = shapes.time, shapes.count, shapes.columns
+    solution = cho_solve(shapes.factor, basis.T @ samples)
     residual = samples - basis @ solution
     freedom = max(1, len(samples) - basis.shape[1])
     Z = solution[:count] + 1j * solution[count : 2 * count]
