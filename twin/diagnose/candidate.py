@@ -14,7 +14,8 @@ from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.prediction import TIGHT, HarmonicResiduals, Predictor, Slack, Unknowns
+from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.unknowns import TIGHT, Slack, Unknowns
 
 __all__ = ["Blame", "Candidate", "extension_of", "fit_candidate"]
 

@@ -14,7 +14,8 @@ from twin.diagnose.thin import thin_evidence
 from twin.identify.base_fit import fit_base, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import LOOSE, TIGHT, HarmonicResiduals, Predictor, Slack, Unknowns
+from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 
 __all__ = ["Search", "Stage", "search_causes", "without_cause"]
 

@@ -14,7 +14,8 @@ from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.joint_law import SplineLaw, choose_knots
 from twin.identify.linear_fit import base_bounds
 from twin.identify.linear_model import believed_parameters
-from twin.identify.prediction import LOOSE, TIGHT, Predictor, Slack, Unknowns
+from twin.identify.prediction import Predictor
+from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 
 __all__ = ["fit_base", "starting_unknowns", "stepwise_law", "unknowns_bounds"]
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.evidence import HARMONICS
-from twin.identify.prediction import HarmonicResiduals, Predictor, Unknowns
+from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.unknowns import Unknowns
 
 __all__ = ["harmonic_residuals"]
 

@@ -20,7 +20,8 @@ from twin.identify.polynomial_law import (
     fit_polynomials,
     relative_error_percent,
 )
-from twin.identify.prediction import Predictor, Unknowns
+from twin.identify.prediction import Predictor
+from twin.identify.unknowns import Unknowns
 from twin.rigs import LawTable, Rig
 from twin.structure import normal_modes
 

@@ -21,8 +21,9 @@ from twin.identify.base_fit import stepwise_law
 from twin.identify.joint_law import SplineLaw, choose_knots
 from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import BaseParameters
-from twin.identify.prediction import Predictor, Unknowns
+from twin.identify.prediction import Predictor
 from twin.identify.regularisation import LCurve, decompose
+from twin.identify.unknowns import Unknowns
 
 __all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
 

@@ -15,20 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.evidence import Evidence
+from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension
-from twin.identify.joint_law import SplineLaw
-from twin.identify.linear_fit import DETUNING_STD, MODULI_STD, base_prior, whiten
-from twin.identify.linear_model import (
-    BaseParameters,
-    LinearModel,
-    Output,
-    believed_parameters,
-    build_linear_model,
-)
+from twin.identify.linear_fit import base_prior, whiten
+from twin.identify.linear_model import BaseParameters, believed_parameters
 from twin.identify.receptance import update_receptance
-from twin.structure import Structure, assemble
+from twin.identify.unknowns import TIGHT, Slack, Unknowns
 
-__all__ = ["LOOSE", "TIGHT", "HarmonicResiduals", "Prediction", "Predictor", "Slack", "Unknowns"]
+__all__ = ["HarmonicResiduals", "Prediction", "Predictor"]
 
 Array = NDArray[Any]
 
@@ -37,60 +31,6 @@ COMMON_ERROR, RATIO_ERROR = 8e-4, 5e-4
 LAW_ERROR, EVEN_LAW_ERROR = 1e-3, 0.5
 """Relative error of the law at a step, since it is a function of one amplitude and the layer's strains are a field;
 and, for each unit of the response's even harmonics over its fundamental, how much more."""
-
-
-@dataclass(frozen=True)
-class Slack:
-    """How much a model may be wrong beyond its noise.
-
-    Sharp resonances make false minima.  A fit that begins with much slack follows the measured resonances whatever is
-    wrong with the model, and is then held to less and less of it.
-
-    Attributes
-    ----------
-    detuning_std : float
-        Prior of the natural frequencies' own relative errors.
-    error_scale : float
-        Factor on the model error of the responses.
-    moduli_std : float
-        Prior of log E' and log G': tighter where the model error is large, because that error is shared by many bins
-        and would else count as many independent witnesses for wrong moduli.
-    """
-
-    detuning_std: float = DETUNING_STD
-    error_scale: float = 1.0
-    moduli_std: float = MODULI_STD
-
-
-TIGHT = Slack()
-LOOSE = Slack(0.03, 60.0, 0.01)
-
-
-@dataclass(frozen=True)
-class Unknowns:
-    """The base family's parameters."""
-
-    base: BaseParameters
-    law: SplineLaw
-    softening_in_shear: float = 0.0
-    loss_in_normal: float = 0.0
-
-    @property
-    def vector(self) -> Array:
-        """All in one vector; the law in units of the believed moduli is the caller's matter."""
-        return np.concatenate(
-            [self.base.vector, self.law.softening, self.law.loss, [self.softening_in_shear, self.loss_in_normal]]
-        )
-
-    def with_vector(self, vector: Array) -> Unknowns:
-        """Unknowns of the same knots from a vector."""
-        n, k = len(self.base.vector), len(self.law.knots)
-        return Unknowns(
-            BaseParameters.from_vector(vector[:n]),
-            SplineLaw(self.law.knots, vector[n : n + k], vector[n + k : n + 2 * k]),
-            float(vector[-2]),
-            float(vector[-1]),
-        )
 
 
 @dataclass(frozen=True)
@@ -162,7 +102,7 @@ class Predictor:
         self.extension = extension or Extension()
         self.harmonics = harmonics
         self.slack = slack
-        self.model = _extended_model(evidence, self.extension)
+        self.model = extended_model(evidence, self.extension)
         E, G = self.model.reference_E, self.model.reference_G
         phi = self.model.basis.Phi[:, 0]
         s = self.model.structure
@@ -427,48 +367,6 @@ def _attach(R: Array, ports: slice, Z: Array) -> Array:
     A = np.eye(Z.shape[1]) + R[:, ports, ports] @ Z
     T = Z @ np.linalg.solve(A, np.broadcast_to(np.eye(Z.shape[1]), A.shape))
     return R - R[:, :, ports] @ T @ R[:, ports, :]
-
-
-def _extended_model(evidence: Evidence, extension: Extension) -> LinearModel:
-    """The linear model with the extension's structure, positions and ports."""
-    outputs = [
-        Output(o.channel, o.quantity, extension.output_position_m.get(o.channel, o.position_m), o.sign)
-        for o in evidence.outputs
-    ]
-    moved = extension.output_position_m or extension.drive_position_m is not None
-    model = evidence.model
-    if extension.changes_structure or moved:
-        model = build_linear_model(
-            evidence.rig,
-            outputs,
-            preload=evidence.preload,
-            structure=_extended_structure(evidence, extension),
-            drive_position_m=extension.drive_position_m,
-        )
-    rows = [attachment.rows(model.structure) for attachment in extension.attachments]
-    rows += [force.row(model.structure)[None] for force in extension.nonlinear]
-    if extension.base_receptance:
-        s = model.structure
-        rigid = np.zeros(3 * s.mesh.nodes)
-        rigid[1::3] = 1.0
-        rows.append((s.M @ rigid[s.free])[None])
-    return model.with_ports(np.vstack(rows)) if rows else model
-
-
-def _extended_structure(evidence: Evidence, extension: Extension) -> Structure:
-    """The structure assembled anew where a cause changes it."""
-    if not extension.changes_structure:
-        return evidence.model.structure
-    rig = evidence.rig
-    beams = {}
-    for name in ("lower", "upper"):
-        beam = getattr(rig, name)
-        modulus = beam.youngs_modulus * extension.beam_modulus.get(name, 1.0)
-        shear = extension.beam_shear_ratio.get(name, beam.shear_ratio)
-        beams[name] = beam.model_copy(update={"youngs_modulus": modulus, "shear_ratio": shear})
-    spring = 1 / extension.clamp_rad_per_Nm if extension.clamp_rad_per_Nm else None
-    structure = assemble(rig.model_copy(update=beams), clamp_rotation_stiffness=spring)
-    return structure.with_layer_gradient(extension.layer_gradient) if extension.layer_gradient else structure
 
 
 def _whiten_steps(

@@ -20,8 +20,8 @@ from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.gauss_newton import Solution
 from twin.identify.joint_law import SplineLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
-from twin.identify.prediction import Unknowns
 from twin.identify.sine_fit import SteadyState
+from twin.identify.unknowns import Unknowns
 from twin.rigs import load_rig
 from twin.views.curves import broadband_responses
 

@@ -1,0 +1,71 @@
+"""What is always unknown of a rig, and how much its model may be wrong while a fit finds its way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.joint_law import SplineLaw
+from twin.identify.linear_fit import DETUNING_STD, MODULI_STD
+from twin.identify.linear_model import BaseParameters
+
+__all__ = ["LOOSE", "TIGHT", "Slack", "Unknowns"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Slack:
+    """How much a model may be wrong beyond its noise.
+
+    Sharp resonances make false minima.  A fit that begins with much slack follows the measured resonances whatever is
+    wrong with the model, and is then held to less and less of it.
+
+    Attributes
+    ----------
+    detuning_std : float
+        Prior of the natural frequencies' own relative errors.
+    error_scale : float
+        Factor on the model error of the responses.
+    moduli_std : float
+        Prior of log E' and log G': tighter where the model error is large, because that error is shared by many bins
+        and would else count as many independent witnesses for wrong moduli.
+    """
+
+    detuning_std: float = DETUNING_STD
+    error_scale: float = 1.0
+    moduli_std: float = MODULI_STD
+
+
+TIGHT = Slack()
+LOOSE = Slack(0.03, 60.0, 0.01)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The base family's parameters."""
+
+    base: BaseParameters
+    law: SplineLaw
+    softening_in_shear: float = 0.0
+    loss_in_normal: float = 0.0
+
+    @property
+    def vector(self) -> Array:
+        """All in one vector; the law in units of the believed moduli is the caller's matter."""
+        return np.concatenate(
+            [self.base.vector, self.law.softening, self.law.loss, [self.softening_in_shear, self.loss_in_normal]]
+        )
+
+    def with_vector(self, vector: Array) -> Unknowns:
+        """Unknowns of the same knots from a vector."""
+        n, k = len(self.base.vector), len(self.law.knots)
+        return Unknowns(
+            BaseParameters.from_vector(vector[:n]),
+            SplineLaw(self.law.knots, vector[n : n + k], vector[n + k : n + 2 * k]),
+            float(vector[-2]),
+            float(vector[-1]),
+        )
