@@ -203,7 +203,7 @@ SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
         "normal_factor": d.lost(0.2, 0.4),
         "shear_factor": d.lost(0.2, 0.4),
     },
-    "joint-slap": lambda d: {"gap_m": d.plain(3e-7, 8e-7), "stiffness_factor": d.lost(0.1, 0.25)},
+    "joint-slap": lambda d: {"gap_m": d.plain(3e-7, 8e-7), "stiffness_factor": d.lost(0.06, 0.14)},
     "joint-friction": _friction,
     "joint-uneven": lambda d: {"gradient": float(np.clip(d.signed(0.8, 1.5), -1.8, 1.8))},
     "preload-loss": lambda d: {"rate_per_s": d.size(1e-4, 3e-4)},

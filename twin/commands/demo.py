@@ -145,6 +145,7 @@ def _record(
     """Run a procedure on the instruments; how many steps it measured."""
     import tomli_w
 
+    from drivers.host.transport import LineLostError
     from recordings import RunWriter
     from twin.procedures import dump_procedure, run_procedure
 
@@ -171,8 +172,13 @@ def _record(
         if not steps:
             stages.update(f"{seconds:.0f} s of the rig's time")
 
-    with RunWriter(path, info=info, channels=acquisition.channels, attachments=attachments, overwrite=True) as writer:
-        result = run_procedure(procedure, acquisition, writer, on_step=on_step, progress=on_time)
+    try:
+        with RunWriter(
+            path, info=info, channels=acquisition.channels, attachments=attachments, overwrite=True
+        ) as writer:
+            result = run_procedure(procedure, acquisition, writer, on_step=on_step, progress=on_time)
+    except LineLostError as error:
+        raise ServedRigError(f"the virtual instruments were lost ({error}); what was measured is in {path}") from error
     if result.state == "interrupted":
         raise KeyboardInterrupt
     if result.state != "done" and (not steps or done + measured < LEAST_MEASURED * steps):
