@@ -38,9 +38,14 @@ def odd_force(amplitude: Array, secant: Array) -> tuple[Array, Array]:
     a = np.array([np.mean(amplitude[group]) for group in groups if len(group)])
     N = np.array([np.median(secant[group]) for group in groups if len(group)])
     a, first = np.unique(a, return_index=True)
-    curve = PchipInterpolator(np.append(0.0, a), np.append(N[first][0], N[first]), extrapolate=True)
+    N = N[first]
+    most = float(np.max(amplitude))
+    if most > a[-1]:
+        # A group's mean lies below its largest amplitude, and the curve has to reach that.
+        a, N = np.append(a, most), np.append(N, secant[np.argmax(amplitude)])
+    curve = PchipInterpolator(np.append(0.0, a), np.append(N[0], N))
     slope = curve.derivative()
-    x = np.linspace(0.0, float(np.max(amplitude)), GRID)
+    x = np.linspace(0.0, a[-1], GRID)
     sine = np.sin((NODES + 1) * np.pi / 4)
     A = np.minimum(x[:, None] * sine, a[-1])
     integrand = 3 * sine**3 * curve(A) + x[:, None] * sine**4 * slope(A)
