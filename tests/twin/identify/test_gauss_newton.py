@@ -1,0 +1,147 @@
+"""The minimiser against closed forms and against SciPy's trust-region solver, with priors, limits and failed steps."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from twin.identify.gauss_newton import minimise
+
+t = np.linspace(0.0, 4.0, 60)
+
+
+def line(seed, count=4):
+    """A correlated linear problem: columns, data, and a prior that matters."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((40, count)) @ (np.eye(count) + rng.standard_normal((count, count)))
+    y = A @ rng.standard_normal(count) + rng.standard_normal(40)
+    root = rng.standard_normal((count, count))
+    return A, y, rng.standard_normal(count), 5.0 * root @ root.T + np.eye(count)
+
+
+def decay(x):
+    """Offset plus a decaying oscillation, strongly nonlinear in rate and frequency; and its derivative."""
+    offset, size, rate, omega = x
+    e, c, s = np.exp(-rate * t), np.cos(omega * t), np.sin(omega * t)
+    return offset + size * e * c, np.stack([np.ones_like(t), e * c, -size * t * e * c, -size * t * e * s], axis=1)
+
+
+def reference(residual, start, mean, precision, bounds=(-np.inf, np.inf)):
+    """Least cost of the same problem by SciPy, and where: the prior as further residuals."""
+    root = np.linalg.cholesky(precision).T
+    found = least_squares(
+        lambda x: np.concatenate([residual(x), root @ (x - mean)]),
+        start, bounds=bounds, method="trf", xtol=1e-14, ftol=1e-14, gtol=1e-14,
+    )  # fmt: skip
+    return 2 * found.cost, found.x
+
+
+def test_a_linear_problem_gives_the_posterior_of_the_textbook():
+    A, y, mean, precision = line(1)
+    found = minimise(lambda x: (y - A @ x, A), np.zeros(4), mean=mean, precision=precision, tolerance=1e-12)
+    information = A.T @ A + precision
+    best = np.linalg.solve(information, A.T @ y + precision @ mean)
+    np.testing.assert_allclose(found.x, best, rtol=1e-7)
+    np.testing.assert_allclose(found.covariance, np.linalg.inv(information), rtol=1e-9)
+    assert found.chi2 == pytest.approx(np.sum((y - A @ best) ** 2))
+    assert found.penalty == pytest.approx((best - mean) @ precision @ (best - mean))
+    assert found.history[-1] == found.cost < found.history[0]
+
+
+def test_a_nonlinear_problem_ends_where_trust_region_does():
+    rng = np.random.default_rng(2)
+    truth = np.array([0.3, 2.0, 0.4, 5.0])
+    y = decay(truth)[0] + 0.05 * rng.standard_normal(len(t))
+    mean, precision = np.array([0.0, 1.0, 0.5, 4.6]), np.diag([1.0, 0.5, 4.0, 0.25])
+
+    def evaluate(x):
+        model, J = decay(x)
+        return (y - model) / 0.05, J / 0.05
+
+    found = minimise(evaluate, mean, mean=mean, precision=precision, tolerance=1e-10)
+    cost, best = reference(lambda x: evaluate(x)[0], mean, mean, precision)
+    assert found.cost == pytest.approx(cost, rel=1e-9)
+    np.testing.assert_allclose(found.x, best, rtol=1e-5)
+    assert np.all(np.diff(found.history) < 0)
+    assert np.all(np.abs(found.x - truth) < 4 * np.sqrt(np.diag(found.covariance)))
+
+
+def test_the_stated_covariance_is_the_scatter_of_repeated_fits():
+    rng = np.random.default_rng(3)
+    truth = np.array([0.3, 2.0, 0.4, 5.0])
+    clean, precision = decay(truth)[0], 1e-8 * np.eye(4)
+    pulls = []
+    for _ in range(200):
+        y = clean + 0.1 * rng.standard_normal(len(t))
+        found = minimise(
+            lambda x, y=y: ((y - decay(x)[0]) / 0.1, decay(x)[1] / 0.1),
+            truth, mean=truth, precision=precision, tolerance=1e-6,
+        )  # fmt: skip
+        error = found.x - truth
+        pulls.append(error @ found.information @ error)
+    # Sum of 200 chi-squares of four degrees of freedom: 800 with a standard deviation of 40.
+    assert np.sum(pulls) == pytest.approx(800, abs=160)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_one_parameter_at_its_limit_leaves_the_others_at_their_best(seed):
+    """Uncorrelated with the rest, so that the limit concerns that parameter alone."""
+    rng = np.random.default_rng(seed)
+    A = np.linalg.qr(rng.standard_normal((30, 3)))[0] * 20
+    y = A @ np.array([1.0, -0.5, 2.0]) + rng.standard_normal(30)
+    mean, precision, bounds = np.zeros(3), 0.1 * np.eye(3), (np.full(3, -3.0), np.array([0.4, 3.0, 3.0]))
+    found = minimise(
+        lambda x: (y - A @ x, A), np.zeros(3), mean=mean, precision=precision, bounds=bounds, tolerance=1e-9
+    )
+    cost, best = reference(lambda x: y - A @ x, np.zeros(3), mean, precision, bounds)
+    assert found.x[0] == 0.4
+    np.testing.assert_allclose(found.x, best, atol=1e-4)
+    assert found.cost == pytest.approx(cost, rel=1e-6)
+
+
+@pytest.mark.xfail(strict=True, reason="steps cut at a limit go on counting on the parameter that cannot move")
+def test_correlated_parameters_give_way_to_the_one_at_its_limit():
+    excess = []
+    for seed in range(20):
+        A, y, mean, precision = line(seed)
+        bounds = (mean - 0.3, mean + 0.3)
+        found = minimise(
+            lambda x, A=A, y=y: (y - A @ x, A), mean, mean=mean, precision=precision, bounds=bounds, iterations=100
+        )
+        cost, _ = reference(lambda x, A=A, y=y: y - A @ x, mean, mean, precision, bounds)
+        assert np.all((found.x >= bounds[0]) & (found.x <= bounds[1]))
+        excess.append((found.cost - cost) / cost)
+    assert np.max(excess) < 0.01
+
+
+def test_residuals_that_are_not_finite_only_shorten_the_step():
+    def evaluate(x):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.array([np.log(x[0]) - np.log(1e-3)]), np.array([[-1 / x[0]]])
+
+    found = minimise(
+        evaluate, np.array([1.0]), mean=np.zeros(1), precision=np.array([[1e-12]]), iterations=100, tolerance=1e-12
+    )
+    assert found.x[0] == pytest.approx(1e-3, rel=1e-4)
+
+
+def test_no_iteration_moves_a_parameter_farther_than_allowed():
+    seen = []
+
+    def evaluate(x):
+        seen.append(x.copy())
+        return np.array([10.0, -20.0]) - x, np.eye(2)
+
+    found = minimise(
+        evaluate, np.zeros(2), mean=np.zeros(2), precision=1e-9 * np.eye(2), largest_step=np.array([1.0, 4.0])
+    )
+    moves = np.abs(np.diff(np.array(seen), axis=0))
+    assert np.all(moves <= np.array([1.0, 4.0]) * (1 + 1e-12))
+    # Both are shortened together, so that the direction stays Newton's.
+    np.testing.assert_allclose(moves[0], [1.0, 2.0], rtol=1e-9)
+    np.testing.assert_allclose(found.x, [10.0, -20.0], rtol=1e-6)
+
+
+def test_a_start_at_the_minimum_stays_there():
+    found = minimise(lambda x: (np.zeros(2), np.eye(2)), np.ones(2), mean=np.ones(2), precision=np.eye(2))
+    np.testing.assert_array_equal(found.x, 1.0)
+    assert found.history == (0.0,)
