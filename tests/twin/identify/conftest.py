@@ -1,0 +1,65 @@
+"""The steel rig's linear model, and the same physics solved densely, all degrees of freedom at once."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
+from twin.rigs import load_rig
+
+
+@dataclass(frozen=True)
+class Dense:
+    """Displacements by solving K + j omega C - omega^2 M, from nothing of the model but its believed modes' shapes."""
+
+    model: LinearModel
+
+    def field(self, loads, omega, base, dE=0.0, dG=0.0):
+        """Displacements (f, l, n) of all degrees of freedom under loads (l, n)."""
+        s, reference = self.model.structure, self.model.basis
+        MPhi, count = s.M @ reference.Phi, len(base.zeta)
+        w, zeta = reference.omega.copy(), reference.zeta.copy()
+        w[:count] *= np.sqrt(1 + 2 * base.detuning)
+        zeta[:count] = base.zeta
+        C = MPhi @ np.diag(2 * zeta * w) @ MPhi.T
+        K = s.K0 + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
+        E = np.broadcast_to(base.E * (1 + 1j * base.loss_E) + dE, len(omega))
+        G = np.broadcast_to(base.G * (1 + 1j * base.loss_G) + dG, len(omega))
+        rows = zip(omega, E, G, strict=True)
+        Z = np.array([K + e * s.KE + g * s.KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
+        return np.linalg.solve(Z, np.broadcast_to(loads.T, (len(omega), *loads.T.shape))).swapaxes(1, 2)
+
+    def accelerance(self, omega, base, dE=0.0, dG=0.0):
+        """Accelerations (f, o) at the outputs' places for a unit force at the drive."""
+        s = self.model.structure
+        x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
+        return -(omega[:, None] ** 2) * (x @ np.array([s.deflection(o.position_m) for o in self.model.outputs]).T)
+
+
+@pytest.fixture(scope="session")
+def steel_model():
+    """Two accelerometers on the steel rig."""
+    outputs = [Output("acc1", "acceleration", 0.30), Output("acc2", "acceleration", 0.42)]
+    return build_linear_model(load_rig("steel-lap-joint"), outputs)
+
+
+@pytest.fixture(scope="session")
+def steel_dense(steel_model):
+    """Its dense solution."""
+    return Dense(steel_model)
+
+
+@pytest.fixture(scope="session")
+def other_base():
+    """Base parameters away from what is believed in every entry."""
+    believed = believed_parameters(load_rig("steel-lap-joint"))
+    return replace(
+        believed,
+        E=1.1 * believed.E,
+        G=0.9 * believed.G,
+        loss_E=0.02,
+        loss_G=0.05,
+        zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]),
+        detuning=np.array([1e-3, -2e-3, 3e-3, 0.0, 1e-3]),
+    )
