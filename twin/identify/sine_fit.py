@@ -112,7 +112,7 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
         limit = run.channels[name].range
         if limit is not None:
             overloaded += int(np.sum(np.abs(samples[sound]) >= limit * (1 - 1e-6)))
-        if sound.sum() < 16 or len(time) < 2 or (time[-1] - time[0]) * step.frequency_Hz < 2:
+        if sound.sum() < 16 or (time[-1] - time[0]) * sound.mean() * step.frequency_Hz < 2:
             return None
         # The channels of one device share their instants, and with them the costly part of the fit.
         key = (device.device, first, last, sound.tobytes())
@@ -191,7 +191,8 @@ def _noise_beside(
     harmonic = np.rint(frequency * 2 * np.pi / omega) * omega / (2 * np.pi)
     lines[np.abs(frequency - harmonic) < 1.5 / duration] = np.nan
     lines[0] = np.nan
-    floor = np.nanmean(lines) if np.isfinite(lines).any() else 0.0
+    # Of three periods or less every line is a harmonic's neighbour: the residual's power is spread over all lines then.
+    floor = np.nanmean(lines) if np.isfinite(lines).any() else 4 * np.mean(residual**2) / len(residual)
     out = np.empty(count)
     for h in range(1, count + 1):
         centre = round(h * omega / (2 * np.pi) * duration)
