@@ -1,0 +1,84 @@
+"""A broadband record of the steel rig reduced against a wrong belief, on a rig that is summed mode by mode."""
+
+import numpy as np
+import pytest
+
+from twin.identify.linear_fit import reduce_broadband
+from twin.identify.linear_model import believed_parameters
+from twin.identify.spectrum import BroadbandRecord
+from twin.rigs import load_rig
+from twin.structure import assemble, normal_modes
+
+RATE, SECONDS, PERIOD = 2560.0, 30.0, 90.0
+FORCE_NOISE, NOISE = 2e-4, 5e-4
+ZETA = np.array([0.0030, 0.0016, 0.0026, 0.0021])
+
+
+@pytest.fixture(scope="module")
+def steel():
+    """The true rig: moduli wrong by eight per cent, damping by more; responses (f, 2) per newton at given omega."""
+    s, believed = assemble(load_rig("steel-lap-joint")), believed_parameters(load_rig("steel-lap-joint"))
+    modes = normal_modes(s.M, s.stiffness(1.08 * believed.E, 0.93 * believed.G))
+    zeta = np.concatenate([ZETA, np.full(len(modes.omega) - 4, 0.003)])
+    out = np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi
+    residues = out * (s.deflection(0.05) @ modes.Phi)
+
+    def response(omega):
+        w = np.asarray(omega)[:, None]
+        return -(w**2) * ((1 / (modes.omega**2 - w**2 + 2j * zeta * modes.omega * w)) @ residues.T)
+
+    return modes.omega / (2 * np.pi), response
+
+
+@pytest.fixture(scope="module")
+def reductions(steel, steel_model):
+    """Half a minute each, cut out of a much longer random force, so that the responses were under way before."""
+    _, response = steel
+    rng = np.random.default_rng(31)
+    count, cut = int(PERIOD * RATE), int(SECONDS * RATE)
+    f = np.fft.rfftfreq(count, 1 / RATE)
+    inside = (f > 5) & (f < 1000)
+    H = np.zeros((len(f), 2), complex)
+    H[inside] = response(2 * np.pi * f[inside])
+    believed, found = believed_parameters(load_rig("steel-lap-joint")), []
+    for _ in range(3):
+        U = inside * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f)))
+        U *= 0.5 / np.std(np.fft.irfft(U, count))
+        signals = {"force": U, "acc1": H[:, 0] * U, "acc2": H[:, 1] * U}
+        samples = {name: np.fft.irfft(X, count)[:cut] for name, X in signals.items()}
+        for name in samples:
+            density = FORCE_NOISE if name == "force" else NOISE
+            samples[name] = samples[name] + density * np.sqrt(RATE / 2) * rng.standard_normal(cut)
+        record = BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples, lost=0)
+        found.append(reduce_broadband(steel_model, record, believed, force="force"))
+    return found
+
+
+def test_errors_of_the_bins_are_what_they_say(steel, reductions):
+    sizes = []
+    for data, _ in reductions:
+        error = np.log(data.H / steel[1](data.omega))
+        white = np.linalg.solve(np.linalg.cholesky(data.relative_covariance), error[:, :, None])[:, :, 0]
+        sizes.append(np.abs(white) ** 2)
+    sizes = np.concatenate(sizes)
+    assert np.median(sizes) == pytest.approx(np.log(2), rel=0.15)
+    assert np.mean(sizes) < 1.5
+
+
+def test_noise_densities_are_found(reductions):
+    for data, _ in reductions:
+        found = [data.noise_density[name] for name in ("force", "acc1", "acc2")]
+        np.testing.assert_allclose(found, [FORCE_NOISE, NOISE, NOISE], rtol=0.25)
+
+
+def test_the_fit_finds_resonances_and_damping_whatever_the_belief(steel, steel_model, reductions):
+    """Detunings are free here, so that moduli are not judged: natural frequencies and total damping are."""
+    s = steel_model.structure
+    for _, fit in reductions:
+        modes = normal_modes(s.M, s.stiffness(fit.base.E, fit.base.G), 4)
+        found_Hz = modes.frequency_Hz * np.sqrt(1 + 2 * fit.base.detuning[:4])
+        np.testing.assert_allclose(found_Hz[:3], steel[0][:3], rtol=2e-4)
+        joint = fit.base.E * fit.base.loss_E * np.sum((s.B_E @ modes.Phi) ** 2, axis=0)
+        joint = joint + fit.base.G * fit.base.loss_G * np.sum((s.B_G @ modes.Phi) ** 2, axis=0)
+        total = fit.base.zeta[:4] + joint / (2 * modes.omega**2)
+        np.testing.assert_allclose(total[:3], ZETA[:3], rtol=0.03)
