@@ -1,10 +1,13 @@
-"""The steel rig's linear model, and the same physics solved densely, all degrees of freedom at once."""
+"""The steel rig's linear model, the same physics solved densely, and evidence put together by hand."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from recordings.run import Run, Step, StepState
+from twin.identify.broadband import BinnedResponse
+from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
 from twin.rigs import load_rig
 
@@ -63,3 +66,60 @@ def other_base():
         zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]),
         detuning=np.array([1e-3, -2e-3, 3e-3, 0.0, 1e-3]),
     )
+
+
+BEGUN = Run(
+    path="r", info={}, channels={}, devices={}, events=(),
+    steps=(Step(time_ns=0, sweep="s", index=0, frequency_Hz=26.0, target_channel="force", target_amplitude=1.0,
+                state=StepState.MEASURING),),
+)  # fmt: skip
+"""What a run tells of when it began."""
+
+
+class Build:
+    """Evidence whose responses and variances a test chooses."""
+
+    @staticmethod
+    def steps(omega, force, response, *, relative=1e-4, time_s=None, reference_omega):
+        """Steps from force (s, h) and response (s, o, h), noise of a relative size in every harmonic."""
+        count, outputs, harmonics = response.shape
+        F = np.zeros((count, HARMONICS), complex)
+        A = np.zeros((count, outputs, HARMONICS), complex)
+        F[:, : force.shape[1]], A[:, :, :harmonics] = force, response
+        F_variance = np.repeat((relative * np.abs(F[:, :1])) ** 2, HARMONICS, axis=1)
+        A_variance = np.repeat((relative * np.abs(A[:, :, :1])) ** 2, HARMONICS, axis=2)
+        return StepArrays(
+            omega=omega,
+            force=F,
+            force_variance=F_variance,
+            response=A,
+            response_variance=A_variance,
+            amplitude_m=np.abs(A[:, -1, 0]) / reference_omega**2,
+            time_s=np.arange(count) * 2.0 if time_s is None else time_s,
+            unsettled=np.zeros(count),
+            states=tuple(() for _ in range(count)),
+        )
+
+    @staticmethod
+    def bins(frequency_Hz, H, covariance, *, time_s=0.0):
+        """A binned broadband response of two accelerometers."""
+        return BinnedResponse(
+            run="r", time_s=time_s, frequency_Hz=frequency_Hz, H=H, relative_covariance=covariance,
+            channels=("acc1", "acc2"), noise_density={}, distortion=np.ones(len(frequency_Hz)),
+        )  # fmt: skip
+
+    @staticmethod
+    def evidence(model, steps, broadband=()):
+        """Evidence of the steel rig."""
+        rig = load_rig("steel-lap-joint")
+        return Evidence(
+            rig=rig, preload=rig.preload_name(None), model=model, outputs=model.outputs, force="force",
+            reference=len(model.outputs) - 1, broadband=tuple(broadband), steps=steps, unsettled=(), linear=None,
+            runs=(BEGUN,),
+        )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def build():
+    """Builders of evidence."""
+    return Build
