@@ -86,3 +86,45 @@ def test_a_right_hand_side_of_zero_asks_for_no_change():
     tikhonov = decompose(np.eye(3), np.zeros(3))
     assert tikhonov.l_curve().corner == 0.0
     np.testing.assert_array_equal(tikhonov.solve(1.0), 0.0)
+
+
+@pytest.mark.parametrize(("problem", "size"), [(shaw, 32), (phillips, 64)])
+def test_cross_validation_is_that_of_the_influence_matrix(problem, size):
+    """|(1 - A) b|^2 / trace(1 - A)^2 with A = K (K'K + lambda^2)^-1 K' written out (Golub, Heath and Wahba 1979)."""
+    K, x = problem(size)
+    b = K @ x + 1e-2 * np.random.default_rng(6).standard_normal(size)
+    curve = decompose(K, b).l_curve(25)
+    for strength, value in zip(curve.strength, curve.cross_validation, strict=True):
+        if strength < 1e-5 * curve.strength[-1]:
+            continue  # the normal equations of the check itself lose all digits there
+        rest = np.eye(size) - K @ np.linalg.solve(K.T @ K + strength**2 * np.eye(size), K.T)
+        assert value == pytest.approx(np.sum((rest @ b) ** 2) / np.trace(rest) ** 2, rel=1e-5)
+
+
+def test_cross_validation_predicts_rows_that_were_left_out():
+    """Its minimum beside the plain leave-one-out errors, which it approximates without leaving anything out."""
+    K, x = shaw(32)
+    b = K @ x + 2e-2 * np.random.default_rng(7).standard_normal(32)
+    curve = decompose(K, b).l_curve(60)
+
+    def left_out(strength):
+        errors = []
+        for row in range(32):
+            rest = np.delete(np.arange(32), row)
+            errors.append(K[row] @ decompose(K[rest], b[rest]).solve(strength) - b[row])
+        return np.mean(np.square(errors))
+
+    by_strength = np.array([left_out(strength) for strength in curve.strength])
+    chosen = by_strength[np.argmin(curve.cross_validation)]
+    assert chosen < 1.2 * by_strength.min()
+    assert by_strength[-1] > 1.5 * by_strength.min()
+
+
+def test_a_problem_with_fewer_rows_than_unknowns_has_the_least_solution():
+    rng = np.random.default_rng(8)
+    S, eps = rng.standard_normal((5, 9)), rng.standard_normal(5)
+    np.testing.assert_allclose(decompose(S, eps).solve(0.0), np.linalg.lstsq(S, eps, rcond=None)[0], rtol=1e-10)
+    curve = decompose(S, eps).l_curve()
+    assert np.all(np.isfinite(curve.cross_validation))
+    assert np.all(np.diff(curve.residual_norm) >= 0)
+    assert np.all(np.diff(curve.solution_norm) <= 0)
