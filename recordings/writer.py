@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import atexit
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Literal, Self
+from typing import Literal, Self
 
 from mcap.writer import CompressionType, Writer
 
 from recordings.errors import InputError
 from recordings.messages import encode_block, encode_event, encode_indicator, encode_step
 from recordings.metadata import CHANNEL_PREFIX, RUN, channel_record, parse_channel, parse_run
+from recordings.opening import Opening
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_data
+from recordings.uninterrupted import uninterrupted
 
 __all__ = ["RunWriter"]
 
@@ -28,9 +31,10 @@ _COMPRESSION = {"lz4": CompressionType.LZ4, "none": CompressionType.NONE}
 class RunWriter:
     """Writes one run; use it in a ``with`` statement.
 
-    Metadata and attachments are written and flushed first.  A chunk is closed at 64 KiB, and at the latest after
-    250 ms by a thread of its own, whether or not anything more is written.  Leaving the ``with`` block by an
-    exception still finishes the file: what was recorded stays readable.
+    The file gets its name when metadata and attachments are in it and flushed: what interrupts the constructor leaves
+    nothing behind, and what ends the program in an orderly way after it leaves a finished file.  A chunk is closed at
+    64 KiB, and at the latest after 250 ms by a thread of its own, whether or not anything more is written.  Leaving
+    the ``with`` block by an exception still finishes the file: what was recorded stays readable.
 
     Parameters
     ----------
@@ -81,20 +85,25 @@ class RunWriter:
         self._failure: InputError | None = None
         self._topics: dict[str, int] = {}
         self._counts: dict[int, int] = {}
-        self._stream = self._open(overwrite)
-        self._writer = Writer(
-            self._stream, chunk_size=CHUNK_BYTES, compression=_COMPRESSION[compression], enable_data_crcs=True
-        )
+        self._placed = False
+        opening = Opening(self.path, overwrite=overwrite)
         try:
+            self._in_place(opening.start)
+            self._stream = opening.stream
+            self._writer = Writer(
+                self._stream, chunk_size=CHUNK_BYTES, compression=_COMPRESSION[compression], enable_data_crcs=True
+            )
             self._guarded(lambda: self._begin(filled, records, attachments or {}))
-        except InputError:
-            self._drop_stream()
-            if self.path.is_file():  # it holds nothing worth keeping
-                self.path.unlink()
+            self._in_place(opening.place)
+            self._placed = True
+            self._flushed_at = time.monotonic()
+            self._flusher = threading.Thread(target=self._flush_regularly, name="run-writer-flush", daemon=True)
+            self._flusher.start()
+            atexit.register(self.close)  # an interrupt may come before the caller's `with` has begun
+        except BaseException:
+            self._closed.set()
+            opening.abandon()
             raise
-        self._flushed_at = time.monotonic()
-        self._flusher = threading.Thread(target=self._flush_regularly, name="run-writer-flush", daemon=True)
-        self._flusher.start()
 
     def write_block(self, block: SampleBlock) -> None:
         """Record a block of samples; its channels must have been announced for its device."""
@@ -120,15 +129,16 @@ class RunWriter:
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system."""
-        with self._lock:
+        with uninterrupted(), self._lock:
             self._guarded(self._flush)
 
     def close(self) -> None:
         """Write the summary and close; calling it again does nothing."""
-        with self._lock:
+        with uninterrupted(), self._lock:
             if self._closed.is_set():
                 return
             self._closed.set()
+            atexit.unregister(self.close)
             failed_before = self._failure is not None
             try:
                 if not failed_before:
@@ -152,9 +162,10 @@ class RunWriter:
             if not isinstance(error, InputError):  # the first report of the same trouble is already on its way
                 raise
 
-    def _open(self, overwrite: bool) -> BinaryIO:
+    def _in_place(self, action: Callable[[], None]) -> None:
+        """Do something to the file's name."""
         try:
-            return self.path.open("wb" if overwrite else "xb")
+            action()
         except FileExistsError as error:
             raise InputError(self.path, "", "exists already", "choose another name or remove it") from error
         except OSError as error:
@@ -189,7 +200,7 @@ class RunWriter:
         return self._topics[topic]
 
     def _write(self, topic: str, schema: str, time_ns: int, data: bytes) -> None:
-        with self._lock:
+        with uninterrupted(), self._lock:
             if self._closed.is_set():
                 raise ValueError("the writer is closed")
             self._guarded(lambda: self._add(topic, schema, time_ns, data))
@@ -232,7 +243,7 @@ class RunWriter:
 
     def _as_input_error(self, error: OSError) -> InputError:
         reason = (error.strerror or str(error)).lower()
-        remedy = "what was written before can be had by 'twin check --recover'" if self.path.exists() else ""
+        remedy = "what was written before can be had by 'twin check --recover'" if self._placed else ""
         return InputError(self.path, "", f"cannot write: {reason}", remedy)
 
     def _drop_stream(self) -> None:

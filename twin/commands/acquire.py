@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -60,7 +63,7 @@ def command(
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
     if out.exists() and not overwrite:
         raise InputError(out, "", "exists already", "give another name, or --overwrite")
-    with open_instruments(instruments) as acquisition:
+    with _terminable(), open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
         if procedure is not None:
             check_channels(procedure, acquisition.channels)
@@ -79,11 +82,21 @@ def command(
                     result = _run(procedure, acquisition, sink)
                     ended = {"state": result.state, "reason": result.reason, "steps": len(result.steps)}
                     ended["rig_seconds"] = result.duration_s
-        except InputError:
+        except (InputError, KeyboardInterrupt):
             if not sink.samples:
                 out.unlink(missing_ok=True)  # nothing was measured: leave nothing behind
             raise
     return _tell(out, sink, ended, as_json)
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM ends a run as Ctrl-C does: generator to zero, recording finished."""
+    usual = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, usual)
 
 
 class _CountingSink:

@@ -1,0 +1,104 @@
+"""A file that has its name only once its beginning is whole: an interrupt while it is made leaves nothing behind."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+from pathlib import Path
+from typing import BinaryIO
+
+__all__ = ["Opening"]
+
+
+class Opening:
+    """A new file under a hidden name beside its own, until :meth:`place` gives it that.
+
+    A device or a pipe, which cannot be made anew, is opened as it is.
+
+    Parameters
+    ----------
+    path
+        The name it is to have.
+    overwrite
+        Whether a file of that name may be replaced; until then the old one stays.
+
+    Examples
+    --------
+    Making one does nothing yet, so that whatever interrupts the rest can be met::
+
+        opening = Opening(path, overwrite=False)
+        try:
+            opening.start()
+            opening.stream.write(b"...")
+            opening.place()
+        except BaseException:
+            opening.abandon()
+            raise
+    """
+
+    def __init__(self, path: Path, *, overwrite: bool) -> None:
+        self._wanted, self._overwrite = path, overwrite
+        self._path = path.resolve()  # a link to a file stays a link
+        self._part = self._path.with_name(f".{secrets.token_hex(8)}.part")
+        self._stream: BinaryIO | None = None
+        self._made: os.stat_result | None = None
+
+    def start(self) -> None:
+        """Make the file.
+
+        Raises
+        ------
+        FileExistsError
+            If there is a file of the name and it may not be replaced.
+        OSError
+            If the file cannot be made.
+        """
+        if not self._overwrite and (self._path.exists() or self._wanted.is_symlink()):
+            raise FileExistsError(self._path)
+        if self._path.exists() and not self._path.is_file():
+            self._stream = self._path.open("wb")
+        else:
+            self._stream = self._part.open("xb")
+            self._made = os.fstat(self._stream.fileno())
+
+    @property
+    def stream(self) -> BinaryIO:
+        """Where to write; open until it is closed or abandoned."""
+        assert self._stream is not None
+        return self._stream
+
+    def place(self) -> None:
+        """Give the file its name, at once and whole.
+
+        Raises
+        ------
+        FileExistsError
+            If somebody else has made a file of that name meanwhile and it may not be replaced.
+        OSError
+            If it cannot be done.
+        """
+        if self._made is None:
+            return
+        if self._overwrite:
+            self._part.replace(self._path)
+            return
+        try:
+            os.link(self._part, self._path)  # unlike a renaming it never replaces what is there
+        except FileExistsError:
+            raise
+        except OSError as error:  # a file system without hard links
+            if self._path.exists():
+                raise FileExistsError(self._path) from error
+            self._part.replace(self._path)
+        self._part.unlink(missing_ok=True)
+
+    def abandon(self) -> None:
+        """Close the file and remove it, whichever name it has by now."""
+        if self._stream is not None:
+            with contextlib.suppress(OSError):  # a full disk refuses the rest once more
+                self._stream.close()
+        self._part.unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            if self._made is not None and os.path.samestat(self._path.stat(), self._made):
+                self._path.unlink()
