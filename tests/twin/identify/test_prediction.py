@@ -235,3 +235,21 @@ def test_a_harmonic_that_was_not_measured_says_nothing(ringing, unknowns):
     harmonics = harmonic_residuals(Predictor(blind), unknowns)
     assert np.all(harmonics.residual[:, harmonics.orders == 5] == 0)
     assert np.all(np.isfinite(harmonics.cholesky))
+
+
+def test_harmonics_hardly_move_with_what_the_fundamentals_leave_open(ringing, unknowns):
+    """Why their sensitivities are left at zero: within the posterior they change by a small part of their noise."""
+    evidence, extension = ringing
+    predictor = Predictor(evidence, extension, harmonic_residuals(Predictor(evidence), unknowns))
+    found = predictor.evaluate(unknowns)
+    block, (_, precision) = dict(found.blocks)["harmonics"], predictor.prior(unknowns)
+    assert not found.jacobian[block].any()
+    factor = np.linalg.cholesky(np.linalg.inv(found.jacobian.T @ found.jacobian + precision))
+    changes = []
+    for column in factor.T:
+        plus, minus = (
+            predictor.evaluate(unknowns.with_vector(unknowns.vector + h * column), sensitivities=False).residual[block]
+            for h in (0.1, -0.1)
+        )
+        changes.append((plus - minus) / 0.2)
+    assert np.linalg.norm(changes) < 0.05
