@@ -1,0 +1,61 @@
+"""A slider's harmonics against the energy of its loop and against the slider marched in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from twin.diagnose.causes.joint_friction import jenkins_harmonics
+from twin.joint import jenkins
+
+STIFFNESS, SLIP_FORCE = 2.5e6, 1.5
+AMPLITUDES = SLIP_FORCE / STIFFNESS * np.array([0.3, 0.999, 1.001, 1.2, 1.5, 2.0, 2.1, 4.0, 30.0])
+"""Below the displacement at which it slips, about that, and far beyond."""
+
+
+def harmonics(amplitude, count=7):
+    return jenkins_harmonics(amplitude, STIFFNESS, SLIP_FORCE, count)
+
+
+def marched(amplitude, count, samples=4096):
+    """Harmonics of the third period of a slider that began at rest."""
+    t = 2 * np.pi * np.arange(3 * samples) / samples
+    force = jenkins(STIFFNESS, SLIP_FORCE).path(amplitude * np.cos(t))[-samples:]
+    return 2 * np.fft.rfft(force)[1 : count + 1] / samples
+
+
+def test_energy_of_a_loop_is_what_slipping_dissipates():
+    """4 F (a - F / k) for a slider that slips, nothing for one that sticks; pi a Im F_1 is the work of a cycle."""
+    slips = SLIP_FORCE * (AMPLITUDES - SLIP_FORCE / STIFFNESS)
+    energy = np.pi * AMPLITUDES * harmonics(AMPLITUDES)[:, 0].imag
+    expected = 4 * np.maximum(slips, 0.0)
+    assert energy == pytest.approx(expected, abs=1e-4 * SLIP_FORCE**2 / STIFFNESS, rel=1e-3)
+
+
+def test_a_slider_marched_in_time_has_the_same_harmonics():
+    found = harmonics(AMPLITUDES)
+    expected = np.array([marched(a, 7) for a in AMPLITUDES])
+    size = np.maximum(np.abs(expected[:, :1]), 1e-3)
+    assert np.max(np.abs(found - expected) / size) < 1e-3
+
+
+def test_the_first_harmonic_is_the_describing_function_in_closed_form():
+    expected = jenkins(STIFFNESS, SLIP_FORCE).stiffness(AMPLITUDES) * AMPLITUDES
+    assert harmonics(AMPLITUDES)[:, 0] == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_slider_that_sticks_is_a_spring():
+    found = harmonics(AMPLITUDES[:2])
+    assert found[:, 0] == pytest.approx(STIFFNESS * AMPLITUDES[:2])
+    assert np.max(np.abs(found[:, 1:])) < 1e-9 * SLIP_FORCE
+
+
+def test_a_slider_far_beyond_its_slip_is_dry_friction():
+    """Against a velocity that lags by a quarter: odd harmonics 4 F / (pi h), all in phase with the velocity."""
+    h = np.arange(1, 8)
+    expected = np.where(h % 2 == 1, 4j * SLIP_FORCE / (np.pi * h), 0)
+    assert harmonics([1e4 * SLIP_FORCE / STIFFNESS])[0] == pytest.approx(expected, abs=2e-2 * SLIP_FORCE)
+
+
+def test_even_harmonics_vanish_since_both_ways_are_alike():
+    assert np.max(np.abs(harmonics(AMPLITUDES)[:, 1::2])) < 1e-9 * SLIP_FORCE
