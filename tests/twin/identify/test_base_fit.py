@@ -9,8 +9,9 @@ from scipy.stats import chi2
 from twin.bench import open_bench
 from twin.identify.base_fit import fit_base, starting_unknowns, stepwise_law
 from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.linear_fit import DETUNING_STD
 from twin.identify.linear_model import believed_parameters
-from twin.identify.prediction import COMMON_ERROR, LAW_ERROR, RATIO_ERROR, Predictor
+from twin.identify.prediction import COMMON_ERROR, LAW_ERROR, RATIO_ERROR, SHARE_STD, Predictor
 from twin.identify.unknowns import Unknowns
 from twin.joint import Saturating
 from twin.response import HarmonicBalance
@@ -79,14 +80,14 @@ def law_at(X):
 @pytest.fixture(scope="module")
 def swept(build, steel_model, steel_dense, believed):
     """Makes evidence of a dense structure with that law, shared out as asked; exact, or with errors as stated."""
-    base = replace(believed, E=1.06 * believed.E, G=0.95 * believed.G, zeta=believed.zeta * 1.2)
+    usual = replace(believed, E=1.06 * believed.E, G=0.95 * believed.G, zeta=believed.zeta * 1.2)
     reference_omega = float(steel_model.basis.omega[0])
     omega = np.tile(2 * np.pi * np.linspace(25.7, 27.1, 29), 3)
     X = np.repeat([4e-4, 1e-3, 2.4e-3], 29) * (0.15 + 0.85 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.35) ** 2))
     blank = build.steps(omega, np.ones((87, 1)), np.ones((87, 2, 1)), reference_omega=1.0)
     q = Predictor(build.evidence(steel_model, blank)).shear_share
 
-    def make(rng=None, *, in_shear=0.0, in_normal=0.0):
+    def make(rng=None, *, in_shear=0.0, in_normal=0.0, base=usual):
         s, loss = law_at(X)
         if rng is not None:
             s, loss = s * (1 + LAW_ERROR * rng.standard_normal(87)), loss * (1 + LAW_ERROR * rng.standard_normal(87))
@@ -101,7 +102,7 @@ def swept(build, steel_model, steel_dense, believed):
         steps = build.steps(omega, force[:, None], response[:, :, None], relative=1e-3, reference_omega=reference_omega)
         return build.evidence(steel_model, steps, [at_rest(build, steel_dense, base, rng)])
 
-    return base, make
+    return usual, make
 
 
 def circular(rng, size, shape):
@@ -152,11 +153,14 @@ def test_exact_evidence_leaves_nothing_and_returns_law_and_moduli(swept, in_shea
 
 
 def test_stated_deviations_of_moduli_and_law_cover_their_errors(swept):
-    base, make = swept
+    """What only the prior knows, detunings and where the law acts, is drawn from it."""
+    usual, make = swept
     rng = np.random.default_rng(17)
     pulls, misfit = [], []
     for _ in range(6):
-        unknowns, solution = fit_base(make(rng))
+        base = replace(usual, detuning=DETUNING_STD * rng.standard_normal(5))
+        in_shear, in_normal = SHARE_STD * rng.standard_normal(2)
+        unknowns, solution = fit_base(make(rng, in_shear=in_shear, in_normal=in_normal, base=base))
         pulls.append(pulls_at(np.array([3e-4, 9e-4, 1.6e-3, 2.3e-3]), base, unknowns, solution))
         # What the fit took up: the data's part of the information.
         fitted = np.trace(np.linalg.solve(solution.information, solution.jacobian.T @ solution.jacobian))
