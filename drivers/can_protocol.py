@@ -58,11 +58,12 @@ class MessageId(IntEnum):
 
 
 class NodeState(IntEnum):
-    """What the node is doing; armed waits for the trigger line."""
+    """What the node is doing; armed waits for the trigger line, failed has nothing to measure any more."""
 
     IDLE = 0
     ARMED = 1
     STREAMING = 2
+    FAILED = 3
 
 
 class Opcode(IntEnum):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drivers.host.can_client import CanClient
 from drivers.host.daq import DaqClient
-from drivers.host.device import Device, Mailbox
+from drivers.host.device import Device, DeviceFailedError, Mailbox
 from drivers.host.reassembly import Piece
 from drivers.host.watch import ChannelWatch
 from drivers.instruments import Instruments, read_instruments
@@ -176,6 +176,8 @@ class RigAcquisition:
         ------
         StreamEndedError
             If the instrument has ended the stream and everything was handed out.
+        DeviceFailedError
+            If it did so because it can give no samples any more.
         TimeoutError
             If nothing came.
         """
@@ -213,6 +215,9 @@ class RigAcquisition:
             self._consumed = max(device.inbox.samples.high for device in self._devices)
             blocks = self._take(self._consumed)
         if not blocks:
+            reason = self._generator.why_ended()
+            if reason:
+                raise DeviceFailedError(f"{self._generator.name} has stopped: {reason}")
             raise StreamEndedError("the instrument has ended the stream")
         return blocks
 

@@ -68,6 +68,7 @@ class CanClient:
         self._streaming = False
         self._started_s = 0.0
         self._restarted = False
+        self._failed = False
         self._highest = 0
         self._overrun = 0
         self._heard_s = time.monotonic()
@@ -146,6 +147,7 @@ class CanClient:
             self._streaming = True
         self._heard_s = self._started_s = time.monotonic()
         self._restarted = False
+        self._failed = False
         answer = self._command(self._start_opcode)
         if not isinstance(answer, Reply) or answer.result:
             raise InputError(self.address, "", "the node refuses to start")
@@ -243,6 +245,9 @@ class CanClient:
             beat = Heartbeat.unpack(data)
             running_s = time.monotonic() - self._started_s
             younger = beat.uptime_ms * 1e-3 < running_s * (1 - CLOCK_TOLERANCE) - 0.05
+            if self._streaming and not self._failed and beat.state == NodeState.FAILED:
+                self._failed = True
+                self._mailbox.report(self.name, "device-error", "the node has nothing to measure any more")
             if self._streaming and not self._restarted and beat.state == NodeState.IDLE and younger:
                 self._restarted = True
                 self._mailbox.report(self.name, "device-restart", "it is idle, and on for less time than the stream")

@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 
 from drivers.frames import Decoder, Frame, FrameKind, unpack_samples
-from drivers.host.device import DeviceInbox, Mailbox, configure_channels
+from drivers.host.device import DeviceFailedError, DeviceInbox, Mailbox, configure_channels
 from drivers.host.transport import LineLostError, Transport, open_transport
 from drivers.instruments import DeviceSettings
 from recordings.errors import InputError
@@ -20,9 +20,12 @@ from recordings.streams import Excitation
 
 __all__ = ["DaqClient"]
 
+DEVICE_ERROR = -300
+"""SCPI's number for what is wrong with the device itself, not with what it was asked."""
 QUIET_S = 0.05
 RETRY_S = 0.25
 ANSWER_LIMIT = 1 << 20
+_STREAM_ENDED = b""
 _WITH_ERROR = re.compile(r'(.*);(-?\d+),"[^"]*"')
 
 
@@ -61,6 +64,7 @@ class DaqClient:
         self._replies: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         self.failure = ""
         self.recovering = False
+        self._end_reason: str | None = None
         try:
             self.identity = self._ask_identity()
             found = self._read_catalogue()
@@ -88,6 +92,9 @@ class DaqClient:
     def _silence(self) -> None:
         """End what an earlier client may have left running, and throw away what still comes."""
         self._line.write(b"\n:ACQ:STOP\n")
+        self._drain()
+
+    def _drain(self) -> None:
         deadline = time.monotonic() + self._timeout_s
         while self._line.read(QUIET_S) and time.monotonic() < deadline:
             pass
@@ -118,20 +125,49 @@ class DaqClient:
         ------
         TimeoutError
             If no answer came, although it was asked twice.
+        DeviceFailedError
+            If the device has ended its stream because it failed.
         """
-        if self._thread is None:
-            return self._query_line(text)
+        if self._thread is None or self.inbox.ended:
+            return self._query_ended(text)
         deadline = time.monotonic() + self._timeout_s
         while not self._replies.empty():
             self._replies.get_nowait()
         while time.monotonic() < deadline:
             self._write(text)
             try:
-                return self._replies.get(timeout=max(RETRY_S, self._timeout_s / 2)).decode("latin-1").strip()
+                reply = self._replies.get(timeout=max(RETRY_S, self._timeout_s / 2))
             except queue.Empty:
                 if self.failure:
                     break
+                continue
+            if reply == _STREAM_ENDED:
+                return self._query_ended(text)
+            return reply.decode("latin-1").strip()
         raise TimeoutError(f"{self.name} at {self.address}: no answer to {text!r}" + self._because())
+
+    def _query_ended(self, text: str) -> str:
+        """Ask on a line that carries plain text, because it always did or because the device has ended its stream."""
+        if self._thread is not None:
+            reason = self.why_ended()
+            if reason:
+                raise DeviceFailedError(f"{self.name} at {self.address} has stopped: {reason}")
+        return self._query_line(text)
+
+    def why_ended(self) -> str:
+        """Why the device ended its stream unasked, in its words; empty if it says nothing, or was asked."""
+        thread = self._thread
+        if thread is None or not self.inbox.ended:
+            return ""
+        if self._end_reason is None:
+            thread.join(self._timeout_s)
+            self._end_reason = ""
+            with contextlib.suppress(TimeoutError, LineLostError):
+                self._drain()  # answers to what was asked before
+                self._end_reason = self._query_line("*CLS;:ACQ:FAIL?").strip('"')
+            if self._end_reason:
+                self._mailbox.report(self.name, "device-error", self._end_reason)
+        return self._end_reason
 
     def _because(self) -> str:
         return f" ({self.failure})" if self.failure else ""
@@ -176,6 +212,8 @@ class DaqClient:
         match = _WITH_ERROR.fullmatch(answer)
         if match is None or match[2] != "0":
             self.query("*CLS;*OPC?")
+            if match is not None and match[2] == str(DEVICE_ERROR):
+                raise DeviceFailedError(f"{self.name} at {self.address}: {answer[len(match[1]) + 1 :]}")
             raise InputError(f"{self.name} at {self.address}", text, f"refused with {answer[-100:]}")
         return match[1]
 
@@ -208,12 +246,21 @@ class DaqClient:
         return int(limit) if position == limit and limit.isdigit() else None
 
     def start(self, *, block_length: int) -> None:
-        """Stream from sample 0, and trigger the others."""
+        """Stream from sample 0, and trigger the others.
+
+        Raises
+        ------
+        DeviceFailedError
+            If it has nothing to measure.
+        """
         with self._mailbox.changed:
             self.inbox = DeviceInbox(self._device_channels, self._wiring, tolerance=block_length)
             if not self._settings.generator:
                 self._mailbox.register_clock(self.name, self.inbox.clock)
         self.failure = ""
+        self._end_reason = None
+        if self.query("*TST?") != "0":
+            raise DeviceFailedError(f"{self.name} at {self.address} fails its self-test")
         self._checked(f"ACQ:BLOC {block_length};WIND {2 * block_length};BLOC?")
         self._stopping.clear()
         self._line.write(b":ACQ:STAR\n")
@@ -300,6 +347,7 @@ class DaqClient:
             self._mailbox.report(self.name, "overrun", f"{lost} samples lost in the instrument so far")
         elif frame.kind == FrameKind.END:
             inbox.ended = True
+            self._replies.put(_STREAM_ENDED)  # who waits for an answer shall not wait in vain
 
     def _reconnect(self, reason: str) -> bool:
         """Look for the instrument again, and go on with its stream; whether that was possible."""

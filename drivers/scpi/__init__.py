@@ -3,7 +3,7 @@
 from drivers.scpi.commands import CommandTable, command
 from drivers.scpi.errors import ErrorQueue, ScpiError
 from drivers.scpi.instrument import Deferred, Instrument, Interpreter
-from drivers.scpi.values import Boolean, Choice, Integer, Number, definite_block
+from drivers.scpi.values import Boolean, Choice, Integer, Number, definite_block, quoted
 
 __all__ = [
     "Boolean",
@@ -18,4 +18,5 @@ __all__ = [
     "ScpiError",
     "command",
     "definite_block",
+    "quoted",
 ]

@@ -27,6 +27,7 @@ STANDARD_MESSAGES = {
     -222: "Data out of range",
     -224: "Illegal parameter value",
     -241: "Hardware missing",
+    -300: "Device-specific error",
     -350: "Queue overflow",
     -363: "Input buffer overrun",
     -410: "Query INTERRUPTED",

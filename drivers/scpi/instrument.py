@@ -59,6 +59,10 @@ class Instrument:
     def reset(self) -> None:
         """Settings to their defaults (``*RST``); a subclass overrides it."""
 
+    def self_test(self) -> int:
+        """0 if all is well (``*TST?``); a subclass may test something."""
+        return 0
+
     def end_message(self) -> None:
         """Called after the last command of a message; a subclass may apply what it has gathered."""
 
@@ -129,7 +133,7 @@ class Instrument:
     @command("*TST?")
     def _self_test(self) -> int:
         """Self test: 0 is passed."""
-        return 0
+        return self.self_test()
 
     @command("SYSTem:ERRor[:NEXT]?")
     def _next_error(self) -> str:

@@ -11,7 +11,17 @@ import numpy as np
 
 from drivers.scpi.errors import ScpiError
 
-__all__ = ["Boolean", "Choice", "Integer", "Number", "Parameter", "definite_block", "format_result", "short_form"]
+__all__ = [
+    "Boolean",
+    "Choice",
+    "Integer",
+    "Number",
+    "Parameter",
+    "definite_block",
+    "format_result",
+    "quoted",
+    "short_form",
+]
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:\s*[eE]\s*[+-]?\d+)?)\s*([A-Za-z%/]*)\s*\Z")
 _PREFIXES = {
@@ -144,6 +154,11 @@ def definite_block(data: bytes) -> bytes:
     """Definite-length arbitrary block of IEEE 488.2: ``#`` digits length data."""
     length = str(len(data)).encode()
     return b"#%d%s%s" % (len(length), length, data)
+
+
+def quoted(text: str) -> str:
+    """String response data of IEEE 488.2: in double quotes, printable ASCII."""
+    return '"' + "".join("'" if c == '"' else c if c.isprintable() and c.isascii() else "?" for c in text) + '"'
 
 
 def format_result(value: object) -> bytes:

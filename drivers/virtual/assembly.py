@@ -68,6 +68,8 @@ class VirtualRig:
         Multiple of real time; None for as fast as the clients take it.
     faults, seed
         What goes wrong, and the seed of it.
+    renew
+        Makes a source in place of one that has failed, when a client starts again.
 
     Raises
     ------
@@ -84,11 +86,12 @@ class VirtualRig:
         speed: float | None = None,
         faults: Sequence[Fault] = (),
         seed: int = 0,
+        renew: Callable[[], SampleSource] | None = None,
     ) -> None:
         self._speed = speed
         self._origin = origin
         self._baud = addresses.baud
-        self._feed = SampleFeed(source, flow_controlled=speed is None)
+        self._feed = SampleFeed(source, flow_controlled=speed is None, renew=renew)
         on_line, on_can = split_channels(source.channels, addresses)
         names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
         self._faults = FaultPlan(faults, seed=seed, devices=names, channels=source.channels)
@@ -150,10 +153,16 @@ class VirtualRig:
             raise
         self.ready.append({"device": "can", "can": addresses.can})
 
-    def serve(self, stopping: Callable[[], bool]) -> int:
-        """Serve until told to stop, then close; how often the machine was too slow for the wanted speed."""
+    def serve(self, stopping: Callable[[], bool], *, on_failure: Callable[[str], None] | None = None) -> int:
+        """Serve until told to stop, then close; how often the machine was too slow for the wanted speed.
+
+        `on_failure` is told in words when the source has failed; the instruments go on without it.
+        """
         try:
-            return serve(self._feed, self._devices, speed=self._speed, faults=self._faults, stopping=stopping)
+            return serve(
+                self._feed, self._devices, speed=self._speed, faults=self._faults, stopping=stopping,
+                on_failure=on_failure,
+            )  # fmt: skip
         finally:
             self.close()
 

@@ -28,7 +28,7 @@ from drivers.can_protocol import (
 )
 from drivers.virtual.bus_time import BusTime
 from drivers.virtual.faults import ClockFault, LinkFaults
-from drivers.virtual.feed import SampleFeed
+from drivers.virtual.feed import SampleFeed, SourceFailedError
 from recordings.errors import InputError
 from recordings.run import SampleBlock
 
@@ -40,6 +40,7 @@ URGENT_FRAMES = 64
 NO_PULSE = 0xFFFFFFFF
 HEARTBEAT_S = 1.0
 _COMMANDS_A_TURN = 64
+_BUSY = (NodeState.ARMED, NodeState.STREAMING)
 
 
 class CanNode:
@@ -132,10 +133,15 @@ class CanNode:
                     self._obey(Command.unpack(bytes(message.data)))
         now = time.monotonic()
         if now >= self._next_heartbeat:
-            self._next_heartbeat = now + HEARTBEAT_S
-            beat = Heartbeat(self._state, len(self._channels), int(1000 * (now - self._born)))
-            self._tell(MessageId.HEARTBEAT, beat.pack())
+            self._beat(now)
         return self._flush() or moved
+
+    def _beat(self, now: float) -> None:
+        self._next_heartbeat = now + HEARTBEAT_S
+        if self._state == NodeState.FAILED and not self._feed.failure:
+            self._state = NodeState.IDLE  # it was made to work again by the start of another instrument
+        beat = Heartbeat(self._state, len(self._channels), int(1000 * (now - self._born)))
+        self._tell(MessageId.HEARTBEAT, beat.pack())
 
     def _receive(self) -> can.Message | None:
         try:
@@ -144,25 +150,35 @@ class CanNode:
             return None  # a frame that cannot be read, or a bus whose hub has gone
 
     def _obey(self, command: Command) -> None:
-        refused = 0
+        try:
+            refused = self._try(command)
+        except SourceFailedError:
+            self._state = NodeState.FAILED
+            refused = True
+        if command.opcode != Opcode.DESCRIBE or refused:
+            self._tell(MessageId.REPLY, Reply(command.opcode, int(refused), self._feed.sample_rate_Hz).pack())
+
+    def _try(self, command: Command) -> bool:
+        """Do what a command asks for; whether it is refused."""
         if command.opcode == Opcode.START and self._state != NodeState.STREAMING:
+            self._feed.recover()
             self._feed.disarm(self._start)
             self._start()
         elif command.opcode == Opcode.ARM and self._state != NodeState.STREAMING:
+            self._feed.recover()
             self._feed.arm(self._start)
             self._state = NodeState.ARMED
         elif command.opcode == Opcode.STOP:
             self._stop()
-        elif command.opcode == Opcode.SET_RATE and self._state == NodeState.IDLE and 1.0 <= command.value <= 1e6:
+        elif command.opcode == Opcode.SET_RATE and self._state not in _BUSY and 1.0 <= command.value <= 1e6:
             self._feed.set_sample_rate(command.value)
         elif command.opcode == Opcode.DESCRIBE and 0 <= command.value < len(self._channels):
             index = int(command.value)
             info = ChannelInfo(index, len(self._channels), self._channels[index])
             self._tell(MessageId.CHANNEL_INFO, info.pack())
-            return
         else:
-            refused = 1
-        self._tell(MessageId.REPLY, Reply(command.opcode, refused, self._feed.sample_rate_Hz).pack())
+            return True
+        return False
 
     def _start(self) -> None:
         self._begin()
@@ -256,6 +272,12 @@ class CanNode:
     def end(self) -> None:
         """The source has ended."""
         self._stop()
+
+    def fail(self, reason: str) -> None:
+        """The source has failed: say so at once; a frame has no room for why."""
+        self._stop()
+        self._state = NodeState.FAILED
+        self._beat(time.monotonic())
 
     def close(self) -> None:
         """Leave the bus."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.frames import MAX_PAYLOAD, Frame, FrameKind, encode, encode_samples
-from drivers.scpi import Deferred, Integer, Interpreter, Number, ScpiError, command
+from drivers.scpi import Integer, Interpreter, Number, ScpiError, command, quoted
 from drivers.virtual.faults import LinkFaults
-from drivers.virtual.feed import SampleFeed
-from drivers.virtual.generator import Generator
+from drivers.virtual.feed import SampleFeed, SourceFailedError
 from drivers.virtual.ports import Port
+from drivers.virtual.readings import Readings
 from drivers.virtual.session import Session
 from recordings.run import SampleBlock
 
@@ -23,7 +22,6 @@ __all__ = ["AcquisitionInstrument"]
 MAKER = "Virtual Test Rig"
 FIFO_BYTES = 1 << 20
 """Memory of the instrument for samples the line has not taken; beyond it they are lost and counted."""
-READ_LIMIT = 65536
 _BLOCK_LIMIT = 8192
 
 
@@ -37,16 +35,7 @@ class _Stream:
     overrun: int = 0
 
 
-@dataclass
-class _Reading:
-    """A READ? that waits for its samples."""
-
-    count: int
-    answer: Deferred
-    parts: list[NDArray[np.float32]]
-
-
-class AcquisitionInstrument(Generator):
+class AcquisitionInstrument(Readings):
     """A generator and some channels behind one or more ports.
 
     Parameters
@@ -81,9 +70,6 @@ class AcquisitionInstrument(Generator):
         self._faults = faults or LinkFaults()
         self._sessions = [Session(self, port) for port in ports]
         self._stream: _Stream | None = None
-        self._reading: _Reading | None = None
-        self._recent: deque[NDArray[np.float32]] = deque()
-        self._recent_count = 0
         self._window = 0
         self._speaking: Session | None = None
 
@@ -97,7 +83,7 @@ class AcquisitionInstrument(Generator):
     @property
     def listening(self) -> bool:
         """Whether a client waits for samples."""
-        return self._reading is not None or (self._stream is not None and self._stream.session is not None)
+        return self.reading or (self._stream is not None and self._stream.session is not None)
 
     @property
     def has_room(self) -> bool:
@@ -120,8 +106,7 @@ class AcquisitionInstrument(Generator):
             self._stream.session = None
             # Where nothing may be lost the rig waits for the client to come back.
             self._feed.limit = self._feed.index if self._feed.limit is None else self._feed.limit
-        if self._reading is not None:
-            self._reading = None
+        self.abandon_reading()
 
     def converse(self, session: Session, interpreter: Interpreter) -> list[bytes]:
         """Run a client's commands."""
@@ -139,9 +124,7 @@ class AcquisitionInstrument(Generator):
     def accept(self, block: SampleBlock) -> None:
         """Take a block of the feed and send it to who listens."""
         values = np.stack([block.samples[channel.name] for channel in self._channels]).astype(np.float32, copy=False)
-        self._remember(values)
-        if self._reading is not None:
-            self._read_on(values)
+        self.take_readings(values)
         if self._stream is None:
             return
         self._send_pulses(self._stream, block)  # first, so that the block's time can be aligned when it is there
@@ -156,10 +139,16 @@ class AcquisitionInstrument(Generator):
 
     def end(self) -> None:
         """The source has ended: so does the stream, and a READ? that still waits fails."""
-        reading, self._reading = self._reading, None
-        if reading is not None:
-            reading.answer.finish(ScpiError(-200, "the source has ended"))
+        self.abandon_reading(ScpiError(-200, "the source has ended"))
         self._end_stream()
+
+    def fail(self, reason: str) -> None:
+        """The source has failed: so has what waits for samples, and the generator is off."""
+        error = ScpiError(-300, reason)
+        if not self.abandon_reading(error):
+            self.report(error)
+        self._end_stream()
+        self.switch_off()
 
     def close(self) -> None:
         """Hang up everywhere."""
@@ -224,22 +213,6 @@ class AcquisitionInstrument(Generator):
             payload = stream.overrun.to_bytes(8, "little")
             stream.session.notify(encode(Frame(kind=FrameKind.COUNTERS, sequence=0, payload=payload)))
 
-    def _remember(self, values: NDArray[np.float32]) -> None:
-        """Keep the latest samples for FETCh?."""
-        self._recent.append(values)
-        self._recent_count += values.shape[1]
-        while self._recent_count - self._recent[0].shape[1] >= READ_LIMIT:
-            self._recent_count -= self._recent.popleft().shape[1]
-
-    def _read_on(self, values: NDArray[np.float32]) -> None:
-        reading = self._reading
-        assert reading is not None
-        reading.parts.append(values[:, : reading.count])
-        reading.count -= reading.parts[-1].shape[1]
-        if reading.count == 0:
-            self._reading = None
-            reading.answer.finish(np.concatenate(reading.parts, axis=1).astype("<f4").tobytes())
-
     def reset(self) -> None:
         """Generator off, defaults, stream off."""
         super().reset()
@@ -273,7 +246,10 @@ class AcquisitionInstrument(Generator):
     def _set_rate(self, rate_Hz: float) -> None:
         """Samples a second; the converter takes the nearest it has."""
         self._refuse_while_streaming()
-        self._feed.set_sample_rate(rate_Hz)
+        try:
+            self._feed.set_sample_rate(rate_Hz)
+        except SourceFailedError as error:
+            raise ScpiError(-300, str(error)) from error
 
     @command("ACQuire:RATE?")
     def _get_rate(self) -> float:
@@ -314,7 +290,7 @@ class AcquisitionInstrument(Generator):
         """Stream from sample 0, and start what waits for the trigger; from here on the line carries frames."""
         if self.listening:
             raise ScpiError(-213, "already acquiring")
-        self.end_message()
+        self.begin()
         self._feed.trigger()
         self._stream = _Stream(self._speaking, self._feed.index)
         self._faults.start(self._feed.index)
@@ -336,10 +312,15 @@ class AcquisitionInstrument(Generator):
 
     @command("ACQuire:STATe?")
     def _state(self) -> str:
-        """IDLE, RUN or INTERRUPTED."""
+        """IDLE, RUN, INTERRUPTED (its client has left) or FAILED (what it measures gives nothing)."""
         if self._stream is None:
-            return "IDLE"
+            return "FAILED" if self._feed.failure else "IDLE"
         return "RUN" if self._stream.session is not None else "INTERRUPTED"
+
+    @command("ACQuire:FAILure?")
+    def _failure(self) -> str:
+        """Why what it measures gives nothing, in quotes; empty if all is well.  The next start tries again."""
+        return quoted(self._feed.failure)
 
     @command("ACQuire:POSition?")
     def _position(self) -> tuple[int, int]:
@@ -353,23 +334,6 @@ class AcquisitionInstrument(Generator):
     def _overrun(self) -> int:
         """Samples of this stream that were lost because the line did not keep up."""
         return self._stream.overrun if self._stream else 0
-
-    @command("READ?", Integer(minimum=1, maximum=READ_LIMIT))
-    def _read(self, count: int) -> Deferred:
-        """The next samples, channel after channel, as a definite-length block of little-endian float32."""
-        if self.listening:
-            raise ScpiError(-221, "already acquiring")
-        self.end_message()
-        self._reading = _Reading(count, Deferred(), [])
-        return self._reading.answer
-
-    @command("FETCh?", Integer(minimum=1, maximum=READ_LIMIT), optional=1)
-    def _fetch(self, count: int = READ_LIMIT) -> bytes:
-        """The latest samples already taken, in the form of READ?."""
-        self._refuse_while_streaming()
-        if not self._recent:
-            raise ScpiError(-221, "nothing has been acquired")
-        return np.concatenate(list(self._recent), axis=1)[:, -count:].astype("<f4").tobytes()
 
     def _refuse_while_streaming(self) -> None:
         if self._stream is not None and self._stream.session is not None:

@@ -8,13 +8,18 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation, SampleSource
 
-__all__ = ["SampleFeed"]
+__all__ = ["SampleFeed", "SourceFailedError"]
 
 PULSES_PER_S = 10
+
+
+class SourceFailedError(Exception):
+    """The source cannot give samples any more; the text says why."""
 
 
 class SampleFeed:
@@ -27,6 +32,8 @@ class SampleFeed:
     flow_controlled
         Whether the feed waits for acknowledgements where a client has asked for a window; a rig in real time
         does not wait for anybody.
+    renew
+        Makes a source in place of one that has failed; without it a failure is for good.
 
     Attributes
     ----------
@@ -34,14 +41,20 @@ class SampleFeed:
         Samples made so far.
     finished
         Whether a finite source has come to its end.
+    failure
+        Why the source has stopped to give samples, in words; empty if it has not.
     block_length
         Samples to make at a time.
     limit
         Sample beyond which a client's window forbids to go, or None.
     """
 
-    def __init__(self, source: SampleSource, *, flow_controlled: bool) -> None:
+    def __init__(
+        self, source: SampleSource, *, flow_controlled: bool, renew: Callable[[], SampleSource] | None = None
+    ) -> None:
         self._source = source
+        self._renew = renew
+        self._base = (0, 0)  # what a renewed source's numbers and times are counted from
         self._flow_controlled = flow_controlled
         self._rate_Hz = source.sample_rate_Hz
         self._next_time_ns = 0
@@ -50,6 +63,7 @@ class SampleFeed:
         self._pulse_origin = 0
         self.index = 0
         self.finished = False
+        self.failure = ""
         self.block_length = 240
         self.limit: int | None = None
 
@@ -70,12 +84,24 @@ class SampleFeed:
 
     @property
     def may_advance(self) -> bool:
-        """Whether neither the end of the source nor a client's window is reached."""
-        return not self.finished and (not self._flow_controlled or self.limit is None or self.index < self.limit)
+        """Whether the source works, and neither its end nor a client's window is reached."""
+        return not (self.finished or self.failure) and (
+            not self._flow_controlled or self.limit is None or self.index < self.limit
+        )
 
     def set_sample_rate(self, sample_rate_Hz: float) -> float:
-        """Choose the rate of the converter; gives the one obtained."""
-        self._rate_Hz = self._source.set_sample_rate(sample_rate_Hz)
+        """Choose the rate of the converter; gives the one obtained.
+
+        Raises
+        ------
+        SourceFailedError
+            If the source does not survive it.
+        """
+        try:
+            self._rate_Hz = self._source.set_sample_rate(sample_rate_Hz)
+        except Exception as error:  # whatever it is, it must not take the instruments down
+            self._fail(error)
+            raise SourceFailedError(self.failure) from error
         return self._rate_Hz
 
     def schedule_output(self, excitation: Excitation) -> tuple[int, int]:
@@ -91,7 +117,40 @@ class SampleFeed:
         return at, self._next_time_ns + round((at - self.index) * 1e9 / self._rate_Hz)
 
     def advance(self, longest: int) -> SampleBlock | None:
-        """The next block, of at most `longest` samples; None when a finite source has ended."""
+        """The next block, of at most `longest` samples; None when a finite source has ended, or one has failed."""
+        try:
+            return self._advance(longest)
+        except Exception as error:  # whatever it is, it must not take the instruments down
+            self._fail(error)
+            return None
+
+    def _fail(self, error: Exception) -> None:
+        self._scheduled.clear()
+        known = isinstance(error, (ArithmeticError, ValueError, OSError))
+        self.failure = " ".join((str(error) if known and str(error) else repr(error)).split())
+
+    def recover(self) -> None:
+        """Begin anew after a failure, at rest, with numbers and times that go on; else do nothing.
+
+        Raises
+        ------
+        SourceFailedError
+            If there is no way to.
+        """
+        if not self.failure:
+            return
+        if self._renew is None:
+            raise SourceFailedError(self.failure)
+        try:
+            self._source = self._renew()
+            self._rate_Hz = self._source.set_sample_rate(self._rate_Hz)
+        except Exception as error:
+            self._fail(error)
+            raise SourceFailedError(self.failure) from error
+        self._base = self.index, self._next_time_ns
+        self.failure = ""
+
+    def _advance(self, longest: int) -> SampleBlock | None:
         while self._scheduled and self._scheduled[0][0] <= self.index:
             self._source.set_output(self._scheduled.popleft()[1])
         count = min(self.block_length, longest)
@@ -104,6 +163,9 @@ class SampleFeed:
             self.finished = True
         if not len(block):
             return None
+        if self._base != (0, 0):
+            index, time_ns = self._base
+            block = replace(block, first_index=block.first_index + index, time_ns=block.time_ns + time_ns)
         self._rate_Hz = block.sample_rate_Hz
         self.index = block.first_index + len(block)
         self._next_time_ns = block.time_ns + round(len(block) * 1e9 / self._rate_Hz)

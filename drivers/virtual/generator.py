@@ -38,6 +38,11 @@ class Generator(Instrument):
         self._output_on = False
         self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
 
+    def switch_off(self) -> None:
+        """Output to zero without the source, which has failed; settings stay."""
+        self._output_on = False
+        self._applied = Excitation()
+
     def end_message(self) -> None:
         """Apply the generator's settings of one message at one sample."""
         wanted = self._excitation if self._output_on else Excitation()

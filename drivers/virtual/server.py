@@ -42,6 +42,10 @@ class VirtualDevice(Protocol):
         """The source has come to its end."""
         ...
 
+    def fail(self, reason: str) -> None:
+        """The source has failed, and says why."""
+        ...
+
     def service(self) -> bool:
         """Receive, answer, send, never wait; whether anything moved."""
         ...
@@ -87,10 +91,12 @@ def serve(
     speed: float | None,
     faults: FaultPlan,
     stopping: Callable[[], bool],
+    on_failure: Callable[[str], None] | None = None,
 ) -> int:
     """Serve until told to stop.
 
-    The source advances only while a client listens: the rig rests between runs.
+    The source advances only while a client listens: the rig rests between runs.  If it fails, the instruments stay
+    and say so.
 
     Parameters
     ----------
@@ -104,6 +110,8 @@ def serve(
         Faults of sensors, and of the lines by name of the device.
     stopping
         Asked at every turn, at least every 20 ms.
+    on_failure
+        Told in words when the source has failed.
 
     Returns
     -------
@@ -111,7 +119,15 @@ def serve(
         How often the machine was more than a second late for the wanted speed.
     """
     pace = _Pace(speed) if speed else None
+    failed = False
     while not stopping():
+        if bool(feed.failure) != failed:
+            failed = not failed
+            if failed:
+                for device in devices:
+                    device.fail(feed.failure)
+                if on_failure is not None:
+                    on_failure(feed.failure)
         moved = sum(device.service() for device in devices) > 0  # all of them, not the first that moved
         listening = [device for device in devices if device.listening]
         wait_s = IDLE_WAIT_S

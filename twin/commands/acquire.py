@@ -77,7 +77,8 @@ def command(
         try:
             with writer:
                 if procedure is None:
-                    ended: dict[str, Any] = {"state": _record(acquisition, sink, seconds), "reason": "", "steps": 0}
+                    state, reason = _record(acquisition, sink, seconds)
+                    ended: dict[str, Any] = {"state": state, "reason": reason, "steps": 0}
                 else:
                     result = _run(procedure, acquisition, sink)
                     ended = {"state": result.state, "reason": result.reason, "steps": len(result.steps)}
@@ -86,6 +87,9 @@ def command(
             if not sink.samples:
                 out.unlink(missing_ok=True)  # nothing was measured: leave nothing behind
             raise
+        except TimeoutError as error:
+            out.unlink(missing_ok=True)
+            raise InputError(instruments, "", str(error), "are the instruments still on?") from error
     return _tell(out, sink, ended, as_json)
 
 
@@ -198,18 +202,18 @@ def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink)
     return result
 
 
-def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | None) -> str:
-    """Record what comes, with the generator off; how it ended."""
+def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | None) -> tuple[str, str]:
+    """Record what comes, with the generator off; how it ended, and why if something is wrong."""
     from drivers.host import StreamEndedError
 
     def drain() -> None:
         for event in acquisition.take_events():
             sink.write_event(event)
 
-    state = "done"
+    state, reason = "done", ""
     start_ns: int | None = None
-    acquisition.start()
     try:
+        acquisition.start()
         with progress_bar() as bar:
             task = bar.add_task("recording", total=seconds)
             while True:
@@ -227,12 +231,11 @@ def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | N
     except KeyboardInterrupt:
         state = "interrupted"
     except TimeoutError as error:
-        console.print(f"twin: {error}")
-        state = "aborted"
+        state, reason = "aborted", str(error)
     finally:
         acquisition.stop()
         drain()
-    return state
+    return state, reason
 
 
 def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) -> int:

@@ -78,7 +78,9 @@ def serve_source(
     )
     multiple = _parse_speed(speed)
     parsed_faults = [parse_fault(fault) for fault in faults]
-    rig = VirtualRig(open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed)
+    rig = VirtualRig(
+        open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source
+    )
     previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         if instruments_out is not None:
@@ -88,13 +90,18 @@ def serve_source(
         else:
             for entry in rig.ready:
                 click.echo(json.dumps({"event": "ready", **entry}))
-        slips = rig.serve(lambda: bool(told_to_stop))
+        slips = rig.serve(lambda: bool(told_to_stop), on_failure=_tell_failure)
     finally:
         rig.close()
         for number, handler in previous.items():
             signal.signal(number, handler)
     if slips:
         console.print(f"this machine was too slow for the wanted speed, {slips} time(s) by more than a second")
+
+
+def _tell_failure(reason: str) -> None:
+    line = f"twin: the rig has stopped: {reason}; the instruments stay, and start anew at a client's next start"
+    console.print(line, markup=False, soft_wrap=True)
 
 
 def _parse_speed(text: str) -> float | None:
