@@ -1,0 +1,53 @@
+"""Peaks cut off are seen, at the value they are cut at; loud signals that are whole are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from twin.diagnose.signals.clipping import find_clipping
+
+LIMIT = 9.0
+
+
+@pytest.fixture
+def cut(synthetic):
+    """A sweep whose second accelerometer limits, as the resonance is passed."""
+    samples = synthetic.converted(synthetic.stepped_sine(21))
+    return samples | {"acc2": np.clip(samples["acc2"], -LIMIT, LIMIT)}
+
+
+def test_a_channel_that_limits_is_named_with_its_limit(synthetic, cut):
+    (finding,) = find_clipping([synthetic.run(cut)])
+    assert finding.cause == "clipping"
+    assert finding.names == {"channel": "acc2"}
+    assert finding.values["limit"] == pytest.approx(LIMIT, rel=1e-4)
+    assert f"{LIMIT:g}" in finding.summary
+
+
+def test_samples_on_the_limit_are_spoilt_and_no_others(synthetic, cut):
+    (finding,) = find_clipping([synthetic.run(cut, path="a.mcap")])
+    assert finding.spoilt["a.mcap"].tolist() == np.flatnonzero(np.abs(cut["acc2"]) >= LIMIT * (1 - 1e-6)).tolist()
+
+
+def test_the_run_that_limits_is_the_one_that_is_spoilt(synthetic, cut):
+    quiet = synthetic.run(synthetic.converted(synthetic.stepped_sine(22)), path="quiet.mcap")
+    (finding,) = find_clipping([quiet, synthetic.run(cut, path="loud.mcap")])
+    assert set(finding.spoilt) == {"loud.mcap"}
+
+
+def test_whole_signals_are_no_alarm(clean_runs):
+    for runs in clean_runs:
+        assert find_clipping(runs) == []
+
+
+def test_a_dead_channel_is_not_one_that_limits(synthetic):
+    samples = synthetic.converted(synthetic.stepped_sine(23))
+    assert find_clipping([synthetic.run(samples | {"acc1": 0 * samples["acc1"]})]) == []
+
+
+def test_a_few_knocks_on_the_limit_are_not_clipping(synthetic):
+    """Single samples that reach it do not follow one another."""
+    samples = synthetic.converted(synthetic.stepped_sine(24))
+    samples["acc1"][1000::2000] = synthetic.ranges["acc1"]
+    assert find_clipping([synthetic.run(samples)]) == []

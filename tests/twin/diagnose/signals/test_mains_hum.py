@@ -1,0 +1,54 @@
+"""A line of the mains is seen through sines and noise, with its amplitude; the sines' own harmonics are not hum."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from twin.diagnose.signals.mains_hum import find_mains_hum
+
+
+def humming(synthetic, seed, frequency_Hz, amplitude):
+    """A sweep with hum on the first accelerometer."""
+    samples = synthetic.converted(synthetic.stepped_sine(seed))
+    t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
+    return {
+        "force": samples["force"],
+        "acc1": samples["acc1"] + amplitude * np.cos(2 * np.pi * frequency_Hz * t + seed),
+    }
+
+
+@pytest.mark.parametrize("frequency_Hz", [50.0, 60.0, 150.0])
+def test_hum_far_below_the_samples_noise_is_found(synthetic, frequency_Hz):
+    """A third of the noise's rms: two thousand samples a step bring it out."""
+    amplitude = 0.3 * synthetic.noise["acc1"]
+    (finding,) = find_mains_hum([synthetic.run(humming(synthetic, 41, frequency_Hz, amplitude))])
+    assert finding.cause == "mains-hum"
+    assert finding.names == {"channel": "acc1"}
+    assert finding.values["frequency_Hz"] == frequency_Hz
+    assert finding.values["amplitude"] == pytest.approx(amplitude, abs=4 * finding.std["amplitude"])
+
+
+def test_its_amplitude_is_as_uncertain_as_stated(synthetic):
+    """Over a dozen sweeps with noise of their own."""
+    amplitude = 0.5 * synthetic.noise["acc1"]
+    found = [find_mains_hum([synthetic.run(humming(synthetic, seed, 50.0, amplitude))]) for seed in range(50, 62)]
+    errors = np.array([(f.values["amplitude"] - amplitude) / f.std["amplitude"] for (f,) in found])
+    assert np.sqrt(np.mean(errors**2)) < 2.0
+
+
+def test_sweeps_and_noise_without_hum_are_no_alarm(clean_runs):
+    for runs in clean_runs:
+        assert find_mains_hum(runs) == []
+
+
+def test_a_sweep_about_the_mains_frequency_is_no_hum(synthetic):
+    """Steps at 25 and 50 Hz have their own lines where the mains would be."""
+    frequencies = np.concatenate([np.linspace(24.6, 25.4, 9), np.linspace(49.6, 50.4, 9)])
+    samples = synthetic.converted(synthetic.stepped_sine(42, frequencies_Hz=frequencies))
+    assert find_mains_hum([synthetic.run(samples, frequencies)]) == []
+
+
+def test_broadband_runs_alone_say_nothing_of_hum(synthetic):
+    samples = synthetic.converted(synthetic.random(43))
+    assert find_mains_hum([synthetic.run(samples, [0.0], step_s=12.0)]) == []
