@@ -167,8 +167,8 @@ def _cubic(d: _Dice) -> dict[str, float | str]:
 
 def _friction(d: _Dice) -> dict[str, float | str]:
     """A friction spring that begins to slip within the amplitudes of the steel rig's sweeps."""
-    stiffness = float(d.size(1e8, 2.5e8))
-    return {"stiffness_N_per_m": stiffness, "slip_force_N": stiffness * d.plain(2e-7, 4e-7)}
+    stiffness = float(d.size(3e8, 5e8))
+    return {"stiffness_N_per_m": stiffness, "slip_force_N": stiffness * d.plain(1.8e-7, 2.8e-7)}
 
 
 def _offset(d: _Dice) -> dict[str, float | str]:
@@ -203,7 +203,7 @@ SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
         "normal_factor": d.lost(0.2, 0.4),
         "shear_factor": d.lost(0.2, 0.4),
     },
-    "joint-slap": lambda d: {"gap_m": d.plain(3e-7, 8e-7), "stiffness_factor": d.lost(0.06, 0.14)},
+    "joint-slap": lambda d: {"gap_m": d.plain(1.5e-7, 4e-7), "stiffness_factor": d.lost(0.08, 0.16)},
     "joint-friction": _friction,
     "joint-uneven": lambda d: {"gradient": float(np.clip(d.signed(0.8, 1.5), -1.8, 1.8))},
     "preload-loss": lambda d: {"rate_per_s": d.size(1e-4, 3e-4)},

@@ -14,12 +14,16 @@ from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.prediction import Predictor
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
+from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Blame", "Candidate", "extension_of", "fit_candidate"]
 
 Array = NDArray[Any]
+
+REWEIGHTED = 2
+"""Fits of one candidate, each with the weights that the last one's law gives the steps."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,7 @@ def fit_candidate(
     slack: Slack = TIGHT,
     iterations: int = 20,
     tolerance: float = 0.1,
+    held: str = "",
 ) -> Candidate:
     """Refit the base family together with the causes' parameters.
 
@@ -93,8 +98,15 @@ def fit_candidate(
         How much the models may be wrong beyond their noise.
     iterations, tolerance
         Of the Gauss-Newton search.
+    held
+        Parameter of the last cause that keeps its value.
     """
-    slots = [(i, p) for i, blame in enumerate(blames) for p in blame.cause.parameters(evidence, blame.label)]
+    slots = [
+        (i, p)
+        for i, blame in enumerate(blames)
+        for p in blame.cause.parameters(evidence, blame.label)
+        if i < len(blames) - 1 or p.name != held
+    ]
     base_mean, base_precision = Predictor(evidence, slack=slack).prior(start)
     count = len(base_mean)
     # Parameters in units of their scale, so that one step length suits all.
@@ -121,7 +133,7 @@ def fit_candidate(
 
     def residual(x: Array, *, sensitivities: bool) -> tuple[Array, Array]:
         extension = extension_of(evidence, with_values(x))
-        predictor = Predictor(evidence, extension, harmonics, slack=slack)
+        predictor = Predictor(evidence, extension, harmonics, slack=slack, step_factor=factor)
         prediction = predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
         return prediction.residual, prediction.jacobian
 
@@ -135,16 +147,21 @@ def fit_candidate(
             columns[:, k] = (r - residual(moved, sensitivities=False)[0]) / step
         return r, np.hstack([J, columns])
 
-    solution = minimise(
-        evaluate,
-        x0,
-        mean=mean,
-        precision=precision,
-        bounds=(lower, upper),
-        iterations=iterations,
-        tolerance=tolerance,
-        largest_step=largest,
-    )
+    x, factor = x0, None
+    for _ in range(REWEIGHTED):
+        predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics, slack=slack)
+        factor = predictor.step_factor(start.with_vector(x[:count]))
+        solution = minimise(
+            evaluate,
+            x,
+            mean=mean,
+            precision=precision,
+            bounds=(lower, upper),
+            iterations=iterations,
+            tolerance=tolerance,
+            largest_step=largest,
+        )
+        x = solution.x
     std = np.sqrt(np.diag(solution.covariance))[count:] * scales
     final = []
     for i, blame in enumerate(with_values(solution.x)):

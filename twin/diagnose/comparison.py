@@ -10,11 +10,16 @@ from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Candidate, extension_of
 from twin.identify.evidence import Evidence
-from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.harmonics import LINEAR_ERROR
+from twin.identify.prediction import Predictor
+from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["SweepComparison", "compare_sweeps", "predicted_steps", "relative_errors"]
+__all__ = ["SweepComparison", "compare_sweeps", "noise_floors", "predicted_steps", "relative_errors"]
 
 Array = NDArray[Any]
+
+CLEAR = 10.0
+"""Standard deviations a second harmonic must have to be held against a model."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,19 +67,49 @@ def predicted_harmonics(evidence: Evidence, model: Candidate, harmonics: Harmoni
     return predictor.extra_harmonics(model.unknowns, R)
 
 
-def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals | None) -> Array:
-    """Root of the summed squared errors of fundamental and second harmonic, relative to the fundamental, (s, o).
+def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> dict[int, Array]:
+    """Errors of the complex response relative to itself, by harmonic.
 
-    Odd harmonics are left out, since the joint's own law makes them in a way the model does not predict; so are higher
-    even ones, because they fall near resonances, where a hundredth of the frequency decides how large they are.
+    Harmonic 1 is the fundamental at every step and channel, (s o,); harmonic 2 is there where it :func:`stands_out`,
+    less the linear response to the force's own.  Odd harmonics are left out, since the joint's own law makes them in a
+    way the model does not predict; so are higher even ones, because they fall near resonances, where a hundredth of the
+    frequency decides how large they are.
     """
     steps = evidence.steps
-    fundamental = predicted_steps(evidence, model) * steps.force[:, :1] - steps.response[:, :, 0]
-    square = np.abs(fundamental) ** 2
-    if harmonics is not None:
-        left = harmonics.residual - predicted_harmonics(evidence, model, harmonics)
-        square = square + np.sum(np.abs(left[:, harmonics.orders == 2]) ** 2, axis=1)
-    return np.sqrt(square) / np.abs(steps.response[:, :, 0])
+    fundamental = predicted_steps(evidence, model) * steps.force[:, :1] / steps.response[:, :, 0] - 1
+    errors = {1: np.abs(fundamental).ravel()}
+    out = stands_out(evidence, harmonics)
+    if out.any():
+        second = harmonics.orders == 2
+        measured = harmonics.residual[:, second][:, 0]
+        predicted = predicted_harmonics(evidence, model, harmonics)[:, second][:, 0]
+        errors[2] = np.abs(predicted[out] / measured[out] - 1)
+    return errors
+
+
+def stands_out(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
+    """Where (s, o) the second harmonic is :data:`CLEAR` times its noise, and so has a relative error to speak of.
+
+    It must also be beyond what the force's own second harmonic, which no model has to predict, could make of it.
+    """
+    steps = evidence.steps
+    residual = harmonics.residual[:, harmonics.orders == 2][:, 0]
+    linear = LINEAR_ERROR * np.abs(steps.response[:, :, 1] - residual)
+    noise = CLEAR * np.sqrt(np.nan_to_num(steps.response_variance[:, :, 1], nan=np.inf))
+    return np.asarray(np.abs(residual) > np.maximum(noise, linear))
+
+
+def noise_floors(evidence: Evidence, harmonics: HarmonicResiduals) -> dict[int, Array]:
+    """The relative errors that a perfect model would have, as :func:`relative_errors`."""
+    steps = evidence.steps
+    shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2
+    own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
+    floors = {1: np.sqrt(own + shared[:, None]).ravel()}
+    out = stands_out(evidence, harmonics)
+    if out.any():
+        measured = np.abs(harmonics.residual[:, harmonics.orders == 2][:, 0])
+        floors[2] = np.sqrt(steps.response_variance[:, :, 1][out]) / measured[out]
+    return floors
 
 
 def compare_sweeps(evidence: Evidence, before: Candidate, after: Candidate) -> tuple[SweepComparison, ...]:

@@ -13,10 +13,10 @@ import numpy as np
 from recordings.run import Run
 from twin.diagnose.candidate import Candidate
 from twin.diagnose.causes import CAUSES
-from twin.diagnose.comparison import compare_sweeps, relative_errors
+from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.next_test import plan_next_test
-from twin.diagnose.result import Diagnosis, Gain, Misfit
+from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Report, Search, search_causes
 from twin.diagnose.signals import find_unsettled, inspect_signals, without_spoilt
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
@@ -121,19 +121,22 @@ def _gain(
     unseen: Evidence, before: Candidate, after: Candidate, runs: tuple[str, ...], sweeps: tuple[str, ...]
 ) -> Gain:
     harmonics = harmonic_residuals(Predictor(unseen), before.unknowns)
-    steps = unseen.steps
-    noise = np.sum(steps.response_variance[:, :, :2], axis=2) / np.abs(steps.response[:, :, 0]) ** 2
-    shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2
-    before_rms, after_rms = (
-        float(np.sqrt(np.mean(relative_errors(unseen, model, harmonics) ** 2))) for model in (before, after)
-    )
+    errors = [relative_errors(unseen, model, harmonics) for model in (before, after)]
+    columns = [*errors, noise_floors(unseen, harmonics)]
+    parts = {
+        harmonic: HeldOutError(*(_rms(column[harmonic]) for column in columns), count=len(errors[0][harmonic]))
+        for harmonic in errors[0]
+    }
     return Gain(
-        before=before_rms,
-        after=after_rms,
-        noise_floor=float(np.sqrt(np.mean(noise + shared[:, None]))),
+        *(_rms(np.concatenate(list(column.values()))) for column in columns),
+        by_harmonic=parts,
         runs=tuple(Path(run).name for run in runs),
-        sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in steps.states)),
+        sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
     )
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _set_aside(evidence: Evidence) -> tuple[Evidence, Evidence | None, tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from twin.diagnose.comparison import SweepComparison
@@ -54,15 +54,35 @@ class Misfit:
     where: tuple[dict[str, Any], ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Gain:
-    """Root-mean-square relative errors of the complex response over held-out steps."""
+@dataclass(frozen=True)
+class HeldOutError:
+    """Root-mean-square relative errors over held-out steps, and what a perfect model would leave."""
 
     before: float
     after: float
     noise_floor: float
-    runs: tuple[str, ...]
-    sweeps: tuple[str, ...]
+    count: int = field(kw_only=True)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Root-mean-square relative errors of the complex response over held-out steps.
+
+    The response is the fundamental and, where it stands out of its noise, the second harmonic: each error is relative
+    to its own harmonic, and all count alike.
+
+    Attributes
+    ----------
+    by_harmonic
+        The same of each harmonic alone.
+    """
+
+    before: float
+    after: float
+    noise_floor: float
+    by_harmonic: dict[int, HeldOutError] = field(kw_only=True)
+    runs: tuple[str, ...] = field(kw_only=True)
+    sweeps: tuple[str, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +158,7 @@ class Diagnosis:
                     "after": self.gain.after,
                     "noise_floor": self.gain.noise_floor,
                 },
+                "by_harmonic": {str(harmonic): asdict(part) for harmonic, part in self.gain.by_harmonic.items()},
                 "runs": list(self.gain.runs),
                 "sweeps": list(self.gain.sweeps),
             },

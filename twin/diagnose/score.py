@@ -18,8 +18,9 @@ from scipy.linalg import cho_factor, cho_solve
 from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.evidence import Evidence
-from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.prediction import Predictor
 from twin.identify.unknowns import TIGHT, Slack
+from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]
 

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause
+from twin.diagnose.profile import along_profile
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.identify.base_fit import fit_base, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
+from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Search", "Stage", "search_causes", "without_cause"]
 
@@ -31,6 +34,8 @@ SIFTED = SLACKS.index(Slack(7e-4, 20.0))
 """Rival models are compared from this slack on; with more, those that fit best are not yet the right ones."""
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
+RIVAL = 3.0
+"""Chi2 over the best finalist's up to which another is searched along its profile."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
 LEAST_SHARE = 0.02
@@ -107,7 +112,12 @@ def search_causes(
         finalists = []
         for trial in trials:
             report(f"refitting {trial.blames[-1].key} to all evidence")
-            finalists.append(fit_candidate(evidence, harmonics, trial.unknowns, trial.blames, tolerance=0.3))
+            valleys = [trial]
+            if trial.chi2_per_dof < RIVAL * trials[0].chi2_per_dof:
+                begin = partial(_with_own_law, thinner, thin_harmonics, slack=TIGHT)
+                valleys = along_profile(thinner, thin_harmonics, trial, begin=begin)
+            fits = [fit_candidate(evidence, harmonics, v.unknowns, v.blames, tolerance=0.3) for v in valleys]
+            finalists.append(max(fits, key=lambda fit: fit.log_evidence))
         finalists.sort(key=lambda c: -c.log_evidence)
         if finalists:
             temper = finalists[0].chi2_per_dof

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from twin.identify.evidence import Evidence
-from twin.identify.prediction import HarmonicResiduals
+from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["thin_evidence"]
 

@@ -21,11 +21,13 @@ __all__ = ["fit_base", "starting_unknowns", "stepwise_law", "unknowns_bounds"]
 
 Array = NDArray[Any]
 
+REWEIGHTED = 2
+"""Fits with each slack, each with the weights that the last one's law gives the steps."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
 
-def starting_unknowns(evidence: Evidence, *, knots: int = 14, extension: Extension | None = None) -> Unknowns:
+def starting_unknowns(evidence: Evidence, *, knots: int = 20, extension: Extension | None = None) -> Unknowns:
     """Base parameters of the broadband fit, else what is believed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
     law = SplineLaw.zero(choose_knots(evidence.steps.amplitude_m, knots))
@@ -112,8 +114,9 @@ def fit_base(
         vector = unknowns.vector
         vector[held] = 0.0
         unknowns = unknowns.with_vector(vector)
-    for slack in slacks:
-        predictor = Predictor(evidence, extension, slack=slack)
+    for slack in (slack for slack in slacks for _ in range(REWEIGHTED)):
+        factor = Predictor(evidence, extension, slack=slack).step_factor(unknowns)
+        predictor = Predictor(evidence, extension, slack=slack, step_factor=factor)
         mean, precision = predictor.prior(unknowns)
         mean[held], precision[held, held] = 0.0, HELD_PRECISION
 

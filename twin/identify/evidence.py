@@ -139,11 +139,12 @@ def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None
     model = build_linear_model(rig, list(outputs), preload=preload)
     believed = believed_parameters(rig, preload)
     binned, fit = [], None
+    used = [force, *(output.channel for output in outputs)]
     for run in runs:
-        for record in broadband_records(run):
+        for record in broadband_records(run, channels=used):
             data, fit = reduce_broadband(model, record, believed, force=force)
             binned.append(data)
-    states = [state for run in runs for state in steady_states(run, channels=[force, *(o.channel for o in outputs)])]
+    states = [state for run in runs for state in steady_states(run, channels=used)]
     if not binned and not states:
         raise InputError(
             first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"

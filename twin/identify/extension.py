@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twin.structure import Structure
 
-__all__ = ["Attachment", "Extension", "NonlinearForce"]
+__all__ = ["Attachment", "Extension", "JointState", "NonlinearForce"]
 
 Array = NDArray[Any]
 
@@ -36,6 +36,23 @@ class Attachment:
 
 
 @dataclass(frozen=True)
+class JointState:
+    """What surrounds the joint's opening at each step.
+
+    Attributes
+    ----------
+    left : ndarray, (f,)
+        Share of the layer's linear normal stiffness that the joint's law has left.
+    compliance : ndarray, (f, 1 + H)
+        Rms opening in the shape of mode 1 at 0 ... H times the drive frequency, by a unit force on it times the linear
+        stiffness.
+    """
+
+    left: Array
+    compliance: Array
+
+
+@dataclass(frozen=True)
 class NonlinearForce:
     """A force on one port that depends on that port's motion.
 
@@ -47,12 +64,12 @@ class NonlinearForce:
         Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion.
     harmonics : callable
         Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,); its third
-        argument is what the joint's law has left of the layer's normal stiffness at each (f,).
+        argument is what surrounds the joint.
     """
 
     row: Callable[[Structure], Array]
     equivalent: Callable[[Array, Array], Array]
-    harmonics: Callable[[Array, int, Array], Array]
+    harmonics: Callable[[Array, int, JointState], Array]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -88,10 +88,14 @@ def minimise(
     for _ in range(iterations):
         A = J.T @ J + precision
         gradient = J.T @ residual - precision @ (x - mean)
+        # A parameter that its limit holds back takes no part: the others' steps would else count on its moving.
+        free = ~(((x <= lower) & (gradient < 0)) | ((x >= upper) & (gradient > 0)))
+        block = np.ix_(free, free)
         accepted = False
         for _trial in range(10):
             scaled = A + damping * np.diag(np.diag(A))
-            step = np.linalg.solve(scaled, gradient)
+            step = np.zeros(len(x))
+            step[free] = np.linalg.solve(scaled[block], gradient[free])
             if largest_step is not None:
                 step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
             trial = np.clip(x + step, lower, upper)

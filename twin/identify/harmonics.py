@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.evidence import HARMONICS
-from twin.identify.prediction import HarmonicResiduals, Predictor
+from twin.identify.prediction import Predictor
 from twin.identify.unknowns import Unknowns
+from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["harmonic_residuals"]
+__all__ = ["LINEAR_ERROR", "harmonic_residuals", "opening_compliance"]
 
 Array = NDArray[Any]
 
@@ -21,6 +22,8 @@ EVEN_ERROR = 0.15
 """Relative error of any model of the even harmonics: one coordinate stands for the joint."""
 RESONANCE_ERROR = 0.01
 """Relative error of the higher natural frequencies at large amplitudes: it matters to harmonics that fall near them."""
+BALANCED = 13
+"""Harmonics of the opening that are balanced: those beyond the measured ones still move them."""
 LINEAR_ERROR = 0.1
 """Relative error of the response to the force's own harmonics, some of which fall near other resonances."""
 
@@ -53,7 +56,27 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     even = _even_error(predictor, unknowns, orders, joint, size)
     tolerance = np.where(odd, SIGNATURE_ERROR**2 * size[..., None, None], even[..., None, None]) * np.eye(outputs)
     covariance = covariance + odd * anything + tolerance
-    return HarmonicResiduals(orders, residual, np.linalg.cholesky(covariance), field)
+    return HarmonicResiduals(
+        orders, residual, np.linalg.cholesky(covariance), field, opening_compliance(predictor, unknowns)
+    )
+
+
+def opening_compliance(predictor: Predictor, unknowns: Unknowns) -> Array:
+    """Opening (s, 1 + BALANCED) at multiples 0, 1 ... of the drive frequency by a unit force on it.
+
+    The force and the opening are in the shape of mode 1, and the result is in units of the layer's linear stiffness;
+    the layer has its secant stiffness at each step's amplitude.
+    """
+    steps, model = predictor.evidence.steps, predictor.model
+    time = steps.time_s - predictor.evidence.origin_s
+    dE, dG = predictor.moduli_changes(unknowns, steps.amplitude_m, time)
+    opening = model.ports.rows[model.ports.normal] @ model.basis.Phi[:, 0]
+    opening = opening / np.linalg.norm(opening)
+    out = []
+    for h in range(BALANCED + 1):
+        R = predictor.receptance(h * predictor.clock(steps.omega, time), unknowns.base, dE, dG)
+        out.append(np.einsum("a,sab,b->s", opening, R[:, model.ports.normal, model.ports.normal], opening))
+    return np.asarray(model.reference_E * np.stack(out, axis=1))
 
 
 def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: Array, size: Array) -> Array:

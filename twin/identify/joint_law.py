@@ -21,7 +21,7 @@ __all__ = ["SplineLaw", "choose_knots"]
 Array = NDArray[Any]
 
 
-def choose_knots(amplitude_m: Array, count: int = 14) -> Array:
+def choose_knots(amplitude_m: Array, count: int) -> Array:
     """Knots over the measured amplitudes, evenly spaced in their square root.
 
     The law is steepest near the largest amplitudes, where a sweep has fewest steps: knots spaced evenly in the

@@ -175,10 +175,16 @@ class LinearModel:
         """Frequency responses (f, o) of the outputs per unit drive force, from receptances R."""
         return R[:, self.ports.outputs, self.ports.drive] * self.to_quantity(omega)
 
-    def sensitivity(self, R: Complex, omega: Real, base: BaseParameters) -> Complex:
-        """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances."""
+    def sensitivity(self, R: Complex, omega: Real, base: BaseParameters, *, into: Complex | None = None) -> Complex:
+        """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances.
+
+        Parameters
+        ----------
+        into : ndarray, (f, p)
+            Displacements of the ports by whatever drives the rig; a unit force at the drive by default.
+        """
         p, factor = self.ports, self.to_quantity(omega)[:, :, None]
-        into, out = R[:, :, p.drive], R[:, p.outputs, :]
+        into, out = R[:, :, p.drive] if into is None else into, R[:, p.outputs, :]
         E = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2)[..., None]
         G = -np.sum(out[:, :, p.shear] * into[:, None, p.shear], axis=2)[..., None]
         columns = [

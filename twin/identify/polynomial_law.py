@@ -132,7 +132,7 @@ class PolynomialProblem:
         """All steps of the predictor's evidence."""
         evidence = predictor.evidence
         steps, ref = evidence.steps, evidence.reference
-        law = SplineLaw.zero(choose_knots(steps.amplitude_m))
+        law = SplineLaw.zero(choose_knots(steps.amplitude_m, 20))
         unknowns = stepwise_law(predictor, Unknowns(base, law))
         layer = layer_response(predictor, base, steps.omega, steps.time_s - evidence.origin_s)
         R, omega = predictor.step_receptance(unknowns)

@@ -19,7 +19,8 @@ from twin.identify.extension import Extension
 from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.modal_prediction import ModalResponse
-from twin.identify.prediction import COMMON_ERROR, LAW_ERROR, RATIO_ERROR, Predictor
+from twin.identify.prediction import Predictor
+from twin.identify.whitening import COMMON_ERROR, LAW_ERROR, RATIO_ERROR
 from twin.rigs import Rig
 
 __all__ = ["RigResponse", "blank_evidence"]

@@ -16,51 +16,19 @@ from numpy.typing import NDArray
 
 from twin.identify.evidence import Evidence
 from twin.identify.extended_model import extended_model
-from twin.identify.extension import Extension
+from twin.identify.extension import Extension, JointState
 from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import BaseParameters, believed_parameters
 from twin.identify.receptance import update_receptance
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
+from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
 
-__all__ = ["HarmonicResiduals", "Prediction", "Predictor"]
+__all__ = ["Prediction", "Predictor"]
 
 Array = NDArray[Any]
 
-COMMON_ERROR, RATIO_ERROR = 8e-4, 5e-4
-"""Relative model error of a response that all channels share, and of their ratio: discretisation and truncation."""
-LAW_ERROR, EVEN_LAW_ERROR = 1e-3, 0.5
-"""Relative error of the law at a step, since it is a function of one amplitude and the layer's strains are a field;
-and, for each unit of the response's even harmonics over its fundamental, how much more."""
-
-
-@dataclass(frozen=True)
-class HarmonicResiduals:
-    """Higher harmonics less the linear response to the force's own, and the factors that whiten them.
-
-    Attributes
-    ----------
-    orders : ndarray, (h,)
-    residual : ndarray, (s, h, o)
-    cholesky : ndarray, (s, h, o, o)
-        Of their covariance: noise, the error of the linear part, and, in odd harmonics, anything at all in the
-        direction of the joint's own signature, since the time form of the joint's law is not known beforehand.
-    field : ndarray, (s, h, o, n)
-        Response of the outputs to unit forces on all degrees of freedom, of the fitted base model.
-    """
-
-    orders: Array
-    residual: Array
-    cholesky: Array
-    field: Array
-
-    def select(self, keep: Array) -> HarmonicResiduals:
-        """The steps where `keep` is true."""
-        return HarmonicResiduals(self.orders, self.residual[keep], self.cholesky[keep], self.field[keep])
-
-    def whiten(self, values: Array) -> Array:
-        """Real vector of whitened values (s, h, o)."""
-        white = np.linalg.solve(self.cholesky, values[..., None])[..., 0].ravel()
-        return np.concatenate([white.real, white.imag]) * np.sqrt(2.0)
+SHARE_STD = 0.1
+"""Of the shares that say where in the layer the law acts; zero is the papers' softening of E' and loss in G'."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +65,13 @@ class Predictor:
         harmonics: HarmonicResiduals | None = None,
         *,
         slack: Slack = TIGHT,
+        step_factor: Array | None = None,
     ) -> None:
         self.evidence = evidence
         self.extension = extension or Extension()
         self.harmonics = harmonics
         self.slack = slack
+        self._factor = step_factor
         self.model = extended_model(evidence, self.extension)
         E, G = self.model.reference_E, self.model.reference_G
         phi = self.model.basis.Phi[:, 0]
@@ -126,7 +96,7 @@ class Predictor:
             block = slice(offset, offset + k)
             second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
             precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / 0.5**2) / scale**2
-        precision[-2, -2] = precision[-1, -1] = 1 / 0.5**2
+        precision[-2, -2] = precision[-1, -1] = 1 / SHARE_STD**2
         return np.concatenate([mean, np.zeros(2 * k + 2)]), precision
 
     def moduli_changes(self, unknowns: Unknowns, X: Array, time_s: Array) -> tuple[Array, Array]:
@@ -217,9 +187,8 @@ class Predictor:
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(unknowns.vector)))
         if sensitivities:
-            plain = self.model.response(R, omega)
-            J = whiten(covariance, self.model.sensitivity(R, omega, unknowns.base) / plain[:, :, None])
-            J = J.reshape(len(r), -1)
+            change = self._measured_change(self._base_sensitivity(R, omega, unknowns, time), omega)
+            J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
@@ -236,8 +205,29 @@ class Predictor:
         H = self.responses(R, omega)
         predicted = H * steps.force[:, :1]
         r = np.log(steps.response[:, :, 0] / predicted)
-        J = self._step_sensitivity(R, omega, unknowns, steps.amplitude_m)
-        return _whiten_steps(r, J, steps, self._law_columns(unknowns), self.slack.error_scale, sensitivities)
+        wanted = sensitivities or self._factor is None
+        J = self._step_sensitivity(R, H, omega, unknowns) if wanted else np.zeros((*r.shape, len(unknowns.vector)))
+        factor = self._law_factor(J, unknowns) if self._factor is None else self._factor
+        white = np.linalg.solve(factor, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0].ravel()
+        if not sensitivities:
+            return white, np.zeros((len(white), J.shape[2]))
+        return white, np.linalg.solve(factor, np.concatenate([J.real, J.imag], axis=1)).reshape(-1, J.shape[2])
+
+    def step_factor(self, unknowns: Unknowns) -> Array | None:
+        """Cholesky factors (s, 2 o, 2 o) of the steps' covariance, which depends on the law; None without steps.
+
+        Given to another predictor it is held: a fit whose weights moved with its parameters would creep.
+        """
+        if not len(self.evidence.steps):
+            return None
+        R, omega = self.step_receptance(unknowns)
+        return self._law_factor(self._step_sensitivity(R, self.responses(R, omega), omega, unknowns), unknowns)
+
+    def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
+        n, k = len(unknowns.base.vector), len(unknowns.law.knots)
+        by_softening = J[:, :, n : n + k] @ unknowns.law.softening
+        by_loss = J[:, :, n + k : n + 2 * k] @ unknowns.law.loss
+        return step_factor(self.evidence.steps, (by_softening, by_loss), self.slack.error_scale)
 
     def extra_harmonics(self, unknowns: Unknowns, R: Array) -> Array:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
@@ -256,15 +246,40 @@ class Predictor:
         r = self.harmonics.whiten(residual)
         return r, np.zeros((len(r), len(unknowns.vector)))
 
-    def _step_sensitivity(self, R: Array, omega: Array, unknowns: Unknowns, X: Array) -> Array:
-        """D log response / d unknowns, (s, o, u)."""
-        p = self.model.ports
-        H = self.model.response(R, omega)[:, :, None]
-        base = self.model.sensitivity(R, omega, unknowns.base)
-        into, out = R[:, :, p.drive], R[:, p.outputs, :]
+    def _driven(self, R: Array, omega: Array) -> Array:
+        """Displacements (f, p) of all ports by a unit drive force, with the inertia load of a clamp that moves."""
+        into, p = R[:, :, self.model.ports.drive], self.model.ports
+        if self.extension.base_receptance == 0.0:
+            return into
+        return into + self.extension.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
+
+    def _measured_change(self, change: Array, omega: Array) -> Array:
+        """Changes (f, o, u) of the structure's responses as the channels show them."""
+        outputs, force = self.channel_factors(omega)
+        change = (outputs / force[:, None])[:, :, None] * change
+        names = self.evidence.channels
+        for channel, source, part in self.extension.cross_talk:
+            if channel in names and source in names:
+                change[:, names.index(channel)] += part * change[:, names.index(source)]
+        return change
+
+    def _base_sensitivity(self, R: Array, omega: Array, unknowns: Unknowns, time_s: Array) -> Array:
+        """D response / d base parameters (f, o, b): the extension's factors on the moduli are factors on theirs."""
+        change = self.model.sensitivity(R, omega, unknowns.base, into=self._driven(R, omega))
+        more_E, more_G = self.extension.moduli_factor
+        change[:, :, [0, 2]] *= (more_E * (1 - self.extension.layer_drift_per_s * time_s))[:, None, None]
+        change[:, :, [1, 3]] *= more_G
+        return change
+
+    def _step_sensitivity(self, R: Array, H: Array, omega: Array, unknowns: Unknowns) -> Array:
+        """D log response / d unknowns, (s, o, u), of measured responses H."""
+        p, steps = self.model.ports, self.evidence.steps
+        base = self._base_sensitivity(R, omega, unknowns, steps.time_s - self.evidence.origin_s)
+        into, out = self._driven(R, omega), R[:, p.outputs, :]
         factor = self.model.to_quantity(omega)
         SE = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2) * factor
         SG = -np.sum(out[:, :, p.shear] * into[:, None, p.shear], axis=2) * factor
+        X = steps.amplitude_m
         B = unknowns.law.basis(X)
         a, b, q = unknowns.softening_in_shear, unknowns.loss_in_normal, self.shear_share
         s, loss = (B @ unknowns.law.softening)[:, None], (B @ unknowns.law.loss)[:, None]
@@ -277,11 +292,7 @@ class Predictor:
             (s * (SE - SG / q))[:, :, None],
             (1j * loss * (q * SE - SG))[:, :, None],
         ]
-        return np.concatenate(columns, axis=2) / H
-
-    def _law_columns(self, unknowns: Unknowns) -> tuple[slice, slice, Array, Array]:
-        n, k = len(unknowns.base.vector), len(unknowns.law.knots)
-        return slice(n, n + k), slice(n + k, n + 2 * k), unknowns.law.softening, unknowns.law.loss
+        return self._measured_change(np.concatenate(columns, axis=2), omega) / H[:, :, None]
 
     @property
     def nonlinear_ports(self) -> slice:
@@ -346,9 +357,10 @@ class Predictor:
         time = steps.time_s - self.evidence.origin_s
         motion = self._port_motion(R, self.clock(steps.omega, time))
         stiffness = unknowns.base.E + self.moduli_changes(unknowns, steps.amplitude_m, time)[0].real
-        left = stiffness / self.moduli[0]
+        assert self.harmonics is not None
+        joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance)
         turn = np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))
-        values = [f.harmonics(np.abs(motion[:, i]), count, left) for i, f in enumerate(self.extension.nonlinear)]
+        values = [f.harmonics(np.abs(motion[:, i]), count, joint) for i, f in enumerate(self.extension.nonlinear)]
         return np.stack(values, axis=1) * turn
 
     def _base_motion(self, R: Array, omega: Array) -> Array | float:
@@ -367,30 +379,3 @@ def _attach(R: Array, ports: slice, Z: Array) -> Array:
     A = np.eye(Z.shape[1]) + R[:, ports, ports] @ Z
     T = Z @ np.linalg.solve(A, np.broadcast_to(np.eye(Z.shape[1]), A.shape))
     return R - R[:, :, ports] @ T @ R[:, ports, :]
-
-
-def _whiten_steps(
-    r: Array, J: Array, steps: Any, law: tuple[slice, slice, Array, Array], error_scale: float, sensitivities: bool
-) -> tuple[Array, Array]:
-    """Whiten the steps' complex log residuals (s, o): noise, shared force noise, model error, the law's own error."""
-    count, outputs = r.shape
-    relative = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
-    shared = (
-        steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
-        + steps.unsettled**2
-        + (error_scale * COMMON_ERROR) ** 2
-    )
-    circular = shared[:, None, None] + (relative + (error_scale * RATIO_ERROR) ** 2)[:, :, None] * np.eye(outputs)
-    covariance = np.zeros((count, 2 * outputs, 2 * outputs))
-    covariance[:, :outputs, :outputs] = covariance[:, outputs:, outputs:] = circular / 2
-    # Even harmonics come of a joint that opens on one side: its law at the fundamental then heeds more than amplitude.
-    even = np.nan_to_num(np.abs(steps.response[:, :, 1::2] / steps.response[:, :, :1]))
-    law_error = np.hypot(LAW_ERROR, EVEN_LAW_ERROR * np.sqrt(np.sum(even**2, axis=2).mean(axis=1)))[:, None]
-    stacked = np.concatenate([J.real, J.imag], axis=1)
-    for block, values in ((law[0], law[2]), (law[1], law[3])):
-        error = law_error * (stacked[:, :, block] @ values)
-        covariance += error[:, :, None] * error[:, None, :]
-    L = np.linalg.cholesky(covariance)
-    white_r = np.linalg.solve(L, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
-    white_J = np.linalg.solve(L, stacked) if sensitivities else np.zeros_like(stacked)
-    return white_r.ravel(), white_J.reshape(-1, J.shape[2])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
 
@@ -27,6 +29,8 @@ class BroadbandRecord:
         Each channel's samples, all of one length, in its unit.
     lost : int
         Samples that were missing; they were filled by interpolation and are counted here.
+    late_s : dict of float
+        How much later than the stretch's start each channel's first sample was taken, by its device's clock.
     """
 
     run: str
@@ -35,6 +39,7 @@ class BroadbandRecord:
     sample_rate_Hz: float
     samples: dict[str, NDArray[np.float64]]
     lost: int
+    late_s: dict[str, float] = field(default_factory=dict)
 
     @property
     def duration_s(self) -> float:
@@ -46,7 +51,8 @@ class BroadbandRecord:
         x = self.samples[channel]
         frequency = np.fft.rfftfreq(len(x), 1 / self.sample_rate_Hz)
         inside = (frequency >= band_Hz[0]) & (frequency <= band_Hz[1])
-        return frequency[inside], (2 * np.fft.rfft(x) / len(x))[inside]
+        turn = np.exp(-2j * np.pi * frequency * self.late_s.get(channel, 0.0))
+        return frequency[inside], (2 * np.fft.rfft(x) / len(x) * turn)[inside]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,24 +64,50 @@ class FrequencyResponse:
     coherence: dict[str, NDArray[np.float64]]
 
 
-def broadband_records(run: Run) -> list[BroadbandRecord]:
-    """The measured broadband stretches of `run`, on the slowest channel's common clock."""
+def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> list[BroadbandRecord]:
+    """The measured broadband stretches of `run`.
+
+    Parameters
+    ----------
+    channels
+        What is wanted; by default all that are sampled as fast as the first one.
+
+    Raises
+    ------
+    InputError
+        If channels that are asked for are not sampled alike, or one of them lost all samples of a stretch.
+    """
+    rates = {name: run.device_of(name).sample_rate_Hz for name in channels or run.channels}
+    rate = next(iter(rates.values()), 0.0)
+    if channels is not None and len(set(rates.values())) > 1:
+        told = ", ".join(f"{name} {value:g}" for name, value in rates.items())
+        raise InputError(run.path, "channels", f"their sample rates differ (Hz: {told})", "record them at one rate")
+    names = [name for name, value in rates.items() if value == rate]
     records = []
     for sweep in sweeps(run):
         for stretch in sweep.stretches:
             if stretch.step.frequency_Hz > 0:
                 continue
-            cut = {name: run.between(name, stretch.start_ns, stretch.stop_ns).astype(float) for name in run.channels}
-            rates = {run.device_of(name).sample_rate_Hz for name in run.channels}
+            cut, late = {}, {}
+            for name in names:
+                device = run.device_of(name)
+                first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
+                cut[name] = device.values[name][first:last].astype(float)
+                late[name] = float(device.times_ns(first, first + 1)[0] - stretch.start_ns) * 1e-9
             length = min(len(x) for x in cut.values())
-            if len(rates) != 1 or length < 64:
+            if length < 64:
                 continue
             lost = 0
             for name, x in cut.items():
                 x = x[:length]
                 missing = ~np.isfinite(x)
                 lost += int(missing.sum())
-                if missing.any() and not missing.all():
+                if missing.all():
+                    place = f"channel {name}"
+                    raise InputError(
+                        run.path, place, f"every sample of sweep {sweep.name} was lost", "leave the run out"
+                    )
+                if missing.any():
                     x[missing] = np.interp(np.flatnonzero(missing), np.flatnonzero(~missing), x[~missing])
                 cut[name] = x
             records.append(
@@ -83,9 +115,10 @@ def broadband_records(run: Run) -> list[BroadbandRecord]:
                     run=run.path,
                     sweep=sweep.name,
                     time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
-                    sample_rate_Hz=rates.pop(),
+                    sample_rate_Hz=rate,
                     samples=cut,
                     lost=lost,
+                    late_s=late,
                 )
             )
     return records
@@ -103,6 +136,7 @@ def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> F
             continue
         S_fx = signal.csd(f, x, **options)[1]
         S_xx = signal.welch(x, **options)[1]
-        H[name] = S_fx / np.maximum(S_ff, np.finfo(float).tiny)
+        turn = np.exp(-2j * np.pi * frequency * (record.late_s.get(name, 0.0) - record.late_s.get(force, 0.0)))
+        H[name] = S_fx / np.maximum(S_ff, np.finfo(float).tiny) * turn
         coherence[name] = np.abs(S_fx) ** 2 / np.maximum(S_ff * S_xx, np.finfo(float).tiny)
     return FrequencyResponse(frequency_Hz=frequency, H=H, coherence=coherence)

@@ -11,8 +11,9 @@ from twin.identify.base_fit import fit_base, starting_unknowns, stepwise_law
 from twin.identify.joint_law import SplineLaw, choose_knots
 from twin.identify.linear_fit import DETUNING_STD
 from twin.identify.linear_model import believed_parameters
-from twin.identify.prediction import COMMON_ERROR, LAW_ERROR, RATIO_ERROR, SHARE_STD, Predictor
+from twin.identify.prediction import SHARE_STD, Predictor
 from twin.identify.unknowns import Unknowns
+from twin.identify.whitening import COMMON_ERROR, LAW_ERROR, RATIO_ERROR
 from twin.joint import Saturating
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig

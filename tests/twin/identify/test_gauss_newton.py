@@ -98,7 +98,6 @@ def test_one_parameter_at_its_limit_leaves_the_others_at_their_best(seed):
     assert found.cost == pytest.approx(cost, rel=1e-6)
 
 
-@pytest.mark.xfail(strict=True, reason="steps cut at a limit go on counting on the parameter that cannot move")
 def test_correlated_parameters_give_way_to_the_one_at_its_limit():
     excess = []
     for seed in range(20):

@@ -13,7 +13,7 @@ from recordings import Run
 from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
-from twin.diagnose.result import Diagnosis, Estimate, Gain, Misfit, NamedCause
+from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
@@ -109,7 +109,14 @@ def diagnosis(run: Run) -> Diagnosis:
                 parameters={name: Estimate(values[name], std[name]) for name in values},
             ),
         ),
-        gain=Gain(before=0.054, after=0.0077, noise_floor=0.0005, runs=("heldout.mcap",), sweeps=("3N-up",)),
+        gain=Gain(
+            0.054,
+            0.0077,
+            0.0005,
+            by_harmonic={1: HeldOutError(0.054, 0.0077, 0.0005, count=82)},
+            runs=("heldout.mcap",),
+            sweeps=("3N-up",),
+        ),
         next_test=None,
         seconds=21.0,
         evidence=evidence,

@@ -10,7 +10,7 @@ import numpy as np
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.opening import opening_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NonlinearForce
+from twin.identify.extension import Extension, JointState, NonlinearForce
 from twin.structure import Structure
 
 __all__ = ["JointSlap"]
@@ -52,8 +52,8 @@ class JointSlap(Cause):
 
 
 def _opening_force(pattern: Any, k: float, gap: float, factor: float) -> NonlinearForce:
-    def harmonics(a: Any, count: int, left: Any) -> Any:
-        return k * opening_harmonics(a, left, gap=gap, factor=factor, count=count)
+    def harmonics(a: Any, count: int, joint: JointState) -> Any:
+        return k * opening_harmonics(a, joint, gap=gap, factor=factor, count=count)
 
     def equivalent(a: Any, omega: Any) -> Any:
         # At the fundamental the slap is one with the joint's law, whose function of amplitude is free to take it in.
