@@ -20,6 +20,7 @@ from recordings.run import Channel
 __all__ = [
     "CHANNELS_LIMIT",
     "FULL_SCALE",
+    "NO_PULSE",
     "PULSE_INTERVAL_NS",
     "QUANTITIES",
     "SAMPLES_PER_FRAME",
@@ -39,6 +40,8 @@ __all__ = [
 
 CHANNELS_LIMIT = 4
 FULL_SCALE = 32767
+NO_PULSE = 0xFFFFFFFF
+"""Pulse number of a time sync that no pulse caused."""
 SAMPLES_PER_FRAME = 30
 PULSE_INTERVAL_NS = 100_000_000
 SAMPLE_FRAME = np.dtype([("counter", "<u4"), ("samples", "<i2", SAMPLES_PER_FRAME)])

@@ -16,6 +16,7 @@ from drivers.bus import open_bus
 from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
+    NO_PULSE,
     SAMPLE_FRAME,
     SAMPLES_PER_FRAME,
     ChannelInfo,
@@ -38,7 +39,6 @@ __all__ = ["CanClient"]
 ATTEMPTS = 4
 BATCH_FRAMES = 512
 CLOCK_TOLERANCE = 1e-3
-NO_PULSE = 0xFFFFFFFF
 SILENCE_S = 3.0
 """Three heartbeats."""
 

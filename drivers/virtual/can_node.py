@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
+    NO_PULSE,
     ChannelInfo,
     Command,
     Heartbeat,
@@ -37,7 +38,6 @@ __all__ = ["CanNode"]
 QUEUE_FRAMES = 4096
 """Memory of the node for frames the bus has not taken; beyond it samples are lost and counted."""
 URGENT_FRAMES = 64
-NO_PULSE = 0xFFFFFFFF
 HEARTBEAT_S = 1.0
 _COMMANDS_A_TURN = 64
 _BUSY = (NodeState.ARMED, NodeState.STREAMING)

@@ -11,7 +11,7 @@ from recordings.assemble import Assembler
 from recordings.limits import Limits
 from recordings.run import DeviceSamples, SampleBlock
 
-__all__ = ["TIME_STEP_NS", "blocks_of", "device_from_rows", "to_float32"]
+__all__ = ["TIME_STEP_NS", "add_rows", "blocks_of", "device_from_rows", "to_float32"]
 
 BLOCK_SAMPLES = 4096
 TIME_STEP_NS = 2
@@ -82,6 +82,27 @@ def device_from_rows(
     """
     if not len(number):
         return None
+    assembler = Assembler(device, Limits())
+    add_rows(assembler, device, sample_rate_Hz, number, time_ns, values, overload)
+    return assembler.finish()
+
+
+def add_rows(
+    assembler: Assembler,
+    device: str,
+    sample_rate_Hz: float,
+    number: NDArray[np.int64],
+    time_ns: NDArray[np.int64],
+    values: Mapping[str, NDArray[np.float32]],
+    overload: Mapping[str, int],
+) -> None:
+    """Rows as of `device_from_rows`, at least one, as blocks to what collects those of the device.
+
+    Raises
+    ------
+    ValueError
+        With the reason, if the rows contradict each other or what was collected before.
+    """
     if not np.isfinite(sample_rate_Hz) or sample_rate_Hz <= 0:
         raise ValueError(f"a sample rate of {sample_rate_Hz} Hz")
     if number[0] < 0 or np.any(number[1:] <= number[:-1]):
@@ -90,7 +111,6 @@ def device_from_rows(
         raise ValueError("a time before 1970")
     stray = np.diff(time_ns) - np.diff(np.rint((number - number[0]) * (1e9 / sample_rate_Hz)).astype(np.int64))
     breaks = 1 + np.flatnonzero((np.diff(number) != 1) | (np.abs(stray) > TIME_STEP_NS))
-    assembler = Assembler(device, Limits())
     left = dict(overload)
     for start, stop in zip([0, *breaks.tolist()], [*breaks.tolist(), len(number)], strict=True):
         for at in range(start, stop, BLOCK_SAMPLES):
@@ -105,4 +125,3 @@ def device_from_rows(
                     samples={name: series[at:until] for name, series in values.items()},
                 )
             )  # fmt: skip
-    return assembler.finish()

@@ -23,13 +23,15 @@ __all__ = ["command"]
 def command(source: Path, target: Path, overwrite: bool, as_json: bool) -> None:
     r"""Convert the recording IN to OUT; both formats are chosen by suffix.
 
-    .mcap, .uff or .unv (data set 58), .csv (samples with a head of metadata), .mat (MATLAB 5).  Samples keep their
-    float32 values and SI units; what a format has no place for is told.
+    .mcap, .uff or .unv (data set 58), .csv (samples with a head of metadata), .mat (MATLAB 5), .blf (the frames of
+    CAN FD nodes, as in the shipped database).  Samples keep their float32 values and SI units, but for .blf, which
+    has 16 bits; what a format has no place for is told.
 
     \b
     Examples:
       twin convert run.mcap run.uff
       twin convert analyser.uff run.mcap
+      twin convert logged-on-the-bus.blf run.mcap
     """
     from recordings.convert import convert
 
@@ -43,7 +45,8 @@ def command(source: Path, target: Path, overwrite: bool, as_json: bool) -> None:
 
 
 def formats() -> tuple[Format, ...]:
-    """All formats; those that need hardware knowledge (CAN frames, say) are added here, not in `recordings`."""
-    from recordings.convert import FORMATS
+    """All formats; those that need hardware knowledge are added here, not in `recordings`."""
+    from drivers.blf import read_blf, write_blf
+    from recordings.convert import FORMATS, Format
 
-    return FORMATS
+    return (*FORMATS, Format(suffix=".blf", name="BLF", read=read_blf, write=write_blf))
