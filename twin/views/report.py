@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twin.diagnose.result import Diagnosis, Estimate
+from twin.diagnose.result import Diagnosis, Estimate, Gain
 from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import compared_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
@@ -76,6 +76,8 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
     where = ", ".join(gain.sweeps) + (f" of {', '.join(gain.runs)}" if gain.runs else "")
     floor = ("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %")
     caption = "Root-mean-square relative error of the complex response over the held-out steps"
+    if len(gain.by_harmonic) > 1:
+        caption += ", fundamental and second harmonic where it stands out, each relative to itself"
     if len(compared_models(diagnosis)) == 1:
         rows = [("believed rig, base family refitted", f"{100 * gain.before:.2f} %"), floor]
         return Section(
@@ -89,13 +91,27 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
         ("extended model", f"{100 * gain.after:.2f} %"),
         floor,
     ]
+    tables = [Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))]
+    if len(gain.by_harmonic) > 1:
+        tables.append(_by_harmonic(gain))
     told = f"The error falls {fold:.1f}-fold" if fold > 1.05 else "The error stays as it is"
     return Section(
         title="What naming it gains",
         texts=[f"{told} on sweeps that no fit has seen: {where}."],
-        tables=[
-            Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,)),
+        tables=tables,
+    )
+
+
+def _by_harmonic(gain: Gain) -> Table:
+    """The same error of each harmonic alone."""
+    return Table(
+        caption="The same, of each harmonic alone",
+        head=("harmonic", "values", "before", "after", "noise floor"),
+        rows=[
+            (str(harmonic), str(part.count), *(f"{100 * x:.2g} %" for x in (part.before, part.after, part.noise_floor)))
+            for harmonic, part in gain.by_harmonic.items()
         ],
+        numbers=(0, 1, 2, 3, 4),
     )
 
 

@@ -75,6 +75,22 @@ def test_marching_meets_harmonic_balance_at_every_level(name, level):
     assert abs(third) < 0.01
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["polynomial", "slap"])
+def test_marching_meets_its_refined_solution_where_balance_differs(name):
+    """Four times the rate: what harmonic balance misses by more than 1e-4 is not the bench's step."""
+    usual, refined = (
+        steady(open_bench(RIG, sample_rate_Hz=RATE, drive="force", noise=False, converter=False,
+                          internal_rate_Hz=rate, **CASES[name]), 26.5, 6.0, 45.0)
+        for rate in (11264.0, 45056.0)
+    )  # fmt: skip
+    first, third = (
+        abs(usual["acc2"][h] / usual["force"][1]) / abs(refined["acc2"][h] / refined["force"][1]) for h in (1, 3)
+    )
+    assert first == pytest.approx(1.0, abs=2e-5)
+    assert third == pytest.approx(1.0, abs=1e-3)
+
+
 def ring_down(**options):
     """(frequency, damping ratio) of the tip after a burst in mode 1, from the decay's complex logarithm."""
     bench = open_bench(RIG, sample_rate_Hz=RATE, drive="force", noise=False, converter=False, **options)
