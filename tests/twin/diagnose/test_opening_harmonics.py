@@ -91,13 +91,6 @@ def departure(found, harmonics):
     return np.max(np.abs(found - harmonics)[:, even], axis=0) / np.max(np.abs(harmonics)[:, even], axis=0)
 
 
-def held_by_nothing(secants: np.ndarray, *, harmonics: int = 9) -> JointState:
-    """A joint whose mean opening carries no force, and whose surroundings are too heavy for the harmonics to move."""
-    compliance = np.zeros((len(secants), harmonics + 1), complex)
-    compliance[:, 0] = 1 / secants
-    return JointState(secants, compliance)
-
-
 def test_the_force_is_found_back_from_its_describing_function():
     x, force = odd_force(AMPLITUDES, np.array([secant(a) for a in AMPLITUDES]))
     assert x[-1] == pytest.approx(AMPLITUDES[-1])
