@@ -67,12 +67,14 @@ class SweepTable:
 
 @dataclass(frozen=True, kw_only=True)
 class FrequencyTable:
-    """Measured natural frequencies; `std_Hz` is NaN where the table has none."""
+    """Measured natural frequencies; `std_Hz` is NaN, and `preload` empty, where the table has none."""
 
     path: str
     mode: NDArray[np.int64]
     frequency_Hz: NDArray[np.float64]
     std_Hz: NDArray[np.float64]
+    preload: tuple[str, ...]
+    line: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.mode)
@@ -83,7 +85,8 @@ def read_table(path: str | Path) -> SweepTable | FrequencyTable:
 
     Sweeps have the columns ``level``, ``frequency_Hz``, ``force_N``, one of ``acceleration_m_per_s2``,
     ``velocity_m_per_s``, ``displacement_m``, and may have ``phase_rad``; natural frequencies have ``mode``,
-    ``frequency_Hz`` and may have ``std_Hz``.  Other columns are ignored.
+    ``frequency_Hz`` and may have ``std_Hz``, and ``preload`` where a table holds several states of a joint.  Other
+    columns are ignored.
 
     Raises
     ------
@@ -142,6 +145,16 @@ class _Columns:
         """One column, or NaN if the table does not have it."""
         return self.numbers(name, least=least) if name in self.names else np.full(len(self._rows), np.nan)
 
+    def texts(self, name: str) -> tuple[str, ...]:
+        """One column as it stands, or empty texts if the table does not have it."""
+        if name not in self.names:
+            return ("",) * len(self._rows)
+        at = self.names.index(name)
+        for line, row in self._rows:
+            if not 0 < len(row[at].strip()) <= 64:
+                self.refuse(line, name, f"{row[at]!r:.60} is not a name of 1 to 64 characters")
+        return tuple(row[at].strip() for _, row in self._rows)
+
     def refuse(self, line: int, column: str, reason: str) -> NoReturn:
         """Raise with the place."""
         raise InputError(self.path, f"line {line}, column {column}", reason)
@@ -162,17 +175,17 @@ def _sweeps(table: _Columns) -> SweepTable:
 
 def _frequencies(table: _Columns) -> FrequencyTable:
     table.need("mode", "frequency_Hz")
-    modes = table.numbers("mode", above=0)
-    seen: set[float] = set()
-    for line, mode in zip(table.line.tolist(), modes.tolist(), strict=True):
+    modes, preload = table.numbers("mode", above=0), table.texts("preload")
+    seen: set[tuple[str, float]] = set()
+    for line, state, mode in zip(table.line.tolist(), preload, modes.tolist(), strict=True):
         if mode != int(mode) or mode > 10_000:
             table.refuse(line, "mode", f"{mode:g} is not the number of a mode")
-        if mode in seen:
-            table.refuse(line, "mode", f"mode {mode:g} stands twice")
-        seen.add(mode)
+        if (state, mode) in seen:
+            table.refuse(line, "mode", f"mode {mode:g} stands twice" + (f" at preload {state}" if state else ""))
+        seen.add((state, mode))
     return FrequencyTable(
         path=str(table.path), mode=modes.astype(np.int64), frequency_Hz=table.numbers("frequency_Hz", above=0),
-        std_Hz=table.optional("std_Hz", least=0),
+        std_Hz=table.optional("std_Hz", least=0), preload=preload, line=table.line,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,66 +11,122 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.output import console, json_option, print_json, write_json
+from twin.commands.staging import staged_folder
 
 __all__ = ["command"]
 
-REPORT, VIEW = "report.html", "view.rrd"
+REPORT, VIEW, RESULT = "report.html", "view.rrd", "result.json"
 
 
 @click.command(name="diagnose", short_help="Show what the model gets wrong and name the cause.")
-@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
-@click.option("--preload", default=None, help="Name of the rig's preload; from the recording by default.")
+@click.option(
+    "--preload", "preloads", metavar="NAME", multiple=True,
+    help="Name of the rig's preload; by default the recording's, or the table's own column. Once for each table.",
+)  # fmt: skip
 @click.option("--held-out", multiple=True, type=click.Path(path_type=Path), help="A run kept for the gain; repeatable.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
 @json_option
 def command(
     runs: tuple[Path, ...],
     rig_name: str,
-    preload: str | None,
+    preloads: tuple[str, ...],
     held_out: tuple[Path, ...],
     out: Path,
     as_json: bool,
 ) -> None:
-    r"""Say what the model of RIG gets wrong about the recorded RUNs.
+    r"""Say what the model of RIG gets wrong about the measured RUNs.
+
+    RUNs are recordings (.mcap) or tables (.csv), not both at once.  A table of natural frequencies has the columns
+    mode, frequency_Hz, and may have std_Hz and preload; its RIG is a lap joint, or a beam alone such as
+    composite-beam.  A table of sweeps that held their response has the columns level, frequency_Hz, force_N,
+    acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the
+    name and the channel's are taken.
 
     \b
-    Example:
+    Examples:
       twin diagnose random.mcap sweeps.mcap --held-out heldout.mcap --rig steel-lap-joint --out diagnosis
+      twin diagnose frequencies.csv --rig composite-beam --out diagnosis
+      twin diagnose response_control.csv --rig brake-reuss --out diagnosis
     """
-    from recordings import read_run
-    from twin.diagnose import diagnose
-    from twin.rigs import load_rig
-    from twin.views import save_diagnosis, write_report
+    tables = _are_tables([*runs, *held_out])
+    again = _again(runs, held_out, rig_name, preloads, out)
+    with staged_folder(out) as folder:
+        if tables:
+            from twin.commands.table_diagnosis import diagnose_tables
 
-    rig = load_rig(rig_name)
-    if preload is not None and preload not in rig.joint.preload:
-        raise InputError(rig_name, f"preload {preload}", "no such preload", f"it has {', '.join(rig.joint.preload)}")
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "", "not a folder")
-    recorded, kept = [read_run(path) for path in runs], [read_run(path) for path in held_out]
-    with console.status("starting") as status:
-        result = diagnose(recorded, rig, preload=preload, held_out=kept, out=out, report=lambda t: status.update(t))
-        status.update("writing the report and the pictures")
-        write_report(result, out / REPORT, commands=[_again(runs, held_out, rig_name, out)])
-        save_diagnosis(result, out / VIEW)
-    data = result.to_dict()
-    write_json(data, out / "result.json")
+            data = diagnose_tables(runs, held_out, rig_name, preloads, folder / REPORT, again)
+        else:
+            data = _diagnose_recordings(runs, held_out, rig_name, preloads, folder, again)
+        write_json(data, folder / RESULT)
     if as_json:
         print_json(data)
     else:
-        _tell(data, out)
+        _tell(data, out, [RESULT, data["extended_model"], REPORT, *([] if tables else [VIEW])])
 
 
-def _again(runs: tuple[Path, ...], held_out: tuple[Path, ...], rig_name: str, out: Path) -> str:
+def _are_tables(paths: Sequence[Path]) -> bool:
+    """Whether all of these are tables; mixed ones are refused."""
+    for path in paths:
+        if path.is_dir():
+            raise InputError(path, "", "is a folder", "give the recordings (.mcap) or tables (.csv) in it")
+        if not path.exists():
+            raise InputError(path, "", "there is no such file")
+    tables = [path.suffix.lower() == ".csv" for path in paths]
+    if any(tables) and not all(tables):
+        odd = paths[tables.index(not tables[0])]
+        raise InputError(
+            odd, "", f"stands beside {paths[0]}: tables and recordings cannot be diagnosed together", "give either"
+        )
+    return all(tables)
+
+
+def _diagnose_recordings(
+    runs: Sequence[Path],
+    held_out: Sequence[Path],
+    rig_name: str,
+    preloads: Sequence[str],
+    folder: Path,
+    again: str,
+) -> dict[str, Any]:
+    from recordings import read_run
+    from twin.diagnose import diagnose
+    from twin.rigs import load_rig
+    from twin.rigs.beam import is_beam_rig
+    from twin.rigs.modal import is_modal_rig
+    from twin.views import save_diagnosis, write_report
+
+    if is_beam_rig(rig_name) or is_modal_rig(rig_name):
+        raise InputError(rig_name, "kind", "is not a lap joint", "recordings need a rig with drive and sensors")
+    rig = load_rig(rig_name)
+    if len(preloads) > 1:
+        raise InputError(
+            "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
+        )
+    preload = preloads[0] if preloads else None
+    if preload is not None and preload not in rig.joint.preload:
+        raise InputError(rig_name, f"preload {preload}", "no such preload", f"it has {', '.join(rig.joint.preload)}")
+    recorded, kept = [read_run(path) for path in runs], [read_run(path) for path in held_out]
+    with console.status("starting") as status:
+        result = diagnose(recorded, rig, preload=preload, held_out=kept, out=folder, report=lambda t: status.update(t))
+        status.update("writing the report and the pictures")
+        write_report(result, folder / REPORT, commands=[again])
+        save_diagnosis(result, folder / VIEW)
+    return result.to_dict()
+
+
+def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloads: Sequence[str], out: Path) -> str:
     """The command that makes the same report."""
     words = ["twin", "diagnose", *map(str, runs)]
     for path in held_out:
         words += ["--held-out", str(path)]
+    for name in preloads:
+        words += ["--preload", name]
     return shlex.join([*words, "--rig", rig_name, "--out", str(out)])
 
 
-def _tell(data: dict[str, Any], out: Path) -> None:
+def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     """The answer for a person."""
     from rich.table import Table
 
@@ -77,7 +134,7 @@ def _tell(data: dict[str, Any], out: Path) -> None:
     misfit = data["misfit"]
     console.print(
         f"misfit: chi2 per degree of freedom {misfit['chi2_per_dof']:.3g} before, {misfit['after']:.3g} after "
-        f"(agreement up to {misfit['threshold']:g})"
+        f"(agreement up to {misfit['threshold']:.3g})"
     )
     if data["causes"]:
         table = Table("cause", "probability", "in the model", "parameters", "confused with")
@@ -92,11 +149,12 @@ def _tell(data: dict[str, Any], out: Path) -> None:
         console.print(table)
     if data["gain"]:
         held = data["gain"]["held_out"]
+        where = ", ".join(data["gain"].get("runs") or data["gain"]["sweeps"]) or data["gain"].get("how", "")
         console.print(
-            f"held out ({', '.join(data['gain']['sweeps'])}): relative error {held['before']:.3g} before, "
+            f"held out ({where}): relative error {held['before']:.3g} before, "
             f"{held['after']:.3g} after, noise floor {held['noise_floor']:.2g}"
         )
     for note in data["notes"]:
-        console.print(f"note: {note}")
-    written = ", ".join(str(out / name) for name in ("result.json", data["extended_model"], REPORT, VIEW))
+        console.print(f"note: {note}", soft_wrap=True)
+    written = ", ".join(str(out / name) for name in files)
     console.print(f"written: {written}; {data['seconds']:.0f} s")

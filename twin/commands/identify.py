@@ -142,7 +142,11 @@ def _from_frequencies(path: Path, rig_name: str, preload: str | None, out: Path)
         raise InputError(path, "", "holds sweeps, which need a rig of kind modal", "--rig brake-reuss, for example")
     if len(table) < 2:
         raise InputError(path, "", "holds one natural frequency", "E' and G' need at least two")
-    rig = load_rig(rig_name)
+    if len(states := dict.fromkeys(table.preload)) > 1:
+        raise InputError(path, "column preload", f"holds {', '.join(states)}", "identify each preload by itself")
+    if (state := table.preload[0]) and preload not in (None, state):
+        raise InputError("--preload", "", f"is {preload}, {path} holds {state}")
+    rig, preload = load_rig(rig_name), preload or state or None
     _need_preload(rig, preload)
     name = rig.preload_name(preload)
     values, std, model_Hz, warnings = _moduli(rig, rig_name, name, table)

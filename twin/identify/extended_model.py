@@ -9,7 +9,7 @@ from twin.identify.extension import Extension
 from twin.identify.linear_model import LinearModel, Output, build_linear_model
 from twin.structure import Structure, assemble
 
-__all__ = ["extended_model"]
+__all__ = ["extended_model", "extended_structure"]
 
 
 def extended_model(evidence: Evidence, extension: Extension) -> LinearModel:
@@ -25,7 +25,7 @@ def extended_model(evidence: Evidence, extension: Extension) -> LinearModel:
             evidence.rig,
             outputs,
             preload=evidence.preload,
-            structure=_extended_structure(evidence, extension),
+            structure=extended_structure(evidence, extension),
             drive_position_m=extension.drive_position_m,
         )
     rows = [attachment.rows(model.structure) for attachment in extension.attachments]
@@ -38,7 +38,7 @@ def extended_model(evidence: Evidence, extension: Extension) -> LinearModel:
     return model.with_ports(np.vstack(rows)) if rows else model
 
 
-def _extended_structure(evidence: Evidence, extension: Extension) -> Structure:
+def extended_structure(evidence: Evidence, extension: Extension) -> Structure:
     """The structure assembled anew where a cause changes it."""
     if not extension.changes_structure:
         return evidence.model.structure

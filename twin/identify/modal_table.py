@@ -9,12 +9,12 @@ import numpy as np
 
 from recordings.errors import InputError
 from recordings.tables import SweepTable, read_table
-from twin.identify.backbone import identify_backbone, split_levels
+from twin.identify.backbone import Sweep, identify_backbone
 from twin.identify.drive_table import read_drive
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.rigs.modal import ModalRig
 
-__all__ = ["identify_sweep_table", "predict_drive", "write_response"]
+__all__ = ["identify_sweep_table", "predict_drive", "read_sweeps", "write_response"]
 
 
 def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
@@ -25,6 +25,21 @@ def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
     InputError
         If the table holds no sweeps, too few of them, or a force of zero.
     """
+    sweeps = sorted(read_sweeps(path), key=lambda sweep: sweep.amplitude)
+    try:
+        return identify_backbone(sweeps, name=rig.name, source=rig.source, channel=rig.channel)
+    except ValueError as error:
+        raise InputError(path, "", str(error)) from error
+
+
+def read_sweeps(path: Path) -> list[Sweep]:
+    """Sweeps of a CSV table in the order of the file, responses turned into accelerations.
+
+    Raises
+    ------
+    InputError
+        If the table holds no sweeps, or a force or response of zero.
+    """
     table = read_table(path)
     if not isinstance(table, SweepTable):
         raise InputError(path, "", "holds natural frequencies, a modal rig needs sweeps")
@@ -33,12 +48,10 @@ def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
         raise InputError(path, f"line {line}", "force and response must be above zero")
     power = {"acceleration": 0, "velocity": 1, "displacement": 2}[table.quantity]
     acceleration = table.response * (2 * np.pi * table.frequency_Hz) ** power
-    levels = [f"{level:g}" for level in table.level]
-    sweeps = split_levels(levels, table.frequency_Hz, table.force_N, acceleration, table.phase_rad)
-    try:
-        return identify_backbone(sweeps, name=rig.name, source=rig.source, channel=rig.channel)
-    except ValueError as error:
-        raise InputError(path, "", str(error)) from error
+    return [
+        Sweep(f"{level:g}", table.frequency_Hz[rows], table.force_N[rows], acceleration[rows], table.phase_rad[rows])
+        for level, rows in table.sweeps().items()
+    ]
 
 
 def predict_drive(model: ModalRig, path: Path, *, source: str | Path = "model") -> ModalResponse:

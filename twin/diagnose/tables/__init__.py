@@ -1,0 +1,16 @@
+"""Diagnosis of tables: natural frequencies against a structure, sweeps against a smooth law of amplitude."""
+
+from twin.diagnose.tables.frequencies import diagnose_frequencies
+from twin.diagnose.tables.measured import Measurement, read_frequencies
+from twin.diagnose.tables.result import FrequencyRow, SweepRow, TableDiagnosis
+from twin.diagnose.tables.sweeps import diagnose_sweeps
+
+__all__ = [
+    "FrequencyRow",
+    "Measurement",
+    "SweepRow",
+    "TableDiagnosis",
+    "diagnose_frequencies",
+    "diagnose_sweeps",
+    "read_frequencies",
+]

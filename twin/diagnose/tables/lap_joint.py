@@ -1,0 +1,144 @@
+"""A lap joint's natural frequencies under every listed cause that is linear and belongs to the structure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.effects import effects_extension
+from twin.diagnose.result import Estimate
+from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
+from twin.identify.evidence import Evidence
+from twin.identify.extended_model import extended_structure
+from twin.identify.extension import Attachment, Extension
+from twin.identify.predict import blank_evidence
+from twin.rigs import Effect, Rig
+from twin.structure import Structure
+
+__all__ = ["LapJointFrequencies"]
+
+Matrix = NDArray[np.float64]
+MODULI_STD = 0.3
+"""Of the logarithms of E' and G': a layer's moduli are known from its frequencies, and hardly before them."""
+TERMS = ("normal_modulus", "shear_modulus")
+STRUCTURAL = {"beam_modulus", "beam_shear_ratio", "clamp_rad_per_Nm", "layer_gradient", "moduli_factor", "attachments"}
+"""What of an extension natural frequencies feel."""
+PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])
+"""Three frequencies that tell a mass and a spring from any other attachment, rad/s."""
+
+
+@dataclass(frozen=True)
+class LapJointFrequencies:
+    """The model of `rig` at some of its `preloads`; `source` names the rig in errors."""
+
+    rig: Rig
+    preloads: tuple[str, ...]
+    source: str = "rig"
+
+    @property
+    def base(self) -> tuple[BaseParameter, ...]:
+        """E' and G' at every preload."""
+        return tuple(
+            BaseParameter(f"{term}[{name}]", getattr(self.rig.joint.preload[name], term), MODULI_STD)
+            for name in self.preloads
+            for term in TERMS
+        )
+
+    @property
+    def conditions(self) -> Mapping[str, Mapping[str, str]]:
+        """The preloads."""
+        return {name: {term: f"{term}[{name}]" for term in TERMS} for name in self.preloads}
+
+    @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Of the listed causes those that act on the structure, linearly and without loss."""
+        found = []
+        for cause in CAUSES.values():
+            for label in cause.labels(self._evidence):
+                change = Change(cause.name, cause.summary, dict(label), cause.parameters(self._evidence, label))
+                if self._acts(self._extension(change, _first_values(change))):
+                    found.append(change)
+        return tuple(found)
+
+    @property
+    def silent(self) -> tuple[str, ...]:
+        """All other causes."""
+        named = {change.cause for change in self.changes}
+        return tuple(name for name in CAUSES if name not in named)
+
+    def matrices(self, active: Active) -> Matrices:
+        """The structure with the rig file's own effects and `active`."""
+        whole = self._believed
+        for change, values in active:
+            whole = whole.merged(self._extension(change, values))
+        structure, KE, KG = self._plain
+        if whole.changes_structure:
+            structure = extended_structure(self._evidence, replace(whole, attachments=()))
+            KE, KG = structure.KE, structure.KG
+        M, K0 = structure.M.copy(), structure.K0.copy()
+        for attachment in whole.attachments:
+            pair = _mass_and_spring(attachment, structure)
+            if pair is not None:
+                M += pair[0]
+                K0 += pair[1]
+        E, G = whole.moduli_factor
+        terms = {"normal_modulus": E * KE, "shear_modulus": G * KG}
+        return Matrices(M, K0, terms, structure.free % 3 != 0)
+
+    def extended(self, moduli: Mapping[str, Estimate], active: Active, std: Sequence[Mapping[str, float]]) -> Rig:
+        """The rig file with identified moduli at the preloads that were measured, and the changes as effects."""
+        preload = dict(self.rig.joint.preload)
+        for name in self.preloads:
+            update = {term: moduli[f"{term}[{name}]"].value for term in TERMS}
+            preload[name] = preload[name].model_copy(update=update)
+        effects = [
+            Effect(cause=change.cause, parameters={**change.label, **values}, std=dict(errors))
+            for (change, values), errors in zip(active, std, strict=True)
+        ]
+        joint = self.rig.joint.model_copy(update={"preload": preload})
+        return self.rig.model_copy(update={"joint": joint, "effect": [*self.rig.effect, *effects]})
+
+    @cached_property
+    def _evidence(self) -> Evidence:
+        return blank_evidence(self.rig, self.preloads[0])
+
+    @cached_property
+    def _plain(self) -> tuple[Structure, Matrix, Matrix]:
+        """The structure that nothing changes, and its layer's stiffness per unit of each modulus."""
+        structure = self._evidence.model.structure
+        return structure, structure.KE, structure.KG
+
+    @cached_property
+    def _believed(self) -> Extension:
+        return effects_extension(self._evidence, self.rig.effect, source=self.source)
+
+    def _extension(self, change: Change, values: Mapping[str, float]) -> Extension:
+        return CAUSES[change.cause].extension(self._evidence, change.label, values)
+
+    def _acts(self, extension: Extension) -> bool:
+        empty = Extension()
+        touched = {f.name for f in fields(Extension) if getattr(extension, f.name) != getattr(empty, f.name)}
+        structure = self._evidence.model.structure
+        plain = all(_mass_and_spring(attachment, structure) is not None for attachment in extension.attachments)
+        return bool(touched) and touched <= STRUCTURAL and plain
+
+
+def _first_values(change: Change) -> dict[str, float]:
+    return {p.name: p.starts[0] if p.starts else (p.lower + p.upper) / 2 for p in change.parameters}
+
+
+def _mass_and_spring(attachment: Attachment, structure: Structure) -> tuple[Matrix, Matrix] | None:
+    """What an attachment adds to M and K; None if it is more than a mass and a spring."""
+    rows = np.atleast_2d(attachment.rows(structure))
+    D = np.asarray(attachment.stiffness(PROBE), complex)
+    spring, mass = D[0], (D[0] - D[1]) / PROBE[1] ** 2
+    size = np.abs(D).max()
+    if np.abs(D.imag).max() > 1e-9 * size or np.abs(D[2] - (spring - mass * PROBE[2] ** 2)).max() > 1e-9 * size:
+        return None
+    M, K = (np.diag(part.real) if part.ndim == 1 else part.real for part in (mass, spring))
+    return rows.T @ M @ rows, rows.T @ K @ rows

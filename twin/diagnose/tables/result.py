@@ -1,0 +1,174 @@
+"""What the diagnosis of a table says, in the contract's form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.rigs import Rig
+from twin.rigs.beam import BeamRig
+from twin.rigs.modal import ModalRig
+
+__all__ = ["FrequencyRow", "HeldOut", "SweepRow", "TableDiagnosis", "Tried", "values_text"]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Root-mean-square relative errors of values that no fit has seen, and the noise floor.
+
+    Attributes
+    ----------
+    runs, sweeps : tuple of str
+        What was held out; empty for `how` in words.
+    """
+
+    before: float
+    after: float
+    noise_floor: float
+    how: str = field(kw_only=True)
+    runs: tuple[str, ...] = field(default=(), kw_only=True)
+    sweeps: tuple[str, ...] = field(default=(), kw_only=True)
+
+
+@dataclass(frozen=True)
+class FrequencyRow:
+    """One natural frequency: measured, with moduli alone, with what is blamed; errors measured over model minus one."""
+
+    condition: str
+    mode: int
+    measured_Hz: float
+    before_Hz: float
+    after_Hz: float
+    left_out_before: float
+    left_out_after: float
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A model that was tried: what it blames, and its log evidence above that of blaming nothing."""
+
+    blames: str
+    log_evidence: float
+    chi2_per_dof: float
+    rms_error: float
+
+
+@dataclass(frozen=True)
+class SweepRow:
+    """One sweep against the smooth law of all others.
+
+    Attributes
+    ----------
+    order : int
+        In the file, from 1.
+    amplitude_m_per_s2, frequency_Hz, damping_ratio
+        Of the sweep by itself.
+    shift_Hz : float
+        Its resonance minus the law's.
+    force_error, own_error : float
+        Rms relative error of the force: by the others' law, and by the sweep's own linear mode.
+    inside : bool
+        Whether the others reach below and above its amplitude, so that the law is not extrapolated.
+    """
+
+    sweep: str
+    order: int
+    amplitude_m_per_s2: float
+    frequency_Hz: float
+    damping_ratio: float
+    shift_Hz: float
+    force_error: float
+    own_error: float
+    shifted: bool
+    inside: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableDiagnosis:
+    """The whole answer.
+
+    Attributes
+    ----------
+    kind : str
+        ``frequencies`` or ``sweeps``.
+    rows : tuple
+        What the tables of the report show.
+    tried : tuple of Tried
+        All models, the likeliest first.
+    parameters : mapping
+        What was identified beside the causes: believed value (NaN if there is none) and estimate.
+    assumed, notes : tuple of str
+    model : rig
+        The extended model.
+    """
+
+    kind: str
+    rig: str
+    runs: tuple[str, ...]
+    verdict: Verdict
+    sentence: str
+    misfit: Misfit
+    causes: tuple[NamedCause, ...]
+    gain: HeldOut | None
+    rows: tuple[FrequencyRow, ...] | tuple[SweepRow, ...]
+    tried: tuple[Tried, ...]
+    parameters: Mapping[str, tuple[float, Estimate]]
+    assumed: tuple[str, ...]
+    notes: tuple[str, ...]
+    model: Rig | BeamRig | ModalRig
+    seconds: float
+
+    def to_dict(self, extended_model: str) -> dict[str, Any]:
+        """The contract's JSON object; `extended_model` is the file's name."""
+        return {
+            "verdict": self.verdict,
+            "answer": self.sentence,
+            "misfit": {
+                "chi2_per_dof": self.misfit.chi2_per_dof,
+                "after": self.misfit.after,
+                "threshold": self.misfit.threshold,
+                "where": list(self.misfit.where),
+            },
+            "causes": [
+                {
+                    "cause": c.cause,
+                    "summary": c.summary,
+                    "probability": c.probability,
+                    "confused_with": list(c.confused_with),
+                    "in_model": c.in_model,
+                    "parameters": {
+                        name: value if isinstance(value, str) else {"value": value.value, "std": value.std}
+                        for name, value in c.parameters.items()
+                    },
+                }
+                for c in self.causes
+            ],
+            "gain": None if self.gain is None else {
+                "held_out": {
+                    "before": self.gain.before, "after": self.gain.after, "noise_floor": self.gain.noise_floor,
+                },
+                "how": self.gain.how,
+                "runs": list(self.gain.runs),
+                "sweeps": list(self.gain.sweeps),
+            },
+            "identified": {
+                name: {"value": estimate.value, "std": estimate.std, "believed": believed}
+                for name, (believed, estimate) in self.parameters.items()
+            },
+            "tried": [asdict(model) for model in self.tried],
+            "next_test": None,
+            "extended_model": extended_model,
+            "assumed": list(self.assumed),
+            "notes": list(self.notes),
+            "seconds": self.seconds,
+        }  # fmt: skip
+
+
+def values_text(parameters: Mapping[str, Estimate | str]) -> str:
+    """Parameters in one line."""
+    return ", ".join(
+        f"{name} {value}" if isinstance(value, str) else f"{name} {value.value:.4g} ± {value.std:.1g}"
+        for name, value in parameters.items()
+    )

@@ -1,0 +1,234 @@
+"""Which cause natural frequencies ask for: each is added in turn, refitted, and weighed by its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from twin.diagnose.cause import Parameter
+from twin.diagnose.tables.fit import Fit, Problem
+from twin.diagnose.tables.model import Active, Change
+from twin.diagnose.verdict import RIVAL
+
+__all__ = [
+    "PLAUSIBLE",
+    "Found",
+    "Search",
+    "Stage",
+    "least_gain",
+    "leave_one_out",
+    "probabilities",
+    "rivals_of",
+    "search",
+]
+
+Array = NDArray[np.float64]
+Report = Callable[[str], None]
+
+LEAST_GAIN = 5.0
+"""Log evidence that a cause must gain: about a dozen are tried, and chance favours one of them now and then."""
+NEEDED_GAIN = 3.0
+"""The same where the data contradict the model without it, so that something must be blamed."""
+PLAUSIBLE = {"stiffness-loss": 0.02}
+"""Causes less probable beforehand than others: a specimen is rarely damaged, models always leave something out."""
+PLACES = 5
+"""Places of a cause that are refitted, out of all that are scored."""
+FINALIST = 8.0
+"""How far below the best in log evidence a cause may lie to be weighed exactly."""
+SEED = 6
+LEAST_FREEDOM = 0.5
+"""Degrees of freedom that a model must leave: with fewer, the data could not have contradicted it."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A cause on trial beside those accepted before: the best of its labels, and the evidence over all of them.
+
+    The prior of the cause against others (`PLAUSIBLE`) is in its log evidence.
+    """
+
+    cause: str
+    fit: Fit
+    log_evidence: float
+    labels: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What was tried beside `before`, the best first, and whether its first was accepted.
+
+    `left_out` are relative errors of each frequency predicted from all others with the first trial; None if its
+    evidence was too small to ask.
+    """
+
+    before: Fit
+    trials: tuple[Found, ...]
+    accepted: bool
+    left_out: Array | None
+
+
+@dataclass(frozen=True)
+class Search:
+    """The moduli alone with their left-out errors, and the stages; the last one may not have been accepted."""
+
+    base: Fit
+    base_left_out: Array
+    stages: tuple[Stage, ...]
+
+    @property
+    def accepted(self) -> tuple[Stage, ...]:
+        """Stages whose first trial is in the model."""
+        return tuple(stage for stage in self.stages if stage.accepted)
+
+
+def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> Search:
+    """The moduli alone, then causes one by one while the evidence and left-out frequencies pay for them."""
+    report("fitting the moduli")
+    base = current = problem.fit((), iterations=40)
+    base_left_out = left_out = leave_one_out(problem, base)
+    stages: list[Stage] = []
+    while len(stages) < most:
+        trials = _trials(problem, current, report, all_causes=not stages)
+        if not trials:
+            break
+        best, after = trials[0], None
+        if best.log_evidence - current.log_evidence >= least_gain(problem, current):
+            report(f"predicting left-out frequencies with {best.cause}")
+            after = leave_one_out(problem, best.fit)
+        accepted = after is not None and _rms(after) < _rms(left_out)
+        stages.append(Stage(current, tuple(trials), accepted, after))
+        if after is None or not accepted:
+            break
+        current, left_out = best.fit, after
+    return Search(base, base_left_out, tuple(stages))
+
+
+def least_gain(problem: Problem, current: Fit) -> float:
+    """Log evidence that a cause beside `current` must gain."""
+    return NEEDED_GAIN if current.chi2_per_dof > problem.threshold(current.dof) else LEAST_GAIN
+
+
+def leave_one_out(problem: Problem, fit: Fit) -> Array:
+    """Relative error of each frequency as the same model predicts it from all others."""
+    place = next((p for change, _ in fit.active[-1:] for p in change.parameters if p.places), None)
+    starts = [fit.active]
+    if place is not None:
+        # Begun at the place that all frequencies give alone, a fit might not leave it, which would not be leaving out.
+        change, values = fit.active[-1]
+        starts += [(*fit.active[:-1], (change, {**values, place.name: x})) for x in place.starts[1::4]]
+    errors, index = [], 0
+    for item in problem.measured:
+        for number, measured in zip(item.number, item.frequency_Hz, strict=True):
+            rest = problem.without(index)
+            parts = [rest.fit(start, start=fit.moduli, scale=fit.scale, iterations=10) for start in starts]
+            part = max(parts, key=lambda part: part.log_evidence)
+            predicted = problem.frequencies(part, {item.condition: np.array([number])})[item.condition][0]
+            errors.append(measured / predicted - 1)
+            index += 1
+    return np.array(errors)
+
+
+def _trials(problem: Problem, current: Fit, report: Report, *, all_causes: bool) -> list[Found]:
+    """Causes beside those of `current`, the best first; only those that a score favours unless `all_causes`."""
+    by_cause: dict[str, list[tuple[Fit, float]]] = {}
+    for change in problem.model.changes:
+        if change.key in current.keys:
+            continue
+        report(f"trying {change.key}")
+        tried = _try(problem, current, change, always=all_causes)
+        # A model that leaves nothing free explains everything and says nothing.
+        if tried is not None and tried[0].dof >= LEAST_FREEDOM:
+            by_cause.setdefault(change.cause, []).append(tried)
+    found = []
+    for cause, labelled in by_cause.items():
+        labelled.sort(key=lambda pair: -pair[1])
+        labels = sum(change.cause == cause for change in problem.model.changes)
+        evidence = (
+            float(logsumexp([value for _, value in labelled])) - np.log(labels) + np.log(PLAUSIBLE.get(cause, 1.0))
+        )
+        names = tuple(" ".join(fit.active[-1][0].label.values()) for fit, _ in labelled)
+        found.append(Found(cause, labelled[0][0], evidence, names))
+    return _weighed(problem, sorted(found, key=lambda trial: -trial.log_evidence))
+
+
+def _weighed(problem: Problem, trials: list[Found]) -> list[Found]:
+    """The likeliest trials by their exact evidence, where more than one is in question."""
+    close = [trial for trial in trials if trial.log_evidence > trials[0].log_evidence - FINALIST] if trials else []
+    if len(close) < 2:
+        return trials
+    weighed = []
+    for trial in close:
+        exact = problem.sampled_evidence(trial.fit, np.random.default_rng(SEED))
+        gain = exact - trial.fit.log_evidence
+        weighed.append(replace(trial, log_evidence=trial.log_evidence + gain))
+    return sorted(weighed, key=lambda trial: -trial.log_evidence) + trials[len(close) :]
+
+
+def probabilities(stage: Stage) -> Array:
+    """Of the trials: causes together are as probable beforehand as what was accepted before being enough."""
+    total = sum(PLAUSIBLE.get(trial.cause, 1.0) for trial in stage.trials)
+    values = np.array([trial.log_evidence - np.log(total) for trial in stage.trials] + [stage.before.log_evidence])
+    return np.asarray(np.clip(np.exp(values - logsumexp(values))[:-1], 0.0, 0.999))
+
+
+def rivals_of(stage: Stage) -> tuple[str, ...]:
+    """Other causes whose log evidence comes near the best one's."""
+    best = stage.trials[0].log_evidence
+    return tuple(trial.cause for trial in stage.trials[1:] if best - trial.log_evidence < RIVAL)
+
+
+def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tuple[Fit, float] | None:
+    """The best fit with one more change, and its log evidence; a place is searched along its range."""
+    first = {p.name: p.starts[0] if p.starts else p.null for p in change.parameters}
+    nothing = {p.name: p.null for p in change.parameters if not p.places}
+    place = next((p for p in change.parameters if p.places), None)
+    choices = [first] if place is None else [{**first, place.name: x} for x in place.starts]
+    held = frozenset() if place is None else frozenset([place.name])
+
+    def begun(values: dict[str, float]) -> Active:
+        return (*current.active, (change, values))
+
+    scores = np.array([problem.score(begun({**values, **nothing}), current.moduli, held) for values in choices])
+    if not always and scores.max() <= current.log_evidence:
+        return None
+    if place is None:
+        fit = problem.fit(begun(first), start=current.moduli, iterations=25)
+        return _checked(fit, fit.log_evidence)
+    # A large effect is far from linear: a few steps at every place tell which are worth following.
+    scale = float(np.sqrt(max(current.scale, 1.0)))
+    looked = [
+        problem.fit(begun(values), start=current.moduli, held=held, iterations=4, scale=scale) for values in choices
+    ]
+    likely = np.argsort([-fit.log_evidence if np.isfinite(fit.log_evidence) else np.inf for fit in looked])[:PLACES]
+    tried = [problem.fit(looked[k].active, start=looked[k].moduli, held=held, iterations=10) for k in likely]
+    evidence = np.array([fit.log_evidence if np.isfinite(fit.log_evidence) else -np.inf for fit in tried])
+    free = [problem.fit(tried[k].active, start=tried[k].moduli, iterations=25) for k in np.argsort(-evidence)[:3]]
+    best = max(free, key=lambda fit: fit.log_evidence)
+    # Along the beam the evidence is a sum over places; where it is sharper than their spacing, the best fit's own.
+    whole = max(float(logsumexp(evidence)) - np.log(len(choices)), best.log_evidence)
+    return _checked(_with_spread(best, place, tried, evidence), whole)
+
+
+def _with_spread(fit: Fit, place: Parameter, tried: Sequence[Fit], evidence: Array) -> Fit:
+    """The place's standard deviation, no smaller than how far the evidence spreads over other places."""
+    value = fit.active[-1][1][place.name]
+    weight = np.exp(evidence - logsumexp(np.append(evidence, fit.log_evidence)))
+    spread = float(np.sqrt(weight @ (np.array([other.active[-1][1][place.name] for other in tried]) - value) ** 2))
+    spacing = float(np.abs(np.diff(place.starts)).max())
+    std = dict(fit.std[-1])
+    if spread > spacing:
+        std[place.name] = max(std[place.name], spread)
+    std[place.name] = min(std[place.name], place.upper - place.lower)
+    return replace(fit, std=(*fit.std[:-1], std))
+
+
+def _checked(fit: Fit, evidence: float) -> tuple[Fit, float] | None:
+    return (fit, evidence) if np.isfinite(evidence) and np.isfinite(fit.chi2) else None
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,386 @@
+"""Diagnosis of response-controlled sweeps: what a smooth law of amplitude leaves unexplained.
+
+No finite elements: each sweep holds its response and so is a linear mode; a smooth law joins their frequencies and
+dampings, and every sweep is predicted from all others.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2 as chi_square
+from scipy.stats import spearmanr
+
+from recordings.errors import InputError
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.diagnose.tables.result import HeldOut, SweepRow, TableDiagnosis
+from twin.identify.backbone import FREQUENCY_SCALE, Sweep, identify_backbone
+from twin.identify.modal_prediction import predict_held
+from twin.identify.robust_curve import fit_robust_curve
+from twin.rigs.modal import LevelFit, ModalLaw
+
+__all__ = ["MOST_STEPS", "diagnose_sweeps"]
+
+Array = NDArray[np.float64]
+MOST_STEPS, MOST_SWEEPS = 20_000, 60
+"""Beyond them a table is hardly one of stepped sines, and the fit takes minutes."""
+HELD = 0.2
+"""How far the response may stray from its median within a sweep that holds it."""
+CONFOUNDED = 0.9
+"""Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""
+CLEAR = 4.0
+"""Standard deviations that a drift must have."""
+
+
+def diagnose_sweeps(
+    sweeps: Sequence[Sweep],
+    *,
+    path: str | Path,
+    rig_name: str,
+    held_out: Sequence[Sweep] = (),
+    channel: str = "acc1",
+    source: str = "",
+) -> TableDiagnosis:
+    """Say what no smooth law of amplitude explains.
+
+    Parameters
+    ----------
+    sweeps
+        In the order in which they were run; at least five with five steps each.
+    path
+        Their table, for messages.
+    held_out
+        Sweeps kept for the gain; without any, each is left out in turn.
+    rig_name, channel, source
+        Of the modal model that is identified.
+
+    Raises
+    ------
+    InputError
+        If the sweeps are too few, too many, or did not hold their response.
+    """
+    started = time.perf_counter()
+    _check(sweeps, path)
+    by_amplitude = sorted(range(len(sweeps)), key=lambda k: sweeps[k].amplitude)
+    model = identify_backbone([sweeps[k] for k in by_amplitude], name=rig_name, source=source, channel=channel)
+    assert model.law is not None
+    levels = [model.level[by_amplitude.index(k)] for k in range(len(sweeps))]
+    rows = [
+        _row(k, sweep, level, model.law, by_amplitude)
+        for k, (sweep, level) in enumerate(zip(sweeps, levels, strict=True))
+    ]
+    inner = [row for row in rows if row.inside]
+    scale = FREQUENCY_SCALE * float(np.mean([row.frequency_Hz for row in rows]))
+    drift = _drift(rows, scale)
+    errors = np.array([row.shift_Hz for row in inner])
+    quiet = np.array([row.shift_Hz for row in inner if not row.shifted])
+    chi2 = float(np.mean((errors / scale) ** 2))
+    threshold = float(chi_square.isf(0.01, len(inner)) / len(inner))
+    paid = drift is not None and drift.pays
+    verdict: Verdict = "none" if chi2 <= threshold and not paid else "ambiguous" if paid else "unknown"
+    causes = _causes(drift) if paid and drift is not None else ()
+    after_chi2 = float(np.mean((drift.left_out[[row.inside for row in rows]] / scale) ** 2)) if paid and drift else chi2
+    return TableDiagnosis(
+        kind="sweeps",
+        rig=rig_name,
+        runs=(Path(path).name,),
+        verdict=verdict,
+        sentence=_sentence(verdict, inner, causes),
+        misfit=Misfit(chi2_per_dof=chi2, after=after_chi2, threshold=threshold, where=tuple(_where(inner, path))),
+        causes=causes,
+        gain=_on_held_out(held_out, model.law) if held_out else _gain(sweeps, rows, model.law, drift if paid else None),
+        rows=tuple(rows),
+        tried=(),
+        parameters={
+            "frequency_at_smallest_amplitude_Hz": (
+                float("nan"), Estimate(model.law.frequency_Hz[0], model.law.frequency_std_Hz[0])
+            ),
+            "frequency_at_largest_amplitude_Hz": (
+                float("nan"), Estimate(model.law.frequency_Hz[-1], model.law.frequency_std_Hz[-1])
+            ),
+        },
+        assumed=(
+            f"A sweep's resonance repeats to {100 * FREQUENCY_SCALE:g} % ({1e3 * scale:.0f} mHz), what a bolted "
+            "beam reaches "
+            "without being taken apart; the misfit is in units of it.",
+            "Sweeps were run in the order of the file.  The table has no time, so a drift can be stated per sweep "
+            "only.",
+            "Of the rig its name and the channel's are taken: a table of one mode needs no mesh.",
+        ),
+        notes=tuple(_notes(sweeps, rows, model.law, drift, quiet, scale)),
+        model=model,
+        seconds=time.perf_counter() - started,
+    )  # fmt: skip
+
+
+def _check(sweeps: Sequence[Sweep], path: str | Path) -> None:
+    steps = sum(len(sweep.frequency_Hz) for sweep in sweeps)
+    if len(sweeps) < 5 or min(len(sweep.frequency_Hz) for sweep in sweeps) < 5:
+        raise InputError(path, "", f"holds {len(sweeps)} sweeps", "a diagnosis needs at least five of five steps each")
+    if steps > MOST_STEPS or len(sweeps) > MOST_SWEEPS:
+        raise InputError(
+            path,
+            "",
+            f"holds {steps} steps in {len(sweeps)} sweeps",
+            f"give at most {MOST_STEPS} steps in {MOST_SWEEPS} sweeps",
+        )
+    for sweep in sweeps:
+        a = sweep.acceleration_m_per_s2
+        if np.max(np.abs(a / sweep.amplitude - 1)) > HELD:
+            raise InputError(
+                path, f"sweep {sweep.level}", f"its acceleration ranges from {a.min():.4g} to {a.max():.4g} m/s2",
+                "give sweeps that hold the response; twin predict compares force-controlled ones with a model of those",
+            )  # fmt: skip
+
+
+def _row(k: int, sweep: Sweep, level: LevelFit, law: ModalLaw, by_amplitude: Sequence[int]) -> SweepRow:
+    return SweepRow(
+        sweep=sweep.level,
+        order=k + 1,
+        amplitude_m_per_s2=level.amplitude_m_per_s2,
+        frequency_Hz=level.frequency_Hz,
+        damping_ratio=level.damping_ratio,
+        shift_Hz=level.left_out_frequency_error_Hz,
+        force_error=level.left_out_force_rms,
+        own_error=_rms(_force_error(sweep, law, level.frequency_Hz, level.damping_ratio)),
+        shifted=level.shifted,
+        inside=by_amplitude.index(k) not in (0, len(by_amplitude) - 1),
+    )
+
+
+def _force_error(sweep: Sweep, law: ModalLaw, frequency_Hz: float, damping: float) -> Array:
+    """Relative error of the force by a linear mode."""
+    knots = len(law.amplitude_m_per_s2)
+    own = law.model_copy(update={"frequency_Hz": [frequency_Hz] * knots, "damping_ratio": [damping] * knots})
+    return np.asarray(predict_held(own, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1)
+
+
+@dataclass(frozen=True)
+class _Drift:
+    """A resonance that moves from sweep to sweep beside the law: its rate, and errors of sweeps left out."""
+
+    rate_Hz: float
+    std_Hz: float
+    without: Array
+    left_out: Array
+
+    @property
+    def pays(self) -> bool:
+        """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
+        return abs(self.rate_Hz) > CLEAR * self.std_Hz and _rms(self.left_out) < 0.5 * _rms(self.without)
+
+
+def _drift(rows: Sequence[SweepRow], scale: float) -> _Drift | None:
+    """None where order in time and amplitude are the same thing."""
+    amplitude, order = np.array([row.amplitude_m_per_s2 for row in rows]), np.array([float(row.order) for row in rows])
+    if abs(float(spearmanr(amplitude, order).statistic)) > CONFOUNDED:
+        return None
+    f = np.array([row.frequency_Hz for row in rows])
+    powers = np.vander(amplitude / amplitude.max(), _law_order(amplitude, order, f, scale) + 1)
+    with_drift = np.column_stack([powers, order - order.mean()])
+    rate, std = _last(with_drift, f, scale)
+    return _Drift(rate, std, _left_out(powers, f), _left_out(with_drift, f))
+
+
+def _law_order(amplitude: Array, order: Array, f: Array, scale: float) -> int:
+    """Order of the law once a straight drift is allowed for, few enough to leave freedom."""
+    rough = np.column_stack([np.vander(amplitude / amplitude.max(), 3), order - order.mean()])
+    detrended = f - (order - order.mean()) * float(np.linalg.lstsq(rough, f, rcond=None)[0][-1])
+    return min(fit_robust_curve(amplitude, detrended, scale=scale).order, len(f) - 4)
+
+
+def _last(columns: Array, f: Array, scale: float) -> tuple[float, float]:
+    """The last column's coefficient and its standard deviation."""
+    coefficients = np.linalg.lstsq(columns, f, rcond=None)[0]
+    spread = np.sum((f - columns @ coefficients) ** 2) / max(len(f) - columns.shape[1], 1)
+    covariance = np.linalg.pinv(columns.T @ columns) * max(float(spread), scale**2)
+    return float(coefficients[-1]), float(np.sqrt(covariance[-1, -1]))
+
+
+def _left_out(columns: Array, f: Array) -> Array:
+    """Each frequency minus its prediction by the least squares of all others."""
+    hat = columns @ np.linalg.pinv(columns)
+    return np.asarray((f - hat @ f) / np.maximum(1 - np.diag(hat), 1e-6))
+
+
+def _causes(drift: _Drift) -> tuple[NamedCause, ...]:
+    """A drift's names: a loose bolt and a warming beam look alike in one mode; only the latter also goes up."""
+    names = ["preload-loss", "temperature-drift"] if drift.rate_Hz < 0 else ["temperature-drift"]
+    return tuple(
+        NamedCause(
+            cause=name,
+            summary=CAUSES[name].summary,
+            probability=0.99 / len(names),
+            confused_with=tuple(other for other in ("preload-loss", "temperature-drift") if other != name),
+            parameters={"shift_Hz_per_sweep": Estimate(drift.rate_Hz, drift.std_Hz)},
+            in_model=i == 0,
+        )
+        for i, name in enumerate(names)
+    )
+
+
+def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedCause]) -> str:
+    own, force = (_rms(np.array([getattr(row, name) for row in inner])) for name in ("own_error", "force_error"))
+    figures = (
+        f"the smooth law of all other sweeps predicts a sweep's force to {100 * force:.1f} % rms, "
+        f"a linear mode of its own to {100 * own:.1f} %"
+    )
+    if verdict == "none":
+        return f"A smooth law of amplitude explains every sweep: {figures}."
+    if verdict == "ambiguous":
+        rate = causes[0].parameters["shift_Hz_per_sweep"]
+        assert isinstance(rate, Estimate)
+        names = " or ".join(cause.cause for cause in causes)
+        return (
+            f"The resonance moves by {rate.value:+.3g} ± {rate.std:.1g} Hz from sweep to sweep beside the law: "
+            f"{names}; {figures}."
+        )
+    shifted = [row for row in inner if row.shifted]
+    if shifted:
+        which = ", ".join(f"{row.sweep} ({row.amplitude_m_per_s2:.0f} m/s2, {row.shift_Hz:+.3f} Hz)" for row in shifted)
+        return (
+            f"No smooth law of amplitude explains every sweep: the resonance of sweep {which} is shifted as a "
+            "whole, which no "
+            f"listed cause does to single sweeps; {figures}."
+        )
+    return f"A smooth law of amplitude leaves more than sweeps scatter, and no listed cause explains it: {figures}."
+
+
+def _where(inner: Sequence[SweepRow], path: str | Path) -> list[dict[str, Any]]:
+    """Shares of the misfit by sweep, largest first."""
+    total = max(sum(row.shift_Hz**2 for row in inner), 1e-300)
+    ranked = sorted(inner, key=lambda row: -abs(row.shift_Hz))
+    return [
+        {
+            "run": Path(path).name,
+            "channel": "force",
+            "harmonic": 1,
+            "sweep": row.sweep,
+            "share": row.shift_Hz**2 / total,
+        }
+        for row in ranked
+    ]
+
+
+def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: _Drift | None) -> HeldOut:
+    """Errors of the force over sweeps between the lowest and the highest, each predicted from all others."""
+    inner = [row for row in rows if row.inside]
+    floor = _rms(np.array([row.own_error for row in inner]))
+    how = "each sweep between the lowest and the highest in turn left out and predicted from all others"
+    names = tuple(row.sweep for row in inner)
+    before = after = _rms(np.array([row.force_error for row in inner]))
+    if drift is not None:
+        columns: list[list[float]] = [[], []]
+        for sweep, row in zip(sweeps, rows, strict=True):
+            if row.inside:
+                damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
+                for errors, column in zip((drift.without, drift.left_out), columns, strict=True):
+                    predicted = row.frequency_Hz - float(errors[row.order - 1])
+                    column.append(_rms(_force_error(sweep, law, predicted, damping)))
+        before, after = (_rms(np.array(column)) for column in columns)
+    return HeldOut(before, after, floor, how=how, sweeps=names)
+
+
+def _on_held_out(sweeps: Sequence[Sweep], law: ModalLaw) -> HeldOut:
+    """Errors of the force by the law of all sweeps; a drift cannot be applied to sweeps of another table."""
+    errors = [predict_held(law, s.frequency_Hz, s.acceleration_m_per_s2).force_N / s.force_N - 1 for s in sweeps]
+    error = _rms(np.concatenate(errors))
+    names = tuple(sweep.level for sweep in sweeps)
+    return HeldOut(error, error, law.force_relative_std, how="sweeps of the held-out tables", sweeps=names)
+
+
+def _notes(
+    sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: _Drift | None, quiet: Array, scale: float
+) -> list[str]:
+    notes = [
+        f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s2 lies {row.shift_Hz:+.3f} Hz "
+        f"({abs(row.shift_Hz) / scale:.0f} "
+        "times the scatter expected) from the law of all others; its force is predicted to "
+        f"{100 * row.force_error:.1f} %, "
+        f"to {100 * _shift_alone(sweep, row, law):.1f} % once its resonance alone is moved, to "
+        f"{100 * row.own_error:.1f} % by a "
+        "mode of its own"
+        for sweep, row in zip(sweeps, rows, strict=True)
+        if row.shifted
+    ]
+    if len(quiet):
+        notes.append(
+            f"the {len(quiet)} other sweeps between the lowest and the highest stray by {_rms(quiet):.3f} Hz rms "
+            "from the law "
+            "of all others"
+        )
+    notes.append(_by_range(sweeps, rows, law))
+    notes.append(_jump(rows, scale))
+    if drift is None:
+        notes.append(
+            "the sweeps were run in order of their amplitude: a drift in time and a law of amplitude cannot be "
+            "told apart; "
+            "repeat one level at the end"
+        )
+    else:
+        notes.append(
+            f"a drift of {drift.rate_Hz:+.3g} ± {drift.std_Hz:.1g} Hz per sweep beside the law takes left-out "
+            "errors from "
+            f"{_rms(drift.without):.3f} to {_rms(drift.left_out):.3f} Hz rms"
+        )
+    return [note for note in notes if note]
+
+
+def _shift_alone(sweep: Sweep, row: SweepRow, law: ModalLaw) -> float:
+    """Error of the force with the sweep's own resonance and the law's damping."""
+    damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
+    return _rms(_force_error(sweep, law, row.frequency_Hz, damping))
+
+
+def _by_range(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw) -> str:
+    """Errors of the law fitted to all sweeps, by range of frequency about each sweep's resonance."""
+    parts: dict[str, list[Array]] = {"below": [], "at": [], "above": []}
+    for sweep, row in zip(sweeps, rows, strict=True):
+        error = predict_held(law, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1
+        away = (sweep.frequency_Hz / row.frequency_Hz - 1) / row.damping_ratio
+        for name, here in (("below", away < -1), ("at", np.abs(away) <= 1), ("above", away > 1)):
+            parts[name].append(error[here])
+    told = [
+        f"{name} resonance {100 * _rms(np.concatenate(errors)):.1f} % ({sum(map(len, errors))} steps)"
+        for name, errors in parts.items()
+        if sum(map(len, errors))
+    ]
+    return "rms error of the force by the law fitted to all sweeps: " + ", ".join(told)
+
+
+def _jump(rows: Sequence[SweepRow], scale: float) -> str:
+    """Whether the resonance jumps once, between two sweeps, and stays there."""
+    ordered = sorted(rows, key=lambda row: row.order)
+    amplitude, f = (
+        np.array([getattr(row, name) for row in ordered]) for name in ("amplitude_m_per_s2", "frequency_Hz")
+    )
+    order = min(fit_robust_curve(amplitude, f, scale=scale).order, len(f) - 4)
+    powers = np.vander(amplitude / amplitude.max(), order + 1)
+    without = _rms(_left_out(powers, f)[1:-1])
+    tried = []
+    for k in range(2, len(f) - 1):
+        columns = np.column_stack([powers, np.arange(len(f)) >= k])
+        tried.append((_rms(_left_out(columns, f)[1:-1]), k, *_last(columns, f, scale)))
+    best, k, size, std = min(tried)
+    if best > 0.5 * without or abs(size) < CLEAR * std:
+        return (
+            f"a single lasting jump does not explain it: the best, before sweep {ordered[k].sweep}, takes left-out "
+            "errors from "
+            f"{without:.3f} to {best:.3f} Hz rms"
+        )
+    return (
+        f"a lasting jump of {size:+.3f} ± {std:.1g} Hz before sweep {ordered[k].sweep} takes left-out errors from "
+        f"{without:.3f} to "
+        f"{best:.3f} Hz rms: the joint may have slipped there"
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,253 @@
+"""The report of a diagnosis of tables: the answer first, then what was measured, tried, assumed and left open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
+from twin.rigs.modal import ModalRig
+from twin.views.answer import estimate_text
+from twin.views.figures import dressed, legend, panels
+from twin.views.page import Section, Table, picture, require_folder, write_page
+from twin.views.report import ACCENT
+from twin.views.style import AFTER, BEFORE, MEASURED
+
+__all__ = ["write_table_report"]
+
+MOST_TRIED = 12
+
+
+def write_table_report(diagnosis: TableDiagnosis, path: Path, *, commands: Sequence[str] = ()) -> None:
+    """Write the report of `diagnosis` as one self-contained page.
+
+    Parameters
+    ----------
+    path
+        The HTML file to write; replaced if it exists.
+    commands
+        What to type to get the same again.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    require_folder(path)
+    write_page(
+        path,
+        title=f"Diagnosis of {'natural frequencies' if diagnosis.kind == 'frequencies' else 'sweeps'}",
+        answer=diagnosis.sentence,
+        facts=f"Rig {diagnosis.rig}; {', '.join(diagnosis.runs)}; {diagnosis.seconds:.0f} s of work.",
+        sections=list(_sections(diagnosis, commands)),
+        accent=ACCENT[diagnosis.verdict],
+    )
+
+
+def _sections(diagnosis: TableDiagnosis, commands: Sequence[str]) -> Iterator[Section]:
+    if diagnosis.gain is not None:
+        yield _gain(diagnosis)
+    if diagnosis.causes:
+        yield _causes(diagnosis)
+    frequencies = [row for row in diagnosis.rows if isinstance(row, FrequencyRow)]
+    sweeps = [row for row in diagnosis.rows if isinstance(row, SweepRow)]
+    if frequencies:
+        yield _frequencies(diagnosis, frequencies)
+    if sweeps:
+        yield _sweeps(diagnosis, sweeps)
+    if diagnosis.tried:
+        yield _tried(diagnosis)
+    if frequencies:
+        yield _identified(diagnosis)
+    yield Section(title="What was assumed", items=diagnosis.assumed)
+    if diagnosis.notes:
+        yield Section(title="What is uncertain, and what else was seen", items=diagnosis.notes)
+    if commands:
+        yield Section(title="To get this again", commands=commands)
+
+
+def _gain(diagnosis: TableDiagnosis) -> Section:
+    gain = diagnosis.gain
+    assert gain is not None
+    same = gain.after == gain.before
+    rows = [
+        (
+            "smooth law" if diagnosis.kind == "sweeps" else "moduli identified, nothing blamed",
+            f"{100 * gain.before:.2f} %",
+        )
+    ]
+    if not same:
+        rows.append(("with what is blamed", f"{100 * gain.after:.2f} %"))
+    rows.append(("noise floor", f"{100 * gain.noise_floor:.2f} %"))
+    told = "This is the error" if same else f"The error falls {gain.before / max(gain.after, 1e-12):.1f}-fold"
+    quantity = "force" if diagnosis.kind == "sweeps" else "frequency"
+    table = Table(
+        caption=f"Root-mean-square relative error of the {quantity}", head=("model", "error"), rows=rows, numbers=(1,)
+    )
+    return Section(
+        title="On what no fit has seen" if same else "What naming it gains",
+        texts=[f"{told} on values that no fit has seen: {gain.how}."],
+        tables=[table],
+    )
+
+
+def _causes(diagnosis: TableDiagnosis) -> Section:
+    rows = [
+        (
+            cause.cause,
+            f"{cause.probability:.2f}",
+            "yes" if cause.in_model else "no",
+            "; ".join(f"{name} = {estimate_text(value)}" for name, value in cause.parameters.items()),
+            ", ".join(cause.confused_with) or "none",
+            cause.summary,
+        )
+        for cause in diagnosis.causes
+    ]
+    head = ("cause", "probability", "in the model", "parameters (SI)", "rivals", "in words")
+    return Section(title="Causes", tables=[Table(caption="Most probable first", head=head, rows=rows, numbers=(1,))])
+
+
+def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Section:
+    misfit = diagnosis.misfit
+    extended = any(row.before_Hz != row.after_Hz for row in rows)
+    table = Table(
+        caption="Natural frequencies in Hz; errors are measured over model, minus one",
+        head=("condition", "mode", "measured", "moduli alone", "error", "extended", "error", "error when left out"),
+        rows=[
+            (
+                row.condition, str(row.mode), f"{row.measured_Hz:.5g}", f"{row.before_Hz:.5g}",
+                f"{100 * (row.measured_Hz / row.before_Hz - 1):+.2f} %", f"{row.after_Hz:.5g}",
+                f"{100 * (row.measured_Hz / row.after_Hz - 1):+.2f} %", f"{100 * row.left_out_after:+.2f} %",
+            )
+            for row in rows
+        ],
+        numbers=(1, 2, 3, 4, 5, 6, 7),
+    )  # fmt: skip
+    told = "; ".join(
+        f"mode {row.mode} {row.condition}: {100 * row.left_out_before:+.2f} % before, "
+        f"{100 * row.left_out_after:+.2f} % after"
+        for row in rows
+    )
+    verb = "agrees with" if misfit.chi2_per_dof <= misfit.threshold else "does not agree with"
+    texts = [
+        f"Chi² per degree of freedom with the moduli identified is {misfit.chi2_per_dof:.3g}: the model {verb} the "
+        "frequencies, "
+        f"the threshold being {misfit.threshold:.3g}."
+        + (f" With what is blamed it is {misfit.after:.3g}." if extended else "")
+    ]
+    drawn = picture(
+        _frequency_figure(rows, extended=extended),
+        alt=f"Relative error of every frequency predicted from all others. {told}.",
+        caption="Every frequency predicted from all others: measured over model, minus one.",
+    )
+    return Section(title="Measured and modelled frequencies", texts=texts, tables=[table], pictures=[drawn])
+
+
+def _frequency_figure(rows: Sequence[FrequencyRow], *, extended: bool) -> Figure:
+    figure, (axes,) = panels(1, height_in=3.2)
+    x = np.arange(len(rows))
+    kinds = [("left_out_before", "moduli alone", BEFORE)]
+    if extended:
+        kinds.append(("left_out_after", "extended", AFTER))
+    width = 0.8 / len(kinds)
+    for i, (name, label, colour) in enumerate(kinds):
+        values = [100 * getattr(row, name) for row in rows]
+        axes.bar(x - 0.4 + (i + 0.5) * width, values, width=width, color=colour, label=label)
+    axes.axhline(0.0, color=MEASURED, linewidth=0.8)
+    axes.set(ylabel="left-out error, %", xlabel="mode and condition")
+    dressed(axes)
+    axes.set_xticks(x, [f"{row.mode}\n{row.condition}" for row in rows])
+    legend(figure, axes.get_legend_handles_labels()[0])
+    return figure
+
+
+def _sweeps(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Section:
+    misfit = diagnosis.misfit
+    table = Table(
+        caption="Every sweep beside the smooth law of all others, in the order of the file",
+        head=(
+            "sweep", "amplitude, m/s²", "resonance, Hz", "damping ratio", "off the law, Hz", "force error",
+            "own mode's error",
+        ),
+        rows=[
+            (
+                row.sweep + ("" if row.inside else " (end)") + (", shifted" if row.shifted else ""),
+                f"{row.amplitude_m_per_s2:.3g}", f"{row.frequency_Hz:.3f}", f"{row.damping_ratio:.5f}",
+                f"{row.shift_Hz:+.3f}",
+                f"{100 * row.force_error:.1f} %", f"{100 * row.own_error:.1f} %",
+            )
+            for row in rows
+        ],
+        numbers=(1, 2, 3, 4, 5, 6),
+    )  # fmt: skip
+    texts = [
+        f"Chi² per sweep of the resonances against the law of all others is {misfit.chi2_per_dof:.3g}, the "
+        "threshold being "
+        f"{misfit.threshold:.3g}. The lowest and the highest amplitude (end) are extrapolated and do not count."
+    ]
+    peaks = "; ".join(
+        f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s²: {row.frequency_Hz:.3f} Hz" for row in rows
+    )
+    drawn = picture(
+        _sweep_figure(diagnosis, rows),
+        alt=f"Resonance of every sweep against its amplitude, with the smooth law, and force errors by sweep. {peaks}.",
+        caption="Left: resonance of every sweep by itself and the smooth law with one standard deviation; right: "
+        "errors of the "
+        "force, by the law of all other sweeps and by a linear mode of its own.",
+    )
+    return Section(title="Sweep by sweep", texts=texts, tables=[table], pictures=[drawn])
+
+
+def _sweep_figure(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Figure:
+    figure, (left, right) = panels(2, height_in=3.4)
+    assert isinstance(diagnosis.model, ModalRig)
+    law = diagnosis.model.law
+    assert law is not None
+    a, f, std = (np.array(v) for v in (law.amplitude_m_per_s2, law.frequency_Hz, law.frequency_std_Hz))
+    left.fill_between(a, f - std, f + std, color=AFTER, alpha=0.2, linewidth=0)
+    left.plot(a, f, color=AFTER, label="smooth law")
+    amplitude, resonance = ([getattr(row, name) for row in rows] for name in ("amplitude_m_per_s2", "frequency_Hz"))
+    left.plot(amplitude, resonance, "o", color=MEASURED, markersize=5, label="sweep by itself")
+    left.set(title="Resonance", xlabel="amplitude, m/s²", ylabel="frequency, Hz")
+    x = np.arange(len(rows))
+    for i, (name, label, colour) in enumerate(
+        (("force_error", "law of all others", BEFORE), ("own_error", "own mode", AFTER))
+    ):
+        values = [100 * getattr(row, name) for row in rows]
+        right.bar(x - 0.2 + 0.4 * i, values, width=0.4, color=colour, label=label)
+    right.set(title="Error of the force", xlabel="sweep", ylabel="rms error, %")
+    highest = max([row.force_error for row in rows if row.inside] + [row.own_error for row in rows])
+    for axes in (left, right):
+        dressed(axes)
+    right.set_ylim(0, 130 * highest)  # the ends are extrapolated and may lie far above
+    right.set_xticks(x, [row.sweep for row in rows])
+    legend(figure, [*left.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
+    return figure
+
+
+def _tried(diagnosis: TableDiagnosis) -> Section:
+    rows = [
+        (model.blames, f"{model.log_evidence:+.1f}", f"{model.chi2_per_dof:.3g}", f"{100 * model.rms_error:.2f} %")
+        for model in diagnosis.tried[:MOST_TRIED]
+    ]
+    table = Table(
+        caption="Log evidence against blaming nothing, what is believed beforehand included",
+        head=("blamed", "log evidence", "chi² per degree of freedom", "rms error"),
+        rows=rows,
+        numbers=(1, 2, 3),
+    )
+    return Section(title="What was tried", tables=[table])
+
+
+def _identified(diagnosis: TableDiagnosis) -> Section:
+    rows = [
+        (name, f"{believed:.4g}", f"{estimate.value:.4g}", f"{estimate.std:.2g}")
+        for name, (believed, estimate) in diagnosis.parameters.items()
+    ]
+    head = ("parameter", "believed", "identified", "standard deviation")
+    return Section(
+        title="What was identified", tables=[Table(caption="Moduli in N/m²", head=head, rows=rows, numbers=(1, 2, 3))]
+    )
