@@ -21,6 +21,12 @@
     bitrate = 1000000
     data_bitrate = 5000000
     start = "trigger"                   # "immediate" for a node without the trigger line
+
+    [[device]]
+    name = "meter"
+    address = "serial:/dev/ttyUSB1"
+    kind = "meter"                      # preload, temperature: asked now and then, recorded as indicators
+    interval_s = 1.0                    # of the rig's time
 """
 
 from __future__ import annotations
@@ -68,7 +74,9 @@ class DeviceSettings(BaseModel):
 
     name: Name
     address: str
+    kind: Literal["stream", "meter"] = "stream"
     generator: bool = False
+    interval_s: float = Field(default=1.0, ge=0.1, le=3600.0, description="of a meter")
     start: Literal["trigger", "immediate"] = "trigger"
     baud: int = Field(default=921600, ge=300, le=20_000_000)
     bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000)
@@ -80,6 +88,12 @@ class DeviceSettings(BaseModel):
     def _readable(cls, value: str) -> str:
         parse_address(value)
         return value
+
+    @model_validator(mode="after")
+    def _meter_is_plain(self) -> DeviceSettings:
+        if self.kind == "meter" and (self.generator or self.parsed_address.kind == "can"):
+            raise ValueError("a meter is on a serial line or TCP, and has no generator")
+        return self
 
     @property
     def parsed_address(self) -> Address:

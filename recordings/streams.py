@@ -1,6 +1,7 @@
 """Where samples come from and how a procedure talks to a rig: the two seams between the packages.
 
-A :class:`SampleSource` stands behind a virtual instrument (the bench, a recorded run, a test signal).  An
+A :class:`SampleSource` stands behind a virtual instrument (the bench, a recorded run, a test signal), a
+:class:`SlowSource` behind a virtual meter.  An
 :class:`Acquisition` stands before a procedure (host drivers on a wire, or a source used directly in a rehearsal).
 """
 
@@ -12,7 +13,7 @@ from typing import Literal, Protocol
 
 from recordings.run import Channel, Event, SampleBlock
 
-__all__ = ["Acquisition", "Excitation", "SampleSource"]
+__all__ = ["Acquisition", "Excitation", "SampleSource", "SlowSource"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +57,19 @@ class SampleSource(Protocol):
 
         Indices count from 0 since the source was made; times are nanoseconds of the source's own clock.
         """
+        ...
+
+
+class SlowSource(Protocol):
+    """Quantities that change slowly, such as preload and temperature, at any time of the rig."""
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """What there is, in order; each with a range."""
+        ...
+
+    def read(self, time_s: float) -> Sequence[float]:
+        """The value of every channel, in its unit, at a time of the source's clock."""
         ...
 
 

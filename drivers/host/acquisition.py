@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from drivers.host.can_client import CanClient
 from drivers.host.daq import DaqClient
 from drivers.host.device import Device, DeviceFailedError, Mailbox
+from drivers.host.meter import MeterClient
 from drivers.host.reassembly import Piece
 from drivers.host.watch import ChannelWatch
 from drivers.instruments import Instruments, read_instruments
 from recordings.errors import InputError
-from recordings.run import Channel, Event, SampleBlock
+from recordings.run import Channel, Event, Indicator, SampleBlock
 from recordings.streams import Excitation
 
 __all__ = ["RigAcquisition", "StreamEndedError", "open_instruments"]
@@ -59,6 +60,7 @@ class RigAcquisition:
         self._instruments = instruments
         self._mailbox = Mailbox()
         self._devices: list[Device] = []
+        self._meters: list[MeterClient] = []
         self._generator: DaqClient
         self._running = False
         self._consumed = 0
@@ -71,6 +73,9 @@ class RigAcquisition:
         options = {"timeout_s": instruments.timeout_s, "reconnect_s": instruments.reconnect_s}
         try:
             for settings in instruments.device:
+                if settings.kind == "meter":
+                    self._meters.append(MeterClient(settings, self._mailbox, timeout_s=instruments.timeout_s))
+                    continue
                 if settings.parsed_address.kind == "can":
                     self._devices.append(CanClient(settings, self._mailbox, **options))
                     continue
@@ -78,7 +83,8 @@ class RigAcquisition:
                 self._devices.append(daq)
                 if settings.generator:
                     self._generator = daq
-            names = [channel.name for channel in self.channels]
+            slow = [channel for meter in self._meters for channel in meter.channels]
+            names = [channel.name for channel in (*self.channels, *slow)]
             twice = {name for name in names if names.count(name) > 1}
             if twice:
                 raise InputError("instruments", min(twice), "is the name of two channels", "rename one of them")
@@ -95,7 +101,7 @@ class RigAcquisition:
 
     @property
     def channels(self) -> Sequence[Channel]:
-        """All channels, in the order of the devices."""
+        """All channels that stream, in the order of the devices; a meter's are none of them."""
         return [channel for device in self._devices for channel in device.channels]
 
     def set_sample_rate(self, sample_rate_Hz: float) -> float:
@@ -123,6 +129,8 @@ class RigAcquisition:
         self._warned.clear()
         self._mailbox.now_ns = 0
         self._running = True
+        for meter in self._meters:
+            meter.start()
         for device in sorted(self._devices, key=lambda device: device is self._generator):
             device.start(block_length=self._block_length)
 
@@ -132,6 +140,8 @@ class RigAcquisition:
             return
         self._running = False
         self._generator.stop()
+        for meter in self._meters:
+            meter.stop()
         for device in self._devices:
             if device is not self._generator:
                 device.stop()
@@ -143,7 +153,10 @@ class RigAcquisition:
             self.stop()
         for device in self._devices:
             device.close()
+        for meter in self._meters:
+            meter.close()
         self._devices.clear()
+        self._meters.clear()
 
     def __enter__(self) -> RigAcquisition:
         return self
@@ -168,6 +181,20 @@ class RigAcquisition:
     def take_events(self) -> Sequence[Event]:
         """What went wrong since the last call."""
         return self._mailbox.take_events()
+
+    @property
+    def meter_values(self) -> Mapping[str, tuple[float, str]]:
+        """What the meters read when they were connected: value and quantity by channel."""
+        return {
+            channel.name: (meter.first[channel.name], channel.quantity)
+            for meter in self._meters
+            for channel in meter.channels
+            if channel.name in meter.first
+        }
+
+    def take_indicators(self) -> Sequence[Indicator]:
+        """What the meters have read since the last call, in the generator's clock."""
+        return [indicator for meter in self._meters for indicator in meter.take()]
 
     def read(self, *, timeout_s: float = 2.0) -> Sequence[SampleBlock]:
         """One block of every device, from the same sample on; fewer where samples were lost.
@@ -197,6 +224,8 @@ class RigAcquisition:
                     blocks = self._take(target)
                     self._consumed = target
                     if blocks:
+                        for meter in self._meters:
+                            meter.pass_time(blocks[0].time_ns)
                         return blocks
                     progress = time.monotonic()
                     continue

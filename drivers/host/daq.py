@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import queue
 import re
 import threading
@@ -11,7 +10,9 @@ import time
 from collections.abc import Sequence
 
 from drivers.frames import Decoder, Frame, FrameKind, unpack_samples
+from drivers.host.catalogue import read_catalogue, read_identity
 from drivers.host.device import DeviceFailedError, DeviceInbox, Mailbox, configure_channels
+from drivers.host.text_line import ask_line, drain
 from drivers.host.transport import LineLostError, Transport, open_transport
 from drivers.instruments import DeviceSettings
 from recordings.errors import InputError
@@ -22,9 +23,7 @@ __all__ = ["DaqClient"]
 
 DEVICE_ERROR = -300
 """SCPI's number for what is wrong with the device itself, not with what it was asked."""
-QUIET_S = 0.05
 RETRY_S = 0.25
-ANSWER_LIMIT = 1 << 20
 _STREAM_ENDED = b""
 _WITH_ERROR = re.compile(r'(.*);(-?\d+),"[^"]*"')
 
@@ -66,14 +65,15 @@ class DaqClient:
         self.recovering = False
         self._end_reason: str | None = None
         try:
-            self.identity = self._ask_identity()
-            found = self._read_catalogue()
+            self._silence()
+            self.identity = read_identity(self._query_line)
+            found = read_catalogue(self._query_line, device=self.name)
             self.channels: Sequence[Channel]
             self._device_channels = len(found)
             self.channels, self._wiring = configure_channels(
                 found, settings.channel, device=self.name, source=self.address
             )
-        except (LineLostError, TimeoutError) as error:
+        except (LineLostError, TimeoutError, ValueError) as error:
             self._line.close()
             raise self._no_instrument(str(error)) from error
         except InputError:
@@ -92,31 +92,11 @@ class DaqClient:
     def _silence(self) -> None:
         """End what an earlier client may have left running, and throw away what still comes."""
         self._line.write(b"\n:ACQ:STOP\n")
-        self._drain()
-
-    def _drain(self) -> None:
-        deadline = time.monotonic() + self._timeout_s
-        while self._line.read(QUIET_S) and time.monotonic() < deadline:
-            pass
-
-    def _ask_identity(self) -> str:
-        self._silence()
-        identity = self._query_line("*CLS;*IDN?")
-        if identity.count(",") != 3:
-            raise self._no_instrument(f"answers *IDN? with {identity[:40]!r}, which is no IEEE 488.2 instrument")
-        return identity
+        drain(self._line, timeout_s=self._timeout_s)
 
     def _query_line(self, text: str) -> str:
         """Ask while the line carries plain text."""
-        self._line.write(text.encode() + b"\n")
-        answer = bytearray()
-        deadline = time.monotonic() + self._timeout_s
-        while not answer.endswith(b"\n"):
-            left = deadline - time.monotonic()
-            if left <= 0 or len(answer) > ANSWER_LIMIT:
-                raise TimeoutError(f"no answer to {text!r} within {self._timeout_s:g} s")
-            answer += self._line.read(left)
-        return answer.decode("latin-1").strip()
+        return ask_line(self._line, text, timeout_s=self._timeout_s)
 
     def query(self, text: str) -> str:
         """Ask, streaming or not.
@@ -163,7 +143,7 @@ class DaqClient:
             thread.join(self._timeout_s)
             self._end_reason = ""
             with contextlib.suppress(TimeoutError, LineLostError):
-                self._drain()  # answers to what was asked before
+                drain(self._line, timeout_s=self._timeout_s)  # answers to what was asked before
                 self._end_reason = self._query_line("*CLS;:ACQ:FAIL?").strip('"')
             if self._end_reason:
                 self._mailbox.report(self.name, "device-error", self._end_reason)
@@ -175,30 +155,6 @@ class DaqClient:
     def _write(self, text: str) -> None:
         with contextlib.suppress(LineLostError):  # the reader notices it, reports it and reconnects
             self._line.write(text.encode() + b"\n")
-
-    def _read_catalogue(self) -> list[Channel]:
-        count = self._query_line("CHAN:COUN?")
-        if not count.isdigit() or not 0 < int(count) <= 64:
-            raise self._no_instrument(f"answers CHAN:COUN? with {count[:40]!r}")
-        channels = []
-        for number in range(1, int(count) + 1):
-            text = self._query_line(f"CHAN{number}:DESC?")
-            try:
-                name, quantity, unit, position, direction, limit = next(csv.reader([text]))
-                channels.append(
-                    Channel(
-                        name=name,
-                        quantity=quantity,
-                        unit=unit,
-                        position_m=None if float(position) > 1e37 else float(position),
-                        direction=direction,
-                        range=float(limit) or None,
-                        device=self.name,
-                    )
-                )
-            except (ValueError, StopIteration) as error:
-                raise self._no_instrument(f"describes channel {number} as {text[:60]!r}") from error
-        return channels
 
     # --- control ------------------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from drivers.virtual.can_node import CanNode
 from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import FaultPlan, parse_fault
 from drivers.virtual.feed import SampleFeed
+from drivers.virtual.meter import Meter
 from drivers.virtual.ports import Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.recorded import RecordedSource
 from drivers.virtual.server import serve
@@ -14,6 +15,7 @@ __all__ = [
     "Addresses",
     "CanNode",
     "FaultPlan",
+    "Meter",
     "Port",
     "PtyPort",
     "RecordedSource",

@@ -17,11 +17,12 @@ from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import Fault, FaultPlan
 from drivers.virtual.feed import SampleFeed
 from drivers.virtual.line_speed import WirePort
+from drivers.virtual.meter import Meter
 from drivers.virtual.ports import DEFAULT_BAUD, Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.server import VirtualDevice, serve
 from recordings.errors import InputError
 from recordings.run import Channel
-from recordings.streams import SampleSource
+from recordings.streams import SampleSource, SlowSource
 
 __all__ = ["Addresses", "VirtualRig"]
 
@@ -31,15 +32,17 @@ class Addresses:
     """Where the instruments are to listen, as on the command line.
 
     `serial` is ``auto`` for a new pseudo-terminal, a serial port of this machine, or a name that does not exist yet,
-    which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `can` is
-    ``INTERFACE:CHANNEL``; `can_channels` are the channels that go over CAN instead of the line.  With `baud` a
-    pseudo-terminal is as slow as a wire, and deaf to other rates; `bitrate` and `data_bitrate` limit the CAN bus.
+    which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `meter`, for the slow one, is
+    like either; `can` is ``INTERFACE:CHANNEL``; `can_channels` are the channels that go over CAN instead of the line.
+    With `baud` a pseudo-terminal is as slow as a wire, and deaf to other rates; `bitrate` and `data_bitrate` limit the
+    CAN bus.
     Neither speed is limited where the rig runs as fast as it can.
     """
 
     serial: str | None = None
     tcp: str | None = None
     can: str | None = None
+    meter: str | None = None
     can_channels: tuple[str, ...] = ()
     baud: int | None = None
     bitrate: float = 1e6
@@ -70,6 +73,8 @@ class VirtualRig:
         What goes wrong, and the seed of it.
     renew
         Makes a source in place of one that has failed, when a client starts again.
+    slow
+        What the meter measures, where there is to be one.
 
     Raises
     ------
@@ -87,6 +92,7 @@ class VirtualRig:
         faults: Sequence[Fault] = (),
         seed: int = 0,
         renew: Callable[[], SampleSource] | None = None,
+        slow: SlowSource | None = None,
     ) -> None:
         self._speed = speed
         self._origin = origin
@@ -94,6 +100,10 @@ class VirtualRig:
         self._feed = SampleFeed(source, flow_controlled=speed is None, renew=renew)
         on_line, on_can = split_channels(source.channels, addresses)
         names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
+        if addresses.meter is not None:
+            if slow is None or not slow.channels:
+                raise InputError("--meter", "", "there is nothing for it to measure")
+            names.append("meter")
         self._faults = FaultPlan(faults, seed=seed, devices=names, channels=source.channels)
         self._devices: list[VirtualDevice] = []
         self.ready: list[dict[str, str]] = []
@@ -102,6 +112,8 @@ class VirtualRig:
                 self._add_line(addresses, on_line)
             if on_can:
                 self._add_can(addresses, on_can)
+            if addresses.meter is not None and slow is not None:
+                self._add_meter(addresses.meter, addresses.baud, slow, seed)
         except BaseException:
             self.close()
             raise
@@ -153,6 +165,19 @@ class VirtualRig:
             raise
         self.ready.append({"device": "can", "can": addresses.can})
 
+    def _add_meter(self, where: str, baud: int | None, slow: SlowSource, seed: int) -> None:
+        host, _, number = where.rpartition(":")
+        port: Port
+        if host and number.isdigit() and "/" not in where:
+            parsed = _parsed(parse_tcp, "--meter", where)
+            port = TcpPort(parsed.host, parsed.port)
+        else:
+            port = open_serial(where, baud, self._speed, option="--meter")
+        kind = "tcp" if isinstance(port, TcpPort) else "serial"
+        faults = self._faults.link("meter")
+        self._devices.append(Meter(self._feed, slow, ports=[port], origin=self._origin, faults=faults, seed=seed))
+        self.ready.append({"device": "meter", kind: port.address})
+
     def serve(self, stopping: Callable[[], bool], *, on_failure: Callable[[str], None] | None = None) -> int:
         """Serve until told to stop, then close; how often the machine was too slow for the wanted speed.
 
@@ -190,7 +215,8 @@ class VirtualRig:
             lines += ["[[device]]", f'name = "{device}"', f'address = "{kind}:{entry[kind]}"']
             if self._baud is not None and kind == "serial":
                 lines.append(f"baud = {self._baud}")
-            lines += ["generator = true", ""] if device == "daq" else [""]
+            lines += {"daq": ["generator = true"], "meter": ['kind = "meter"']}.get(device, [])
+            lines.append("")
         if "generator = true" not in lines:
             raise InputError("--instruments-out", "", "a CAN node alone has no generator", "add --serial or --tcp")
         return "\n".join(lines)
@@ -227,7 +253,7 @@ def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[l
     return on_line, on_can
 
 
-def open_serial(where: str, baud: int | None, multiple: float | None) -> Port:
+def open_serial(where: str, baud: int | None, multiple: float | None, *, option: str = "--serial") -> Port:
     """A new pseudo-terminal, one with a name of its own, or a serial port that is there."""
     path = Path(where)
     if where == "auto" or path.is_symlink() or not path.exists():
@@ -236,7 +262,7 @@ def open_serial(where: str, baud: int | None, multiple: float | None) -> Port:
             return terminal
         return WirePort(terminal, baud=baud, multiple=multiple)
     if not path.is_char_device():
-        raise InputError("--serial", where, "exists and is no serial port", "give a name that is free, or auto")
+        raise InputError(option, where, "exists and is no serial port", "give a name that is free, or auto")
     return SerialPort(where, baud or DEFAULT_BAUD)
 
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from drivers.frames import MAX_PAYLOAD, Frame, FrameKind, encode, encode_samples
 from drivers.scpi import Integer, Interpreter, Number, ScpiError, command, quoted
+from drivers.virtual.catalogue import Catalogue
+from drivers.virtual.conversing import Conversing
 from drivers.virtual.faults import LinkFaults
 from drivers.virtual.feed import SampleFeed, SourceFailedError
 from drivers.virtual.ports import Port
@@ -35,7 +37,7 @@ class _Stream:
     overrun: int = 0
 
 
-class AcquisitionInstrument(Readings):
+class AcquisitionInstrument(Catalogue, Conversing, Readings):
     """A generator and some channels behind one or more ports.
 
     Parameters
@@ -67,18 +69,12 @@ class AcquisitionInstrument(Readings):
         known = {channel.name: channel for channel in feed.channels}
         self._channels = tuple(known[channel] for channel in channels)
         self._lossless = lossless
-        self._faults = faults or LinkFaults()
-        self._sessions = [Session(self, port) for port in ports]
+        self.attach(ports, faults)
         self._stream: _Stream | None = None
         self._window = 0
         self._speaking: Session | None = None
 
     # --- what the server asks -------------------------------------------------------------------------------------
-
-    @property
-    def sessions(self) -> Sequence[Session]:
-        """Its conversations, one a port."""
-        return self._sessions
 
     @property
     def listening(self) -> bool:
@@ -90,11 +86,6 @@ class AcquisitionInstrument(Readings):
         """Whether the line has taken what came before."""
         stream = self._stream
         return stream is None or stream.session is None or stream.session.queued_bytes < FIFO_BYTES // 16
-
-    @property
-    def stalled(self) -> bool:
-        """Whether a fault keeps it from sending."""
-        return self._faults.stalled
 
     def streams_to(self, session: Session) -> bool:
         """Whether a session's line carries frames."""
@@ -113,14 +104,6 @@ class AcquisitionInstrument(Readings):
         self._speaking = session
         return interpreter.run()
 
-    def service(self) -> bool:
-        """Talk to the clients; whether anything moved."""
-        return sum(session.service() for session in self._sessions) > 0
-
-    def descriptors(self) -> list[tuple[int, bool]]:
-        """What to wait for: descriptors, and whether to wait for room as well."""
-        return [(session.port.fileno(), session.wants_to_write) for session in self._sessions]
-
     def accept(self, block: SampleBlock) -> None:
         """Take a block of the feed and send it to who listens."""
         values = np.stack([block.samples[channel.name] for channel in self._channels]).astype(np.float32, copy=False)
@@ -133,9 +116,7 @@ class AcquisitionInstrument(Readings):
         for start in range(0, len(block), most):
             self._send_samples(self._stream, block, values[:, start : start + most], overload, start)
             overload = np.zeros_like(overload)
-        if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
-            for session in self._sessions:
-                session.port.reopen()
+        self.pass_time(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz)
 
     def end(self) -> None:
         """The source has ended: so does the stream, and a READ? that still waits fails."""
@@ -149,11 +130,6 @@ class AcquisitionInstrument(Readings):
             self.report(error)
         self._end_stream()
         self.switch_off()
-
-    def close(self) -> None:
-        """Hang up everywhere."""
-        for session in self._sessions:
-            session.port.close()
 
     @property
     def stream_origin(self) -> int:
@@ -220,27 +196,7 @@ class AcquisitionInstrument(Readings):
         self._window = 0
         self._feed.block_length = 240
 
-    # --- channels and samples -------------------------------------------------------------------------------------
-
-    @command("CHANnel:COUNt?")
-    def _channel_count(self) -> int:
-        """How many channels it has."""
-        return len(self._channels)
-
-    @command("CHANnel:CATalog?")
-    def _catalogue(self) -> str:
-        """Their names."""
-        return ",".join(f'"{channel.name}"' for channel in self._channels)
-
-    @command("CHANnel#:DESCription?")
-    def _describe_channel(self, number: int) -> str:
-        """Name, quantity, unit, position in m (9.91E37 if unknown), direction, range (0 if none) of a channel."""
-        if not 1 <= number <= len(self._channels):
-            raise ScpiError(-114, f"there are {len(self._channels)} channels")
-        channel = self._channels[number - 1]
-        position = "9.91E37" if channel.position_m is None else repr(float(channel.position_m))
-        limit = repr(float(channel.range or 0.0))
-        return f'"{channel.name}","{channel.quantity}","{channel.unit}",{position},"{channel.direction}",{limit}'
+    # --- settings and samples -------------------------------------------------------------------------------------
 
     @command("ACQuire:RATE", Number(minimum=1.0, maximum=1e6, unit="Hz"))
     def _set_rate(self, rate_Hz: float) -> None:

@@ -1,4 +1,4 @@
-"""One client of the acquisition instrument: its conversation and what waits to be sent to it."""
+"""One client of an instrument: its conversation and what waits to be sent to it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from drivers.scpi import Interpreter
 from drivers.virtual.ports import Port
 
 if TYPE_CHECKING:
-    from drivers.virtual.daq import AcquisitionInstrument
+    from drivers.virtual.conversing import Conversing
 
 __all__ = ["Session"]
 
@@ -25,7 +25,7 @@ class Session:
     Replies overtake the samples that wait, as a client that wants to know something should not wait for those.
     """
 
-    def __init__(self, instrument: AcquisitionInstrument, port: Port) -> None:
+    def __init__(self, instrument: Conversing, port: Port) -> None:
         self.port = port
         self._instrument = instrument
         self._present = False

@@ -44,6 +44,7 @@ DAQ = '[[device]]\nname = "daq"\naddress = "/dev/ttyUSB0"\ngenerator = true\n'
         (DAQ + '[[device]]\nname = "b"\naddress = "serial:/dev/ttyUSB0"\n', "", "two devices have the address"),
         (DAQ.replace("/dev/ttyUSB0", "can:virtual:0"), "", "no generator"),
         (DAQ + '[[device.channel]]\nsource = "ai0"\nsensitivity = 0\n', "sensitivity", "of 0"),
+        (DAQ + '[[device]]\nname = "m"\naddress = "can:virtual:0"\nkind = "meter"\n', "device.1", "serial line or TCP"),
         (DAQ + "bauds = 9600\n", "bauds", "not permitted"),
         (DAQ.replace("daq", "d q"), "name", "pattern"),
     ],
@@ -135,4 +136,4 @@ def test_the_example_in_the_documentation_is_valid(tmp_path: Path):
     text = textwrap.dedent((drivers.instruments.__doc__ or "").split("::\n", 1)[1])
     path = tmp_path / "example.toml"
     path.write_text(text)
-    assert [device.name for device in read_instruments(path).device] == ["daq", "can"]
+    assert [device.name for device in read_instruments(path).device] == ["daq", "can", "meter"]

@@ -14,7 +14,7 @@ import numpy as np
 from drivers.instruments import Instruments
 from drivers.virtual import Addresses, VirtualRig, parse_fault
 from recordings.run import Channel, SampleBlock
-from recordings.streams import Excitation
+from recordings.streams import Excitation, SlowSource
 
 CHANNELS = (
     Channel(name="force", quantity="force", unit="N", position_m=0.05, range=50.0),
@@ -76,6 +76,18 @@ class FilteredSine:
         return np.concatenate(self.given, axis=1)
 
 
+class SlowRoom:
+    """A preload that falls by 2 N a second and a temperature that rises by 0.5 K."""
+
+    channels = (
+        Channel(name="preload", quantity="preload", unit="N", range=1000.0, device="meter"),
+        Channel(name="temperature", quantity="temperature", unit="degC", range=100.0, device="meter"),
+    )
+
+    def read(self, time_s: float) -> list[float]:
+        return [540.0 - 2.0 * time_s, 20.0 + 0.5 * time_s]
+
+
 @dataclass
 class Served:
     """Addresses of the virtual instruments of a source."""
@@ -84,6 +96,7 @@ class Served:
     serial: str | None
     tcp: str | None
     can: str | None
+    meter: str | None = None
 
     def instruments(self, **options: object) -> Instruments:
         """What the instruments file would say."""
@@ -91,6 +104,8 @@ class Served:
         devices: list[dict[str, object]] = [{"name": "daq", "address": address, "generator": True}]
         if self.can:
             devices.append({"name": "can", "address": f"can:{self.can}"})
+        if self.meter:
+            devices.append({"name": "meter", "address": self.meter, "kind": "meter"})
         return Instruments.model_validate({"device": devices, **options})
 
 
@@ -104,24 +119,38 @@ def served(
     speed: float | None = None,
     faults: Sequence[str] = (),
     link: Path | None = None,
+    meter: str | None = None,
+    slow: SlowSource | None = None,
     **wire: Any,
 ) -> Iterator[Served]:
     """Virtual instruments in a thread of this process."""
     rig = VirtualRig(
         source,
         Addresses(
-            serial=str(link or "auto") if serial else None, tcp="127.0.0.1:0" if tcp else None, can=can_bus, **wire
+            serial=str(link or "auto") if serial else None,
+            tcp="127.0.0.1:0" if tcp else None,
+            can=can_bus,
+            meter=meter,
+            **wire,
         ),
         speed=speed,
         faults=[parse_fault(text) for text in faults],
         seed=3,
+        slow=slow or (SlowRoom() if meter else None),
     )
-    where = {key: value for entry in rig.ready for key, value in entry.items()}
+    where = {key: value for entry in rig.ready if entry["device"] != "meter" for key, value in entry.items()}
+    meters = [
+        f"{key}:{entry[key]}"
+        for entry in rig.ready
+        if entry["device"] == "meter"
+        for key in ("serial", "tcp")
+        if key in entry
+    ]
     stop = threading.Event()
     thread = threading.Thread(target=rig.serve, args=(stop.is_set,))
     thread.start()
     try:
-        yield Served(source, where.get("serial"), where.get("tcp"), where.get("can"))
+        yield Served(source, where.get("serial"), where.get("tcp"), where.get("can"), *meters)
     finally:
         stop.set()
         thread.join(10)

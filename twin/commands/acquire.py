@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import signal
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -65,6 +65,9 @@ def command(
         raise InputError(out, "", "exists already", "give another name, or --overwrite")
     with _terminable(), open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
+        for value, quantity in acquisition.meter_values.values():
+            if quantity == "preload" and not {"preload_N", "preload_Nm"} & set(info):
+                info["preload_N"] = f"{value:.4g}"
         if procedure is not None:
             check_channels(procedure, acquisition.channels)
         try:
@@ -73,7 +76,7 @@ def command(
             )
         except ValueError as error:
             raise InputError(instruments, "", str(error), "correct the channel in the instruments file") from error
-        sink = _CountingSink(writer)
+        sink = _CountingSink(writer, acquisition.take_indicators)
         try:
             with writer:
                 if procedure is None:
@@ -104,10 +107,11 @@ def _terminable() -> Iterator[None]:
 
 
 class _CountingSink:
-    """The recording, with a count of what went into it."""
+    """The recording, with a count of what went into it, and what the meters have read meanwhile."""
 
-    def __init__(self, writer: RunWriter) -> None:
+    def __init__(self, writer: RunWriter, take_indicators: Callable[[], Sequence[Indicator]]) -> None:
         self._writer = writer
+        self._take_indicators = take_indicators
         self.samples: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
         self.events: Counter[str] = Counter()
@@ -123,6 +127,9 @@ class _CountingSink:
         self.lost[block.device] += block.first_index - self._next.get(block.device, block.first_index)
         self._next[block.device] = block.first_index + len(block)
         self.end_ns = max(self.end_ns, block.time_ns + round(len(block) * 1e9 / block.sample_rate_Hz))
+        # The file's time may leave out the waits, a meter's does not: of what it read meanwhile the latest stands.
+        for indicator in {each.name: each for each in self._take_indicators()}.values():
+            self.write_indicator(replace(indicator, time_ns=self.end_ns))
 
     def write_step(self, step: Step) -> None:
         """Record a step."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,8 +13,14 @@ from twin.commands.serving import address_options, serve_source
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource
+    from twin.rigs import Rig
 
-__all__ = ["command"]
+__all__ = ["JointMeter", "command"]
+
+ROOM_degC = 21.0
+STEEL_SOFTENING_per_K = 3e-4
+"""How much Young's modulus of structural steel falls by, relatively, for each kelvin near room temperature; typical."""
+_NEWTON = re.compile(r"\d+(\.\d+)?N")
 
 
 @click.command()
@@ -24,12 +31,13 @@ __all__ = ["command"]
     is_eager=True,
     expose_value=False,
     callback=lambda context, _, wanted: _print_commands(context) if wanted else None,
-    help="Print the instrument's SCPI commands, and leave.",
+    help="Print the instruments' SCPI commands, and leave.",
 )
 @click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
+@click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of preload and temperature.")
 @address_options
 @json_option
-def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> None:
+def command(rig_name: str, preload: str | None, seed: int, meter: str | None, **options: Any) -> None:
     """Serve the virtual instruments of a rig over serial, TCP and CAN, until SIGINT or SIGTERM.
 
     Their addresses are printed as JSON lines when they are ready.
@@ -54,11 +62,54 @@ def command(rig_name: str, preload: str | None, seed: int, **options: Any) -> No
         except ValueError as error:
             raise InputError(rig_name, "", str(error)) from error
 
-    serve_source(open_source, origin="simulated", seed=seed, **options)
+    slow = JointMeter(rig, name) if meter is not None else None
+    serve_source(open_source, origin="simulated", seed=seed, meter=meter, slow=slow, **options)
+
+
+class JointMeter:
+    """Preload and temperature behind a virtual meter: a :class:`recordings.streams.SlowSource`.
+
+    Where the rig's moduli fall with time, what makes them fall shows: the preload follows the layer's normal modulus
+    along the states that the rig file has of it, the temperature follows the moduli as steel's do.
+    """
+
+    def __init__(self, rig: Rig, preload: str) -> None:
+        import numpy as np
+
+        from recordings.run import Channel
+
+        rates = {effect.cause: effect.parameters.get("rate_per_s", 0.0) for effect in rig.effect}
+        self._layer_rate = float(rates.get("preload-loss", 0.0))
+        self._moduli_rate = float(rates.get("temperature-drift", 0.0))
+        states = {
+            float(key[:-1]): state.normal_modulus for key, state in rig.joint.preload.items() if _NEWTON.fullmatch(key)
+        }
+        self.channels = [Channel(name="temperature", quantity="temperature", unit="degC", range=150.0, device="meter")]
+        self._preload_N: float | None = None
+        if _NEWTON.fullmatch(preload):
+            self._preload_N = float(preload[:-1])
+            self._modulus = states[self._preload_N]
+            forces = np.array(list(states))
+            moduli = np.array(list(states.values()))
+            # A single state tells no slope: then the preload falls in proportion.
+            self._force_per_modulus = (
+                float(np.polyfit(moduli, forces, 1)[0]) if len(states) > 1 else self._preload_N / self._modulus
+            )
+            limit = 2.0 * max(states)
+            self.channels.insert(0, Channel(name="preload", quantity="preload", unit="N", range=limit, device="meter"))
+
+    def read(self, time_s: float) -> list[float]:
+        """Preload (where it is known as a force), N, and temperature, degC."""
+        values = [ROOM_degC + self._moduli_rate * time_s / STEEL_SOFTENING_per_K]
+        if self._preload_N is not None:
+            lost = self._modulus * self._layer_rate * time_s * self._force_per_modulus
+            values.insert(0, max(0.0, self._preload_N - lost))
+        return values
 
 
 def _print_commands(context: click.Context) -> None:
-    from drivers.virtual import AcquisitionInstrument
+    from drivers.virtual import AcquisitionInstrument, Meter
 
-    click.echo(AcquisitionInstrument.table().describe())
+    click.echo(f"generator and acquisition\n\n{AcquisitionInstrument.table().describe()}")
+    click.echo(f"\nmeter\n\n{Meter.table().describe()}")
     context.exit()

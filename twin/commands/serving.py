@@ -16,7 +16,7 @@ from recordings.errors import InputError
 from twin.commands.output import console, print_json
 
 if TYPE_CHECKING:
-    from recordings.streams import SampleSource
+    from recordings.streams import SampleSource, SlowSource
 
 __all__ = ["address_options", "serve_source"]
 
@@ -56,10 +56,13 @@ def serve_source(
     seed: int,
     instruments_out: Path | None,
     as_json: bool,
+    meter: str | None = None,
+    slow: SlowSource | None = None,
 ) -> None:
     """Open a source and serve it until SIGINT or SIGTERM, telling the addresses as JSON lines when they are ready.
 
-    `origin` is what a recording made from it is: simulated or replayed.
+    `origin` is what a recording made from it is: simulated or replayed; `meter` is where a
+    slow meter of `slow` listens.
 
     Raises
     ------
@@ -74,13 +77,15 @@ def serve_source(
         told_to_stop.append(number)
 
     addresses = Addresses(
-        serial=serial, tcp=tcp, can=can, baud=baud, can_channels=tuple(name for name in can_channels.split(",") if name)
-    )
+        serial=serial, tcp=tcp, can=can, meter=meter, baud=baud,
+        can_channels=tuple(name for name in can_channels.split(",") if name),
+    )  # fmt: skip
     multiple = _parse_speed(speed)
     parsed_faults = [parse_fault(fault) for fault in faults]
     rig = VirtualRig(
-        open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source
-    )
+        open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source,
+        slow=slow,
+    )  # fmt: skip
     previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         if instruments_out is not None:

@@ -15,6 +15,8 @@ import pytest
 
 from recordings import read_run
 from twin.cli import main
+from twin.commands.serve import JointMeter
+from twin.rigs import Effect, load_rig
 
 SWEEP = """
 procedure = "stepped-sine"
@@ -40,7 +42,7 @@ voltage = 10.0
 def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], list[dict[str, str]]]]:
     """A server, and the addresses it has told."""
     command = [sys.executable, "-m", "twin", *arguments]
-    expected = sum(option in arguments for option in ("--serial", "--tcp", "--can"))
+    expected = sum(option in arguments for option in ("--serial", "--tcp", "--can", "--meter"))
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
@@ -113,6 +115,36 @@ def test_a_replayed_run_comes_back_bit_for_bit(acquired, kind, tmp_path):
         old = before.devices[channel.device].values[name]
         new = after.devices["daq"].values[name]
         assert np.array_equal(old.view(np.uint32), new.view(np.uint32))
+
+
+def test_a_meter_tells_preload_and_temperature_in_the_recording(tmp_path):
+    file, out = str(tmp_path / "instruments.toml"), tmp_path / "run.mcap"
+    arguments = ["--tcp", "127.0.0.1:0", "--meter", "127.0.0.1:0", "--speed", "10", "--instruments-out", file]
+    with running("serve", "--rig", "steel-lap-joint", "--preload", "540N", *arguments) as (_, addresses):
+        assert [address["device"] for address in addresses] == ["daq", "meter"]
+        done = twin("acquire", "--seconds", "5", "--instruments", file, "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    run = read_run(out)
+    assert float(run.info["preload_N"]) == pytest.approx(540.0, abs=0.2)
+    assert set(run.channels) == {"force", "acc1", "acc2"}
+    for name, unit, value in (("preload", "N", 540.0), ("temperature", "degC", 21.0)):
+        found = [each for each in run.indicators if each.name == name]
+        assert len(found) >= 3
+        assert {each.unit for each in found} == {unit}
+        assert all(each.value == pytest.approx(value, abs=0.2) for each in found)
+
+
+def test_what_makes_the_moduli_fall_shows_on_the_meter():
+    rig = load_rig("steel-lap-joint")
+    moduli = {float(name[:-1]): state.normal_modulus for name, state in rig.joint.preload.items()}
+    (low, high), rate = sorted(moduli), 1e-3
+    fading = rig.model_copy(update={"effect": [Effect(cause="preload-loss", parameters={"rate_per_s": rate})]})
+    # When the modulus has fallen to that of the lower preload, so has the preload.
+    until_s = (1 - moduli[low] / moduli[high]) / rate
+    assert JointMeter(fading, f"{high:g}N").read(until_s)[0] == pytest.approx(low)
+    assert JointMeter(rig, f"{high:g}N").read(until_s) == pytest.approx([high, 21.0])
+    warm = rig.model_copy(update={"effect": [Effect(cause="temperature-drift", parameters={"rate_per_s": 3e-6})]})
+    assert JointMeter(warm, f"{low:g}N").read(100.0) == pytest.approx([low, 22.0])
 
 
 def test_the_command_table_can_be_printed(capsys):
