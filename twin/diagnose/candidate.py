@@ -165,7 +165,7 @@ def fit_candidate(
     std = np.sqrt(np.diag(solution.covariance))[count:] * scales
     final = []
     for i, blame in enumerate(with_values(solution.x)):
-        errors = {p.name: float(std[k]) for k, (j, p) in enumerate(slots) if j == i}
+        errors = {p.name: p.spread(blame.values[p.name], std[k]) for k, (j, p) in enumerate(slots) if j == i}
         final.append(replace(blame, std=errors))
     return Candidate(
         blames=tuple(final),

@@ -36,6 +36,9 @@ class Parameter:
         Value at which the cause has no effect; NaN for a parameter that places an effect and has none.
     starts : tuple of float
         Where a search begins, the likeliest first.
+    model_error : float
+        Relative error of what is found, beyond what noise makes, where the cause's model is a simplification: of the
+        distance from `null`, or of the value itself where that places an effect.
     """
 
     name: str
@@ -44,6 +47,12 @@ class Parameter:
     upper: float
     null: float = float("nan")
     starts: tuple[float, ...] = ()
+    model_error: float = 0.0
+
+    def spread(self, value: float, std: float) -> float:
+        """Standard deviation of what was found, from that of a fit."""
+        size = value if self.places else value - self.null
+        return float(np.hypot(std, self.model_error * size))
 
     @property
     def places(self) -> bool:

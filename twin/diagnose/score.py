@@ -17,6 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.cause import Cause, Parameter
+from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import TIGHT, Slack
@@ -25,6 +26,9 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["Score", "score_causes"]
 
 Array = NDArray[Any]
+
+SMALL = 1e-4
+"""Strength, over the prior's scale, at which a signature is taken: resonances are sharp."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,10 @@ def score_causes(
     root = np.linalg.cholesky(precision).T
     r = np.concatenate([prediction.residual, root @ (mean - model.unknowns.vector)])
     J = np.vstack([prediction.jacobian, root])
+    # An unknown at its limit, which the residual pushes outwards, cannot take over anything.
+    vector, pull = model.unknowns.vector, J.T @ r
+    lower, upper = (unknowns_bounds(model.unknowns, side) for side in (0, 1))
+    J = J[:, ~(((vector <= lower) & (pull < 0)) | ((vector >= upper) & (pull > 0)))]
     factor = cho_factor(J.T @ J)
 
     def project(column: Array) -> Array:
@@ -119,5 +127,5 @@ def _at_small_strength(parameters: tuple[Parameter, ...], start: dict[str, float
     main = next((p for p in parameters if not p.places), None)
     if main is None:
         return start, 1.0
-    step = np.copysign(min(abs(start[main.name] - main.null), 0.01 * main.scale), start[main.name] - main.null)
+    step = np.copysign(min(abs(start[main.name] - main.null), SMALL * main.scale), start[main.name] - main.null)
     return {**start, main.name: main.null + float(step)}, float(step)

@@ -151,3 +151,37 @@ def test_a_cause_is_scored_beside_those_already_blamed(having, unknowns):
     alone = scored(evidence, unknowns, "cross-talk")
     assert max(s.gain for s in alone) > 100
     assert max(s.gain for s in left) < 1e-2
+
+
+SHARP = {
+    "clamp-compliance": ({}, {"rotational_rad_per_Nm": 3e-7}),
+    "beam-modulus": ({"beam": "lower"}, {"factor": 0.999}),
+}
+
+
+@pytest.mark.parametrize("name", SHARP)
+def test_the_first_order_holds_within_a_resonances_width(having, unknowns, name):
+    label, values = SHARP[name]
+    evidence = having(name, label, values, noise=3e-4)
+    base = refitted(evidence, unknowns)
+    (score,) = [s for s in scored(evidence, base.unknowns, name) if s.blame.label == label]
+    refit = refitted(evidence, base.unknowns, score.blame)
+    assert score.gain == pytest.approx(base.solution.cost - refit.solution.cost, rel=0.05)
+
+
+def test_a_small_mass_at_the_tip_is_placed_at_the_tip(having, unknowns):
+    evidence = having("added-mass", {}, {"mass_kg": 2e-4, "position_m": 0.42})
+    base = refitted(evidence, unknowns)
+    best = scored(evidence, base.unknowns, "added-mass")[0]
+    assert best.blame.values["position_m"] == pytest.approx(0.42)
+    assert best.blame.values["mass_kg"] == pytest.approx(2e-4, rel=0.1)
+
+
+def test_a_delay_that_the_losses_may_not_explain_gains_all_of_it(having, unknowns):
+    label, values = {"channel": "acc2"}, {"delay_s": 2e-6}
+    evidence = having("channel-delay", label, values, noise=3e-4)
+    base = refitted(evidence, unknowns)
+    assert base.unknowns.base.loss_E == 0.0
+    (score,) = [s for s in scored(evidence, base.unknowns, "channel-delay") if s.blame.label == label]
+    refit = refitted(evidence, base.unknowns, score.blame)
+    assert score.gain == pytest.approx(base.solution.cost - refit.solution.cost, rel=0.05)

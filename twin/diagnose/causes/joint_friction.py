@@ -32,9 +32,15 @@ class JointFriction(Cause):
         starts = tuple(slip * share for share in (0.1, 0.25, 0.5, 0.04))
         return (
             Parameter(
-                name="stiffness_N_per_m", scale=6 * unit, lower=0.0, upper=300 * unit, null=0.0, starts=(0.3 * unit,)
+                name="stiffness_N_per_m",
+                scale=6 * unit,
+                lower=0.0,
+                upper=300 * unit,
+                null=0.0,
+                starts=(0.3 * unit,),
+                model_error=0.12,
             ),
-            Parameter(name="slip_m", scale=slip, lower=1e-3 * slip, upper=3 * slip, starts=starts),
+            Parameter(name="slip_m", scale=slip, lower=1e-3 * slip, upper=3 * slip, starts=starts, model_error=0.06),
         )
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:

@@ -29,8 +29,10 @@ class JointSlap(Cause):
         """What is left of the stiffness, and the opening at which it goes."""
         gaps = tuple(self._largest_opening(evidence) * share for share in (0.5, 0.2, 0.8, 0.05))
         return (
-            Parameter(name="stiffness_factor", scale=0.5, lower=0.0, upper=4.0, null=1.0, starts=(0.9,)),
-            Parameter(name="gap_m", scale=2 * gaps[0], lower=0.0, upper=6 * gaps[0], starts=gaps),
+            Parameter(
+                name="stiffness_factor", scale=0.5, lower=0.0, upper=4.0, null=1.0, starts=(0.9,), model_error=0.1
+            ),
+            Parameter(name="gap_m", scale=2 * gaps[0], lower=0.0, upper=6 * gaps[0], starts=gaps, model_error=0.08),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

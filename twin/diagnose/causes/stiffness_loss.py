@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,12 +11,13 @@ from twin.diagnose.cause import Cause, Parameter, Values, position
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension
 from twin.structure import Structure
+from twin.structure.beam import beam_stiffness
 
 __all__ = ["StiffnessLoss"]
 
 
 class StiffnessLoss(Cause):
-    """Takes a part of the bending stiffness off one element's length of beam."""
+    """Takes a part of the stiffness off one element's length of beam."""
 
     name = "stiffness-loss"
     summary = "a short section of a beam is weaker in bending, as a crack makes it"
@@ -28,16 +30,27 @@ class StiffnessLoss(Cause):
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """Negative bending stiffness over the section, by two-point quadrature of its curvature."""
+        """Less of every element that the section covers: their flexibilities add along it."""
         rig = evidence.rig
-        total = rig.lower.length + rig.upper.length
-        section = total / rig.mesh.beam_elements
-        x = values["position_m"]
-        beam = rig.lower if x <= rig.lower.length else rig.upper
-        points = np.clip(x + section / 2 * np.array([-1, 1]) / np.sqrt(3), 0.0, rig.length)
-        lost = (1 - values["factor"]) * beam.youngs_modulus * beam.second_moment * section / 2
+        half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
+        x, factor = values["position_m"], values["factor"]
+        mesh = evidence.model.structure.mesh
+        lower = x <= rig.lower.length
+        beam, nodes, first = (rig.lower, mesh.lower_x, 0) if lower else (rig.upper, mesh.upper_x, len(mesh.lower_x))
+        forms, lost = [], []
+        for e, (a, b) in enumerate(pairwise(nodes)):
+            covered = max(0.0, min(b, x + half) - max(a, x - half)) / (b - a)
+            if covered == 0.0:
+                continue
+            EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * beam.second_moment
+            stiffness, shape = np.linalg.eigh(beam_stiffness(EA=EA, EI=EI, length=b - a, shear_ratio=beam.shear_ratio))
+            for k in range(3, 6):  # the first three are rigid motions
+                form = np.zeros(3 * mesh.nodes)
+                form[3 * (first + e) + np.arange(6)] = np.sqrt(stiffness[k]) * shape[:, k]
+                forms.append(form)
+                lost.append(1.0 / (1.0 - covered + covered / factor) - 1.0)
 
         def rows(s: Structure) -> np.ndarray:
-            return np.array([s.curvature(point) for point in points])
+            return np.array(forms)[:, s.free]
 
-        return Extension(attachments=(Attachment(rows, lambda omega: np.full((len(omega), 2), -lost)),))
+        return Extension(attachments=(Attachment(rows, lambda omega: np.tile(lost, (len(omega), 1))),))

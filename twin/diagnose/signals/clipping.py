@@ -1,34 +1,44 @@
-"""Flat tops: many samples on one and the same largest value."""
+"""Flat tops: peaks that are cut off at one level, by the converter or by an amplifier before it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.levels import smallest_step
 
 __all__ = ["find_clipping"]
 
 LEAST_COUNT = 12
+"""Samples on exactly one largest value, a third of them in a row, that are no chance."""
+HIGH, TOP, SHOULDER = 0.98, 2e-3, 0.9
+"""Share of the largest value that peaks must reach; depth of a top below its usual level; where its shoulders begin."""
+LEAST_WIDTH, LEAST_TOPS = 8, 3
+"""Samples between a peak's shoulders, and flat peaks, that are enough to judge by."""
+FLAT = 0.5
+"""Width of a top over that between the shoulders: a whole sine has a quarter, one cut by a tenth three quarters."""
 
 
 def find_clipping(runs: Sequence[Run]) -> list[Finding]:
-    """Channels whose largest magnitude is taken by many samples, some of them in a row."""
+    """Channels whose peaks are flat."""
     findings = []
     for channel in runs[0].channels:
         limits, spoilt = [], {}
         for run in runs:
             if channel not in run.channels:
                 continue
-            x = run.device_of(channel).values[channel]
-            top = float(np.nanmax(np.abs(x), initial=0.0))
-            at_top = np.abs(x) >= top * (1 - 1e-5)
-            in_a_row = int(np.sum(at_top[1:] & at_top[:-1]))
-            if top > 0 and at_top.sum() >= LEAST_COUNT and in_a_row >= LEAST_COUNT / 3:
-                limits.append(top)
-                spoilt[run.path] = np.flatnonzero(at_top)
+            x = np.nan_to_num(run.device_of(channel).values[channel].astype(float))
+            positions = _equal_tops(x)
+            if not len(positions):
+                positions = np.union1d(_flat_tops(x), _flat_tops(-x))
+            if len(positions):
+                limits.append(float(np.median(np.abs(x[positions]))))
+                spoilt[run.path] = positions
         if limits:
             findings.append(
                 Finding(
@@ -41,3 +51,32 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
                 )
             )
     return findings
+
+
+def _equal_tops(x: NDArray[Any]) -> NDArray[Any]:
+    """Positions of samples on exactly the largest magnitude, of a converter that is fine enough for that to tell."""
+    size = np.abs(x)
+    top = float(np.max(size, initial=0.0))
+    at_top = size >= top * (1 - 1e-7)
+    in_a_row = int(np.sum(at_top[1:] & at_top[:-1]))
+    many = at_top.sum() >= LEAST_COUNT and in_a_row >= LEAST_COUNT / 3
+    if top == 0.0 or not many or smallest_step(x) > 1e-5 * top:
+        return np.empty(0, int)
+    return np.flatnonzero(at_top)
+
+
+def _flat_tops(x: NDArray[Any]) -> NDArray[Any]:
+    """Positions of samples on flat positive peaks that may carry noise."""
+    top = float(np.max(x, initial=0.0))
+    if top <= 0:
+        return np.empty(0, int)
+    usual = float(np.median(x[x >= HIGH * top]))
+    if smallest_step(x) > TOP * usual:
+        return np.empty(0, int)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (x >= SHOULDER * usual).astype(np.int8), [0]])))
+    high = np.concatenate([[0], np.cumsum(x >= (1 - TOP) * usual)])
+    flat = []
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        if stop - start >= LEAST_WIDTH and high[stop] - high[start] > FLAT * (stop - start):
+            flat.append(start + np.flatnonzero(x[start:stop] >= (1 - TOP) * usual))
+    return np.concatenate(flat) if len(flat) >= LEAST_TOPS else np.empty(0, int)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.levels import smallest_step
 
 __all__ = ["find_quantisation"]
 
@@ -22,8 +21,7 @@ def find_quantisation(runs: Sequence[Run]) -> list[Finding]:
         steps = []
         for run in runs:
             if channel in run.channels:
-                x = run.device_of(channel).values[channel]
-                steps.append(_smallest_step(x[np.isfinite(x)][:200_000].astype(float)))
+                steps.append(smallest_step(run.device_of(channel).values[channel]))
         step = min(steps, default=0.0)
         if what.range and step > COARSEST * what.range:
             findings.append(
@@ -36,11 +34,3 @@ def find_quantisation(runs: Sequence[Run]) -> list[Finding]:
                 )
             )
     return findings
-
-
-def _smallest_step(x: np.ndarray) -> float:
-    """The step that almost all differences between neighbouring levels are; 0 for a channel that never moves."""
-    levels = np.unique(x)
-    if len(levels) < 3:
-        return 0.0
-    return float(np.quantile(np.diff(levels), 0.05))

@@ -37,6 +37,8 @@ PLAUSIBLE = {"stiffness-loss": 0.02}
 """Causes less probable beforehand than others: a specimen is rarely damaged, models always leave something out."""
 PLACES = 5
 """Places of a cause that are refitted, out of all that are scored."""
+FINE = 1e-3
+"""Tolerance of fits that are compared by their evidence."""
 FINALIST = 8.0
 """How far below the best in log evidence a cause may lie to be weighed exactly."""
 SEED = 6
@@ -88,7 +90,7 @@ class Search:
 def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> Search:
     """The moduli alone, then causes one by one while the evidence and left-out frequencies pay for them."""
     report("fitting the moduli")
-    base = current = problem.fit((), iterations=40)
+    base = current = problem.fit((), iterations=60, tolerance=FINE)
     base_left_out = left_out = leave_one_out(problem, base)
     stages: list[Stage] = []
     while len(stages) < most:
@@ -195,22 +197,33 @@ def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tup
     scores = np.array([problem.score(begun({**values, **nothing}), current.moduli, held) for values in choices])
     if not always and scores.max() <= current.log_evidence:
         return None
+    # The moduli of a wrong model may be far off: each fit begins from them, and from what is believed of them.
+    origins: tuple[dict[str, float], ...] = (current.moduli, {})
     if place is None:
-        fit = problem.fit(begun(first), start=current.moduli, iterations=25)
-        return _checked(fit, fit.log_evidence)
+        best = _best([problem.fit(begun(first), start=moduli, iterations=40, tolerance=FINE) for moduli in origins])
+        return _checked(best, best.log_evidence)
     # A large effect is far from linear: a few steps at every place tell which are worth following.
     scale = float(np.sqrt(max(current.scale, 1.0)))
     looked = [
-        problem.fit(begun(values), start=current.moduli, held=held, iterations=4, scale=scale) for values in choices
+        _best([problem.fit(begun(v), start=m, held=held, iterations=4, scale=scale) for m in origins]) for v in choices
     ]
     likely = np.argsort([-fit.log_evidence if np.isfinite(fit.log_evidence) else np.inf for fit in looked])[:PLACES]
-    tried = [problem.fit(looked[k].active, start=looked[k].moduli, held=held, iterations=10) for k in likely]
+    tried = [problem.fit(looked[k].active, start=looked[k].moduli, held=held, iterations=15) for k in likely]
     evidence = np.array([fit.log_evidence if np.isfinite(fit.log_evidence) else -np.inf for fit in tried])
-    free = [problem.fit(tried[k].active, start=tried[k].moduli, iterations=25) for k in np.argsort(-evidence)[:3]]
-    best = max(free, key=lambda fit: fit.log_evidence)
+    best = _best(
+        [
+            problem.fit(tried[k].active, start=tried[k].moduli, iterations=40, tolerance=FINE)
+            for k in np.argsort(-evidence)[:3]
+        ]
+    )
     # Along the beam the evidence is a sum over places; where it is sharper than their spacing, the best fit's own.
     whole = max(float(logsumexp(evidence)) - np.log(len(choices)), best.log_evidence)
     return _checked(_with_spread(best, place, tried, evidence), whole)
+
+
+def _best(fits: Sequence[Fit]) -> Fit:
+    """The one with the highest log evidence; the first where none has any."""
+    return max(fits, key=lambda fit: fit.log_evidence if np.isfinite(fit.log_evidence) else -np.inf)
 
 
 def _with_spread(fit: Fit, place: Parameter, tried: Sequence[Fit], evidence: Array) -> Fit:
