@@ -20,6 +20,7 @@ from drivers.virtual.line_speed import WirePort
 from drivers.virtual.meter import Meter
 from drivers.virtual.ports import DEFAULT_BAUD, Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.server import VirtualDevice, serve
+from drivers.virtual.slcan import SlcanAdapter
 from recordings.errors import InputError
 from recordings.run import Channel
 from recordings.streams import SampleSource, SlowSource
@@ -33,9 +34,9 @@ class Addresses:
 
     `serial` is ``auto`` for a new pseudo-terminal, a serial port of this machine, or a name that does not exist yet,
     which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `meter`, for the slow one, is
-    like either; `can` is ``INTERFACE:CHANNEL``; `can_channels` are the channels that go over CAN instead of the line.
-    With `baud` a pseudo-terminal is as slow as a wire, and deaf to other rates; `bitrate` and `data_bitrate` limit the
-    CAN bus.
+    like either; `can` is ``INTERFACE:CHANNEL``, where the channel of ``slcan`` is like `serial`; `can_channels` are the
+    channels that go over CAN instead of the line.  With `baud` a pseudo-terminal is as slow as a wire, and deaf to
+    other rates; `bitrate` and `data_bitrate` limit the CAN bus.
     Neither speed is limited where the rig runs as fast as it can.
     """
 
@@ -145,7 +146,14 @@ class VirtualRig:
 
     def _add_can(self, addresses: Addresses, channels: list[str]) -> None:
         assert addresses.can is not None
-        bus = open_bus(_parsed(parse_can, "--can", addresses.can))
+        where = _parsed(parse_can, "--can", addresses.can)
+        told = addresses.can
+        if where.interface == "slcan":
+            line = open_serial(where.channel, None, self._speed, option="--can")
+            bus: can.BusABC = SlcanAdapter(line, bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate)
+            told = f"slcan:{line.address}"
+        else:
+            bus = open_bus(where)
         try:
             self._devices.append(
                 CanNode(
@@ -163,7 +171,7 @@ class VirtualRig:
         except BaseException:
             bus.shutdown()
             raise
-        self.ready.append({"device": "can", "can": addresses.can})
+        self.ready.append({"device": "can", "can": told})
 
     def _add_meter(self, where: str, baud: int | None, slow: SlowSource, seed: int) -> None:
         host, _, number = where.rpartition(":")

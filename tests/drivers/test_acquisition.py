@@ -32,11 +32,16 @@ def line(request):
     return {request.param: True}
 
 
-@pytest.fixture(params=["unixbus", "virtual", "udp_multicast"])
+@pytest.fixture(params=["unixbus", "virtual", "udp_multicast", "slcan"])
 def bus(request, tmp_path):
     if request.param == "udp_multicast":
         request.getfixturevalue("multicast_alone")
-    channel = {"unixbus": f"{tmp_path}/bus", "virtual": "rig", "udp_multicast": "239.74.163.7"}[request.param]
+    channel = {
+        "unixbus": f"{tmp_path}/bus",
+        "virtual": "rig",
+        "udp_multicast": "239.74.163.7",
+        "slcan": f"{tmp_path}/adapter",
+    }[request.param]
     return f"{request.param}:{channel}"
 
 
