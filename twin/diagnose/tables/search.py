@@ -216,9 +216,23 @@ def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tup
             for k in np.argsort(-evidence)[:3]
         ]
     )
+    best = _best([best, *_beside(problem, best, place)])
     # Along the beam the evidence is a sum over places; where it is sharper than their spacing, the best fit's own.
     whole = max(float(logsumexp(evidence)) - np.log(len(choices)), best.log_evidence)
     return _checked(_with_spread(best, place, tried, evidence), whole)
+
+
+def _beside(problem: Problem, fit: Fit, place: Parameter) -> list[Fit]:
+    """Fits begun half a spacing to either side: curvature jumps between elements, and may hold a place there."""
+    change, values = fit.active[-1]
+    half = float(np.abs(np.diff(place.starts)).max()) / 2
+    places = [float(np.clip(values[place.name] + side * half, place.lower, place.upper)) for side in (-1, 1)]
+    return [
+        problem.fit(
+            (*fit.active[:-1], (change, {**values, place.name: x})), start=fit.moduli, iterations=40, tolerance=FINE
+        )
+        for x in places
+    ]
 
 
 def _best(fits: Sequence[Fit]) -> Fit:
