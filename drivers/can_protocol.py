@@ -20,6 +20,7 @@ from recordings.run import Channel
 __all__ = [
     "CHANNELS_LIMIT",
     "FULL_SCALE",
+    "LOAD_UNKNOWN",
     "NO_PULSE",
     "PULSE_INTERVAL_NS",
     "QUANTITIES",
@@ -43,6 +44,7 @@ FULL_SCALE = 32767
 NO_PULSE = 0xFFFFFFFF
 """Pulse number of a time sync that no pulse caused."""
 SAMPLES_PER_FRAME = 30
+LOAD_UNKNOWN = 255
 PULSE_INTERVAL_NS = 100_000_000
 SAMPLE_FRAME = np.dtype([("counter", "<u4"), ("samples", "<i2", SAMPLES_PER_FRAME)])
 QUANTITIES = ("force", "acceleration", "velocity", "displacement", "voltage", "current", "temperature", "preload")
@@ -101,21 +103,26 @@ class TimeSync:
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Sent every second of real time."""
+    """Sent every second of real time: the worst error state and the load of the bus (%, 255 unknown) since the last."""
 
     state: int
     channels: int
     uptime_ms: int
-    _layout = struct.Struct("<BB2xI")
+    error_state: int = 0
+    bus_load_percent: int = LOAD_UNKNOWN
+    _layout = struct.Struct("<BBBBI")
 
     def pack(self) -> bytes:
         """Payload."""
-        return self._layout.pack(self.state, self.channels, self.uptime_ms & 0xFFFFFFFF)
+        return self._layout.pack(
+            self.state, self.channels, self.error_state, self.bus_load_percent, self.uptime_ms & 0xFFFFFFFF
+        )
 
     @classmethod
     def unpack(cls, data: bytes) -> Heartbeat:
         """From a payload; raises struct.error if it is too short."""
-        return cls(*cls._layout.unpack_from(data))
+        state, channels, error_state, load, uptime_ms = cls._layout.unpack_from(data)
+        return cls(state, channels, uptime_ms, error_state, load)
 
 
 @dataclass(frozen=True, slots=True)

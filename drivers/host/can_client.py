@@ -39,6 +39,12 @@ __all__ = ["CanClient"]
 ATTEMPTS = 4
 BATCH_FRAMES = 512
 CLOCK_TOLERANCE = 1e-3
+FULL_BUS_PERCENT = 95
+ERRORS_TOLD_S = 1.0
+_ERROR_STATES = {
+    1: ("error-passive", "many of the node's frames were destroyed on the bus"),
+    2: ("bus-off", "so many of the node's frames were destroyed that it left the bus for a while"),
+}
 SILENCE_S = 3.0
 """Three heartbeats."""
 
@@ -69,6 +75,10 @@ class CanClient:
         self._started_s = 0.0
         self._restarted = False
         self._failed = False
+        self._error_frames = 0
+        self._errors_told_s = 0.0
+        self._error_state = 0
+        self._full = False
         self._highest = 0
         self._overrun = 0
         self._heard_s = time.monotonic()
@@ -144,6 +154,7 @@ class CanClient:
             self._mailbox.register_clock(self.name, self.inbox.clock)
             self._highest = 0
             self._overrun = 0
+            self._error_state, self._full = 0, False
             self._streaming = True
         self._heard_s = self._started_s = time.monotonic()
         self._restarted = False
@@ -157,6 +168,7 @@ class CanClient:
         if self._streaming:
             with contextlib.suppress(TimeoutError):
                 self._command(Opcode.STOP)
+            self._tell_errors(now=True)
         self._streaming = False
 
     def close(self) -> None:
@@ -179,7 +191,7 @@ class CanClient:
                         break
                     channel = message.arbitration_id - MessageId.SAMPLES
                     if message.is_error_frame or message.is_extended_id or message.is_remote_frame:
-                        self._mailbox.report(self.name, "checksum", "an error frame on the bus")
+                        self._error_frames += 1
                     elif 0 <= channel < CHANNELS_LIMIT:
                         pending[channel].append(bytes(message.data))
                     else:
@@ -190,8 +202,16 @@ class CanClient:
                     return
                 continue
             self._watch(bool(control) or any(pending))
+            self._tell_errors()
             if control or any(pending):
                 self._digest(control, pending)
+
+    def _tell_errors(self, *, now: bool = False) -> None:
+        """Error frames come in bursts: one event a second has their number."""
+        if self._error_frames and (now or time.monotonic() - self._errors_told_s > ERRORS_TOLD_S):
+            self._errors_told_s = time.monotonic()
+            count, self._error_frames = self._error_frames, 0
+            self._mailbox.report(self.name, "bus-error", f"{count} error frame(s) on the bus")
 
     def _lose(self, reason: str) -> bool:
         """The bus has failed; whether to go on listening."""
@@ -243,6 +263,7 @@ class CanClient:
                 self._answered.notify_all()
         elif identifier == MessageId.HEARTBEAT:
             beat = Heartbeat.unpack(data)
+            self._hear_beat(beat)
             running_s = time.monotonic() - self._started_s
             younger = beat.uptime_ms * 1e-3 < running_s * (1 - CLOCK_TOLERANCE) - 0.05
             if self._streaming and not self._failed and beat.state == NodeState.FAILED:
@@ -256,6 +277,19 @@ class CanClient:
             if status.overrun > self._overrun:
                 self._mailbox.report(self.name, "overrun", f"{status.overrun} samples lost in the node so far")
             self._overrun = status.overrun
+
+    def _hear_beat(self, beat: Heartbeat) -> None:
+        """Note what a node says of its bus, when it gets worse."""
+        if not self._streaming:
+            return
+        if beat.error_state > self._error_state and beat.error_state in _ERROR_STATES:
+            kind, detail = _ERROR_STATES[beat.error_state]
+            self._mailbox.report(self.name, kind, detail)
+        self._error_state = beat.error_state
+        full = FULL_BUS_PERCENT <= beat.bus_load_percent <= 100
+        if full and not self._full:
+            self._mailbox.report(self.name, "bus-load", f"the bus is busy {beat.bus_load_percent} % of the time")
+        self._full = full
 
     def _unwrap(self, counter: int) -> int:
         """The full number of a sample whose lowest 32 bits were sent: the one nearest to the latest."""

@@ -27,6 +27,8 @@ from recordings.streams import SampleSource, SlowSource
 
 __all__ = ["Addresses", "VirtualRig"]
 
+DEFAULT_BITRATE, DEFAULT_DATA_BITRATE = 1e6, 5e6
+
 
 @dataclass(frozen=True, kw_only=True)
 class Addresses:
@@ -46,8 +48,8 @@ class Addresses:
     meter: str | None = None
     can_channels: tuple[str, ...] = ()
     baud: int | None = None
-    bitrate: float = 1e6
-    data_bitrate: float = 5e6
+    bitrate: float = DEFAULT_BITRATE
+    data_bitrate: float = DEFAULT_DATA_BITRATE
 
     def __post_init__(self) -> None:
         """Refuse addresses that make no sense before anything is opened; raises InputError."""
@@ -98,6 +100,7 @@ class VirtualRig:
         self._speed = speed
         self._origin = origin
         self._baud = addresses.baud
+        self._rates = addresses.bitrate, addresses.data_bitrate
         self._feed = SampleFeed(source, flow_controlled=speed is None, renew=renew)
         on_line, on_can = split_channels(source.channels, addresses)
         names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
@@ -153,7 +156,7 @@ class VirtualRig:
             bus: can.BusABC = SlcanAdapter(line, bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate)
             told = f"slcan:{line.address}"
         else:
-            bus = open_bus(where)
+            bus = open_bus(where, bitrate=round(addresses.bitrate), data_bitrate=round(addresses.data_bitrate))
         try:
             self._devices.append(
                 CanNode(
@@ -223,6 +226,8 @@ class VirtualRig:
             lines += ["[[device]]", f'name = "{device}"', f'address = "{kind}:{entry[kind]}"']
             if self._baud is not None and kind == "serial":
                 lines.append(f"baud = {self._baud}")
+            if device == "can" and self._rates != (DEFAULT_BITRATE, DEFAULT_DATA_BITRATE):
+                lines += [f"bitrate = {self._rates[0]:.0f}", f"data_bitrate = {self._rates[1]:.0f}"]
             lines += {"daq": ["generator = true"], "meter": ['kind = "meter"']}.get(device, [])
             lines.append("")
         if "generator = true" not in lines:

@@ -38,6 +38,8 @@ class BusTime:
         self._seconds = [frame_seconds(size, bitrate=bitrate, data_bitrate=data_bitrate) for size in range(65)]
         self._multiple = multiple
         self._free_at = 0.0
+        self._busy_s = 0.0
+        self._since = time.monotonic()
 
     def take(self, data_bytes: int) -> bool:
         """Whether the bus is free for a frame now; if so, it is taken for the time the frame needs."""
@@ -47,4 +49,14 @@ class BusTime:
         if self._free_at > now:
             return False
         self._free_at = max(self._free_at, now - self.BURST_S * self._multiple) + self._seconds[data_bytes]
+        self._busy_s += self._seconds[data_bytes]
         return True
+
+    def take_load(self) -> float | None:
+        """The part of the time since the last call in which the bus was busy; None for one without limit."""
+        if self._multiple is None:
+            return None
+        now = time.monotonic()
+        elapsed_s = max(1e-3, (now - self._since) * self._multiple)
+        load, self._busy_s, self._since = self._busy_s / elapsed_s, 0.0, now
+        return min(1.0, load)

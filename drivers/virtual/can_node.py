@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
+    LOAD_UNKNOWN,
     NO_PULSE,
     ChannelInfo,
     Command,
@@ -28,6 +29,7 @@ from drivers.can_protocol import (
     frame_sizes,
 )
 from drivers.virtual.bus_time import BusTime
+from drivers.virtual.error_state import ErrorCounter, ErrorState
 from drivers.virtual.faults import ClockFault, LinkFaults
 from drivers.virtual.feed import SampleFeed, SourceFailedError
 from recordings.errors import InputError
@@ -89,6 +91,7 @@ class CanNode:
         self._faults = faults or LinkFaults()
         self._clock = clock or ClockFault()
         self._bus_time = bus_time or BusTime()
+        self._errors = ErrorCounter()
         self._state = NodeState.IDLE
         self._queue: deque[can.Message] = deque()
         self._born = time.monotonic()
@@ -128,11 +131,13 @@ class CanNode:
             if message is None:
                 break
             moved = True
+            if self._errors.state == ErrorState.BUS_OFF:
+                continue  # off the bus it hears nothing either
             if message.arbitration_id == MessageId.COMMAND and not message.is_error_frame:
                 with contextlib.suppress(struct.error):  # too short: noise, as if it had not come
                     self._obey(Command.unpack(bytes(message.data)))
         now = time.monotonic()
-        if now >= self._next_heartbeat:
+        if now >= self._next_heartbeat and self._errors.state != ErrorState.BUS_OFF:
             self._beat(now)
         return self._flush() or moved
 
@@ -140,7 +145,11 @@ class CanNode:
         self._next_heartbeat = now + HEARTBEAT_S
         if self._state == NodeState.FAILED and not self._feed.failure:
             self._state = NodeState.IDLE  # it was made to work again by the start of another instrument
-        beat = Heartbeat(self._state, len(self._channels), int(1000 * (now - self._born)))
+        load = self._bus_time.take_load()
+        beat = Heartbeat(
+            self._state, len(self._channels), int(1000 * (now - self._born)), self._errors.take_worst(),
+            LOAD_UNKNOWN if load is None else round(100 * load),
+        )  # fmt: skip
         self._tell(MessageId.HEARTBEAT, beat.pack())
 
     def _receive(self) -> can.Message | None:
@@ -260,14 +269,24 @@ class CanNode:
 
     def _flush(self) -> bool:
         moved = False
-        while self._queue and not self._faults.stalled and self._bus_time.take(len(self._queue[0].data)):
+        while self._may_send() and self._bus_time.take(len(self._queue[0].data)):
+            if self._faults.noisy:
+                self._errors.fail()  # the frame stays, to be sent again
+                with contextlib.suppress(can.CanError):
+                    self._bus.send(can.Message(is_error_frame=True, is_extended_id=False, dlc=0), timeout=0)
+                moved = True
+                continue
             try:
                 self._bus.send(self._queue[0], timeout=0)
             except can.CanError:
                 break  # the bus is full, off, or its hub has gone: frames wait, then overrun
+            self._errors.succeed()
             self._queue.popleft()
             moved = True
         return moved
+
+    def _may_send(self) -> bool:
+        return bool(self._queue) and not self._faults.stalled and self._errors.state != ErrorState.BUS_OFF
 
     def end(self) -> None:
         """The source has ended."""

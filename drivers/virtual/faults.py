@@ -14,6 +14,8 @@ stall       device, at_s, seconds                        sends nothing for a whi
 disconnect  device, at_s                                 hangs up; the client may come back
 stuck       channel, at_s, seconds                       a sensor keeps its last value
 overload    channel, at_s, seconds, factor               multiplies a signal so that the converter clips
+noise       device, probability, at_s, seconds           destroys frames on the CAN bus, which are sent again; a node
+                                                         whose frames fail too often goes off the bus for a while
 clock       device, ppm, offset_s                        the device's clock is fast and ahead
 =========== ============================================ ==========================================================
 """
@@ -42,6 +44,7 @@ _DEFAULTS: dict[str, dict[str, float | str]] = {
     "disconnect": {"device": "daq", "at_s": 1.0},
     "stuck": {"channel": "acc1", "at_s": 1.0, "seconds": math.inf},
     "overload": {"channel": "acc1", "at_s": 1.0, "seconds": math.inf, "factor": 1e3},
+    "noise": {"device": "can", "probability": 0.05, "at_s": 1.0, "seconds": math.inf},
     "clock": {"device": "can", "ppm": 20.0, "offset_s": 0.0},
 }
 
@@ -108,6 +111,7 @@ class LinkFaults:
         flip: Callable[[Any, np.random.Generator], Any] | None = None,
     ) -> None:
         self._random = [f for f in faults if f.kind in ("drop", "flip", "duplicate", "reorder")]
+        self._noise = [f for f in faults if f.kind == "noise"]
         self._timed = [f for f in faults if f.kind in ("stall", "disconnect")]
         self._generator = generator or np.random.default_rng(0)
         self._flip = flip or _flip_bytes
@@ -152,6 +156,15 @@ class LinkFaults:
             if fault.kind == "stall":
                 self._stalled_until = time.monotonic() + fault.number("seconds")
         return any(fault.kind == "disconnect" for fault in due)
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the frame that is on the bus now is destroyed."""
+        return any(
+            0 <= self._time_s - fault.number("at_s") < fault.number("seconds")
+            and self._generator.random() < fault.number("probability")
+            for fault in self._noise
+        )
 
     @property
     def stalled(self) -> bool:
@@ -206,6 +219,8 @@ class FaultPlan:
         self._channels = {channel.name: channel for channel in channels}
         self._last: dict[str, np.float32] = {}
         for fault in faults:
+            if fault.kind == "noise" and fault.values["device"] != "can":
+                raise InputError("--fault", fault.kind, "only a CAN bus has it", "device=can")
             for key, known in (("device", list(devices)), ("channel", list(self._channels))):
                 if key in fault.values and fault.values[key] not in known:
                     name = str(fault.values[key])

@@ -87,6 +87,9 @@ class SlcanAdapter(can.BusABC):
             If the line is full.
         """
         self._serve()
+        if msg.is_error_frame:  # there is no line for it, but a flag
+            self._failing = True
+            return
         if not self._present or not self._is_open or not self._fits(msg):
             return
         if len(self._out) > OUTPUT_LIMIT:

@@ -178,7 +178,7 @@ def strangers_log(path: Path, *, described: bool = True, synced: bool = True, co
             fields = {f"S{k:02d}": steps[start + k] / 32767 for k in range(30)}
             put("Samples0", {"Counter": (counter + start) % 2**32, **fields}, start / 1000)
             writer.on_message_received(can.Message(arbitration_id=0x7E0, data=b"\x01", is_extended_id=False))
-        put("Heartbeat", {"State": "IDLE", "Channels": 1, "UptimeMs": 12}, 0.3)
+        put("Heartbeat", {"State": "IDLE", "Channels": 1, "UptimeMs": 12, "ErrorState": "ACTIVE", "BusLoad": 9}, 0.3)
     return steps
 
 

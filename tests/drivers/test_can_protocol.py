@@ -51,7 +51,10 @@ def test_status(overrun, overload):
 
 
 def test_heartbeat_command_and_reply():
-    assert decode(0x180, Heartbeat(2, 3, 70_000).pack()) == {"State": 2, "Channels": 3, "UptimeMs": 70_000}
+    assert decode(0x180, Heartbeat(2, 3, 70_000, 1, 42).pack()) == {
+        "State": 2, "Channels": 3, "UptimeMs": 70_000, "ErrorState": 1, "BusLoad": 42,
+    }  # fmt: skip
+    assert Heartbeat.unpack(Heartbeat(2, 3, 70_000, 1, 42).pack()) == Heartbeat(2, 3, 70_000, 1, 42)
     assert decode(0x200, Command(4, 1024.5).pack()) == {"Opcode": 4, "Value": 1024.5}
     assert decode(0x201, Reply(4, 1, 512.0).pack()) == {"Opcode": 4, "Result": 1, "SampleRate": 512.0}
 

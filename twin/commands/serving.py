@@ -25,6 +25,20 @@ _OPTIONS = [
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
     click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN FD node on any python-can interface."),
     click.option("--can-channels", metavar="NAME,...", default="", help="Channels on CAN instead of the line."),
+    click.option(
+        "--bitrate",
+        type=click.IntRange(10_000, 1_000_000),
+        default=1_000_000,
+        show_default=True,
+        help="Of the CAN bus, bit/s; in real time it carries no more.",
+    ),
+    click.option(
+        "--data-bitrate",
+        type=click.IntRange(10_000, 8_000_000),
+        default=5_000_000,
+        show_default=True,
+        help="Of the data in CAN FD frames, bit/s.",
+    ),
     click.option("--baud", type=click.IntRange(300, 20_000_000), help="Make the line as slow as a wire."),
     click.option("--speed", default="1", metavar="N|fast", show_default=True, help="Multiple of real time."),
     click.option("--fault", "faults", multiple=True, metavar="KIND:KEY=VALUE,...", help="Go wrong on purpose."),
@@ -50,6 +64,8 @@ def serve_source(
     tcp: str | None,
     can: str | None,
     can_channels: str,
+    bitrate: int,
+    data_bitrate: int,
     baud: int | None,
     speed: str,
     faults: tuple[str, ...],
@@ -77,7 +93,7 @@ def serve_source(
         told_to_stop.append(number)
 
     addresses = Addresses(
-        serial=serial, tcp=tcp, can=can, meter=meter, baud=baud,
+        serial=serial, tcp=tcp, can=can, meter=meter, baud=baud, bitrate=bitrate, data_bitrate=data_bitrate,
         can_channels=tuple(name for name in can_channels.split(",") if name),
     )  # fmt: skip
     multiple = _parse_speed(speed)

@@ -1,0 +1,144 @@
+"""A CAN bus that destroys frames: sent again, counted, and too many of them drive the node off the bus for a while."""
+
+from __future__ import annotations
+
+import time
+
+import can
+import cantools
+import numpy as np
+import pytest
+from test_acquisition import SINE, channel, quantised, take
+from virtual_rig import FilteredSine, served
+
+from drivers.can_protocol import read_dbc
+from drivers.host import open_instruments
+from drivers.virtual.bus_time import frame_seconds
+from drivers.virtual.error_state import RESTART_S, ErrorCounter, ErrorState
+from recordings.errors import InputError
+from recordings.run import SampleBlock
+
+DATABASE = cantools.database.load_string(read_dbc(), "dbc")
+
+
+def test_error_counts_are_those_of_the_standard():
+    """Eight up, one down; passive beyond 127, off the bus beyond 255, and back with a count of zero."""
+    counter = ErrorCounter()
+    for _ in range(15):
+        counter.fail()
+    assert counter.state == ErrorState.ACTIVE
+    counter.fail()
+    assert counter.state == ErrorState.PASSIVE
+    counter.succeed()
+    assert counter.state == ErrorState.ACTIVE
+    for _ in range(16):
+        counter.fail()
+    assert counter.state == ErrorState.PASSIVE  # 255
+    counter.fail()
+    assert counter.state == ErrorState.BUS_OFF
+    time.sleep(RESTART_S * 1.2)
+    assert counter.state == ErrorState.ACTIVE
+    assert counter.take_worst() == ErrorState.BUS_OFF  # what nobody could be told meanwhile
+    assert counter.take_worst() == ErrorState.ACTIVE
+
+
+def right(blocks: list[SampleBlock], source: FilteredSine) -> bool:
+    sent = quantised(source.everything[2], 490.0)
+    return all(
+        np.array_equal(block.samples["acc2"], sent[block.first_index : block.first_index + len(block)])
+        for block in blocks
+        if block.device == "can"
+    )
+
+
+def test_a_little_noise_costs_no_sample_and_is_told(tmp_path):
+    faults = ["noise:device=can,probability=0.05,at_s=0"]
+    with (
+        served(FilteredSine(), serial=True, can_bus=f"unixbus:{tmp_path}/bus", faults=faults) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        acquisition.set_output(SINE)
+        blocks = take(acquisition, 40)
+        acquisition.stop()
+        events = list(acquisition.take_events())
+    assert {event.kind for event in events} == {"bus-error"}
+    assert sum(int(event.detail.split()[0]) for event in events) > 5
+    assert len(channel(blocks, "acc2")) == 40 * 240
+    assert right(blocks, rig.source)
+
+
+def test_heavy_noise_drives_the_node_off_the_bus_and_it_comes_back(tmp_path):
+    """What was lost meanwhile is counted, what came is right, and after the noise all is well again."""
+    faults = ["noise:device=can,probability=0.9,at_s=1,seconds=2"]
+    with (
+        served(FilteredSine(), serial=True, can_bus=f"unixbus:{tmp_path}/bus", faults=faults, speed=1.0) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        blocks: list[SampleBlock] = []
+        events: list = []
+        until = time.monotonic() + 12
+        while time.monotonic() < until and not (
+            "bus-off" in {event.kind for event in events} and blocks[-1].time_ns > 5_000_000_000
+        ):
+            blocks += acquisition.read()
+            events += acquisition.take_events()
+        late = take(acquisition, 4)
+        acquisition.stop()
+        events += acquisition.take_events()
+    kinds = {event.kind for event in events}
+    assert {"bus-error", "bus-off"} <= kinds
+    blocks += late
+    assert right(blocks, rig.source)
+    assert [block.device for block in late].count("can") == 4
+    tip = [block for block in blocks if block.device == "can"]
+    lost = sum(int(e.detail.split()[0]) for e in events if e.kind == "lost-samples" and e.source == "can")
+    assert sum(len(block) for block in tip) + lost == tip[-1].first_index + len(tip[-1])
+
+
+def test_the_heartbeat_tells_the_load_of_the_bus():
+    rates = {"bitrate": 500e3, "data_bitrate": 1e6}
+    with (
+        served(FilteredSine(rate_Hz=25600.0), can_bus="virtual:loaded", speed=1.0, **rates),
+        can.Bus(interface="virtual", channel="loaded", fd=True) as bus,
+    ):
+        data = DATABASE.encode_message("Command", {"Opcode": "START", "Value": 0.0})
+        bus.send(can.Message(arbitration_id=0x200, data=data, is_extended_id=False, is_fd=True))
+        busy_s, beats = 0.0, []
+        until = time.monotonic() + 6
+        while len(beats) < 3 and time.monotonic() < until:
+            message = bus.recv(0.1)
+            if message is None:
+                continue
+            busy_s += frame_seconds(len(message.data), bitrate=500e3, data_bitrate=1e6)
+            if message.arbitration_id == 0x180:
+                fields = DATABASE.decode_message(0x180, bytes(message.data))
+                beats.append((message.timestamp, busy_s, fields["BusLoad"]))
+    (began, before, _), (ended, after, load) = beats[-2:]
+    assert load > 50
+    assert load == pytest.approx(100 * (after - before) / (ended - began), abs=12)
+
+
+def test_a_bus_that_cannot_carry_it_is_told_by_its_load(tmp_path):
+    rates = {"bitrate": 125e3, "data_bitrate": 250e3}
+    with (
+        served(FilteredSine(rate_Hz=25600.0), tcp=True, can_bus=f"unixbus:{tmp_path}/bus", speed=1.0, **rates) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        events: list = []
+        until = time.monotonic() + 8
+        while time.monotonic() < until and "bus-load" not in {event.kind for event in events}:
+            acquisition.read()
+            events += acquisition.take_events()
+        acquisition.stop()
+    assert "bus-load" in {event.kind for event in events}
+
+
+def test_noise_is_of_a_bus_alone():
+    with (
+        pytest.raises(InputError, match="only a CAN bus"),
+        served(FilteredSine(), tcp=True, faults=["noise:device=daq"]),
+    ):
+        pass
