@@ -19,7 +19,7 @@ from twin.identify.evidence import Evidence
 from twin.identify.unknowns import Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["along_profile"]
+__all__ = ["along_profile", "refined"]
 
 Begin = Callable[[Unknowns, tuple[Blame, ...]], Unknowns]
 
@@ -27,6 +27,8 @@ POINTS, VALLEYS = 20, 3
 FAR, FEW = 2.0, 3
 CLOSE = 20.0
 """Log evidence that a further look at all data may still make up."""
+RATIOS, MOVES = (1.07, 1.025), 4
+"""Steps of a threshold, coarse ones first, and most of each size."""
 WIDE = 8.0
 """Largest over smallest start from which a profile is spaced by ratios."""
 
@@ -68,6 +70,41 @@ def along_profile(
     return [fit for fit in found if fit.log_evidence > best - CLOSE]
 
 
+def refined(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, candidate: Candidate, *, begin: Begin
+) -> Candidate:
+    """The candidate with the thresholds of its last cause moved downhill, all else refitted at each of their values."""
+    blame = candidate.blames[-1]
+    if not blame.cause.extension(evidence, blame.label, blame.values).nonlinear:
+        return candidate
+    best = candidate
+    for parameter in blame.cause.parameters(evidence, blame.label):
+        if not parameter.places or not _by_ratios(parameter):
+            continue
+        for ratio in RATIOS:
+            for factor in (ratio, 1 / ratio):
+                for _ in range(MOVES):
+                    last = best.blames[-1]
+                    value = float(np.clip(last.values[parameter.name] * factor, parameter.lower, parameter.upper))
+                    blames = (*best.blames[:-1], replace(last, values={**last.values, parameter.name: value}))
+                    start = begin(best.unknowns, blames)
+                    trial = fit_candidate(
+                        evidence, harmonics, start, blames, iterations=10, tolerance=0.3, held=parameter.name
+                    )
+                    if trial.solution.cost >= best.solution.cost:
+                        break
+                    best = trial
+    if best is candidate:
+        return candidate
+    freed = fit_candidate(evidence, harmonics, best.unknowns, best.blames, tolerance=0.3)
+    return freed if freed.log_evidence > candidate.log_evidence else candidate
+
+
+def _by_ratios(parameter: Parameter) -> bool:
+    """Whether the starts span so much that the parameter is a threshold rather than a place."""
+    return len(parameter.starts) > 1 and max(parameter.starts) > WIDE * min(parameter.starts) > 0
+
+
 def _hopeless(fits: list[Candidate]) -> bool:
     """Whether the last few values are all far worse than the best: beyond a threshold's valley there is no other."""
     least = min(fit.solution.cost for fit in fits)
@@ -84,6 +121,6 @@ def _least(fits: list[Candidate]) -> list[Candidate]:
 def _grid(parameter: Parameter) -> NDArray[Any]:
     """Values over the span of the parameter's starts and a little beyond, falling."""
     low, high = min(parameter.starts), max(parameter.starts)
-    if high > WIDE * low > 0:
+    if _by_ratios(parameter):
         return np.geomspace(min(2 * high, parameter.upper), low, POINTS)
     return np.linspace(high, low, POINTS)

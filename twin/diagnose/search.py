@@ -10,7 +10,7 @@ import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause
-from twin.diagnose.profile import along_profile
+from twin.diagnose.profile import along_profile, refined
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.identify.base_fit import fit_base, stepwise_law
@@ -120,6 +120,8 @@ def search_causes(
             finalists.append(max(fits, key=lambda fit: fit.log_evidence))
         finalists.sort(key=lambda c: -c.log_evidence)
         if finalists:
+            begin = partial(_with_own_law, evidence, harmonics, slack=TIGHT)
+            finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
             temper = finalists[0].chi2_per_dof
             finalists.sort(key=lambda c: -c.weight(temper))
         accepted = bool(finalists) and _pays(evidence, finalists[0], model)
