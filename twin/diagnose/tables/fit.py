@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln, logsumexp
+from scipy.special import logsumexp
 from scipy.stats import chi2 as chi_square
 
 from twin.diagnose.tables.measured import Measurement
@@ -212,34 +212,6 @@ class Problem:
         values += 0.5 * np.sum(np.log(system.precision)) - system.truncation + log_prior
         return float(logsumexp(values)), float(scales[np.argmax(values)])
 
-    def sampled_evidence(self, fit: Fit, generator: np.random.Generator, *, samples: int = 600) -> float:
-        """Log evidence by importance sampling about a fit, for parameters that move on a curved ridge.
-
-        Samples come from Student distributions with the fit's covariance at several factors on assumed deviations.
-        """
-        system = System(self.model, self.measured, fit.active)
-        centre = system.start(fit.moduli)
-        J = system.evaluate(centre)[1]
-        roots = []
-        for widened in (1.0, 3.0, 10.0):
-            w = self._weight(max(fit.scale, 1.0) * widened if not self.stated else widened)[:, None]
-            roots.append(np.linalg.cholesky(np.linalg.inv((J * w).T @ (J * w) + np.diag(system.precision))))
-        k = len(centre)
-        z = generator.standard_normal((samples, k)) * np.sqrt(3 / generator.chisquare(3, samples))[:, None]
-        x = centre + np.stack([roots[i % 3] @ row for i, row in enumerate(z)])
-        proposal = logsumexp([_student(x - centre, root) for root in roots], axis=0) - np.log(3)
-        scales, log_prior = self._scales()
-        targets = np.full(samples, -np.inf)
-        for i, row in enumerate(x):
-            r = system.residual(row)
-            if np.isfinite(r).all():
-                w = np.array([self._weight(float(scale)) for scale in scales])
-                targets[i] = logsumexp(np.sum(np.log(w), axis=1) - 0.5 * w**2 @ r**2 + log_prior)
-        away = x - system.mean
-        targets += 0.5 * np.sum(np.log(system.precision)) - system.truncation - 0.5 * away**2 @ system.precision
-        # The Laplace form leaves out the factors of 2 pi of the parameters, which the prior's density has.
-        return float(logsumexp(targets - proposal) - np.log(samples) - 0.5 * k * np.log(2 * np.pi))
-
     def _scales(self) -> tuple[Array, Array]:
         """Factors on assumed standard deviations, and the logarithms of their prior probabilities."""
         if self.stated:
@@ -265,11 +237,3 @@ def _weighted(system: System, weight: Array) -> Callable[[Array], tuple[Array, A
         return weight * r, weight[:, None] * J
 
     return evaluate
-
-
-def _student(away: Array, root: Array) -> Array:
-    """Log density of a Student distribution with three degrees of freedom at rows of `away`."""
-    k = away.shape[1]
-    square = np.sum(np.linalg.solve(root, away.T) ** 2, axis=0)
-    constant = gammaln((3 + k) / 2) - gammaln(1.5) - 0.5 * k * np.log(3 * np.pi) - np.sum(np.log(np.diag(root)))
-    return np.asarray(constant - 0.5 * (3 + k) * np.log1p(square / 3))

@@ -265,7 +265,7 @@ def _assumed(problem: Problem) -> list[str]:
         f"except {rare} of them: damage is rarer than what models leave out."
     )
     assumed.append(
-        "Natural frequencies of small motion cannot show, and these were not tried: "
+        "Not tried, since natural frequencies of small motion do not show them or this rig has no place for them: "
         + ", ".join(problem.model.silent)
         + "."
     )

@@ -33,15 +33,14 @@ LEAST_GAIN = 5.0
 """Log evidence that a cause must gain: about a dozen are tried, and chance favours one of them now and then."""
 NEEDED_GAIN = 3.0
 """The same where the data contradict the model without it, so that something must be blamed."""
-PLAUSIBLE = {"stiffness-loss": 0.02}
+PLAUSIBLE = {"stiffness-loss": 0.01}
 """Causes less probable beforehand than others: a specimen is rarely damaged, models always leave something out."""
 PLACES = 5
 """Places of a cause that are refitted, out of all that are scored."""
 FINE = 1e-3
 """Tolerance of fits that are compared by their evidence."""
-FINALIST = 8.0
-"""How far below the best in log evidence a cause may lie to be weighed exactly."""
-SEED = 6
+ALONG = (-6.0, -4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+"""Where about the best place the evidence is taken, in its standard deviations."""
 LEAST_FREEDOM = 0.5
 """Degrees of freedom that a model must leave: with fewer, the data could not have contradicted it."""
 
@@ -50,13 +49,13 @@ LEAST_FREEDOM = 0.5
 class Found:
     """A cause on trial beside those accepted before: the best of its labels, and the evidence over all of them.
 
-    The prior of the cause against others (`PLAUSIBLE`) is in its log evidence.
+    Its log evidence holds `prior`, the logarithm of what is believed of the cause and its labels beforehand.
     """
 
     cause: str
     fit: Fit
     log_evidence: float
-    labels: tuple[str, ...]
+    prior: float
 
 
 @dataclass(frozen=True)
@@ -149,25 +148,10 @@ def _trials(problem: Problem, current: Fit, report: Report, *, all_causes: bool)
     for cause, labelled in by_cause.items():
         labelled.sort(key=lambda pair: -pair[1])
         labels = sum(change.cause == cause for change in problem.model.changes)
-        evidence = (
-            float(logsumexp([value for _, value in labelled])) - np.log(labels) + np.log(PLAUSIBLE.get(cause, 1.0))
-        )
-        names = tuple(" ".join(fit.active[-1][0].label.values()) for fit, _ in labelled)
-        found.append(Found(cause, labelled[0][0], evidence, names))
-    return _weighed(problem, sorted(found, key=lambda trial: -trial.log_evidence))
-
-
-def _weighed(problem: Problem, trials: list[Found]) -> list[Found]:
-    """The likeliest trials by their exact evidence, where more than one is in question."""
-    close = [trial for trial in trials if trial.log_evidence > trials[0].log_evidence - FINALIST] if trials else []
-    if len(close) < 2:
-        return trials
-    weighed = []
-    for trial in close:
-        exact = problem.sampled_evidence(trial.fit, np.random.default_rng(SEED))
-        gain = exact - trial.fit.log_evidence
-        weighed.append(replace(trial, log_evidence=trial.log_evidence + gain))
-    return sorted(weighed, key=lambda trial: -trial.log_evidence) + trials[len(close) :]
+        values = [value for _, value in labelled]
+        prior = float(logsumexp(values)) - values[0] - np.log(labels) + np.log(PLAUSIBLE.get(cause, 1.0))
+        found.append(Found(cause, labelled[0][0], values[0] + prior, float(prior)))
+    return sorted(found, key=lambda trial: -trial.log_evidence)
 
 
 def probabilities(stage: Stage) -> Array:
@@ -217,9 +201,32 @@ def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tup
         ]
     )
     best = _best([best, *_beside(problem, best, place)])
-    # Along the beam the evidence is a sum over places; where it is sharper than their spacing, the best fit's own.
-    whole = max(float(logsumexp(evidence)) - np.log(len(choices)), best.log_evidence)
-    return _checked(_with_spread(best, place, tried, evidence), whole)
+    return _checked(*_along(problem, best, place, [*looked, *tried]))
+
+
+def _along(problem: Problem, best: Fit, place: Parameter, others: Sequence[Fit]) -> tuple[Fit, float]:
+    """The best fit with its place's standard deviation, and its log evidence integrated over the place.
+
+    The place may lie on a curved ridge with the effect's strength, or in several spots: Laplace's form about the best
+    one would be off by some units.
+    """
+    change, values = best.active[-1]
+    centre, held = values[place.name], frozenset([place.name])
+    points = {other.active[-1][1][place.name]: other.log_evidence for other in others}
+    for away in ALONG:
+        x = float(np.clip(centre + away * best.std[-1][place.name], place.lower, place.upper))
+        fit = problem.fit(
+            (*best.active[:-1], (change, {**values, place.name: x})), start=best.moduli, held=held, iterations=12
+        )
+        points[x] = fit.log_evidence
+    x, evidence = (np.array(column) for column in zip(*sorted(points.items()), strict=True))
+    evidence = np.where(np.isfinite(evidence), evidence, -np.inf)
+    top = float(evidence.max())
+    density = np.exp(evidence - top)
+    mass = float(np.trapezoid(density, x))
+    spread = float(np.sqrt(np.trapezoid(density * (x - centre) ** 2, x) / mass))
+    std = {**best.std[-1], place.name: min(max(best.std[-1][place.name], spread), place.upper - place.lower)}
+    return replace(best, std=(*best.std[:-1], std)), top + float(np.log(mass / (place.upper - place.lower)))
 
 
 def _beside(problem: Problem, fit: Fit, place: Parameter) -> list[Fit]:
@@ -238,19 +245,6 @@ def _beside(problem: Problem, fit: Fit, place: Parameter) -> list[Fit]:
 def _best(fits: Sequence[Fit]) -> Fit:
     """The one with the highest log evidence; the first where none has any."""
     return max(fits, key=lambda fit: fit.log_evidence if np.isfinite(fit.log_evidence) else -np.inf)
-
-
-def _with_spread(fit: Fit, place: Parameter, tried: Sequence[Fit], evidence: Array) -> Fit:
-    """The place's standard deviation, no smaller than how far the evidence spreads over other places."""
-    value = fit.active[-1][1][place.name]
-    weight = np.exp(evidence - logsumexp(np.append(evidence, fit.log_evidence)))
-    spread = float(np.sqrt(weight @ (np.array([other.active[-1][1][place.name] for other in tried]) - value) ** 2))
-    spacing = float(np.abs(np.diff(place.starts)).max())
-    std = dict(fit.std[-1])
-    if spread > spacing:
-        std[place.name] = max(std[place.name], spread)
-    std[place.name] = min(std[place.name], place.upper - place.lower)
-    return replace(fit, std=(*fit.std[:-1], std))
 
 
 def _checked(fit: Fit, evidence: float) -> tuple[Fit, float] | None:

@@ -77,7 +77,7 @@ class SingleBeamFrequencies:
     @property
     def silent(self) -> tuple[str, ...]:
         """All other causes; the modulus is identified in any case."""
-        named = {change.cause for change in self.changes}
+        named = {change.cause for change in self.changes} | {"beam-modulus"}
         return tuple(name for name in CAUSES if name not in named)
 
     def matrices(self, active: Active) -> Matrices:
@@ -134,11 +134,15 @@ class SingleBeamFrequencies:
         return found
 
     def _section(self, mesh: FreeBeam, position_m: float) -> Matrix:
-        """Bending stiffness of a short section per unit of the modulus, by two-point quadrature of its curvature."""
+        """Bending stiffness of a short section per unit of the modulus.
+
+        Many points, because the curvature jumps between elements, and a section moves along them.
+        """
         beam, length = self.rig.beam, SECTION * self.rig.beam.length
-        points = np.clip(position_m + length / 2 * np.array([-1, 1]) / np.sqrt(3), 0.0, beam.length)
+        places, weights = np.polynomial.legendre.leggauss(8)
+        points = np.clip(position_m + length / 2 * places, 0.0, beam.length)
         rows = np.array([_row(mesh, float(point), curvature_shape) for point in points])
-        return np.asarray(beam.second_moment * length / 2 * rows.T @ rows)
+        return np.asarray(beam.second_moment * length / 2 * (rows.T * weights) @ rows)
 
 
 def _mesh(rig: BeamRig, shear_ratio: float) -> FreeBeam:
