@@ -219,12 +219,12 @@ def _along(problem: Problem, best: Fit, place: Parameter, others: Sequence[Fit])
             (*best.active[:-1], (change, {**values, place.name: x})), start=best.moduli, held=held, iterations=12
         )
         points[x] = fit.log_evidence
-    x, evidence = (np.array(column) for column in zip(*sorted(points.items()), strict=True))
-    evidence = np.where(np.isfinite(evidence), evidence, -np.inf)
+    places = np.array(sorted(points))
+    evidence = np.nan_to_num([points[x] for x in places], nan=-np.inf, neginf=-np.inf)
     top = float(evidence.max())
     density = np.exp(evidence - top)
-    mass = float(np.trapezoid(density, x))
-    spread = float(np.sqrt(np.trapezoid(density * (x - centre) ** 2, x) / mass))
+    mass = float(np.trapezoid(density, places))
+    spread = float(np.sqrt(np.trapezoid(density * (places - centre) ** 2, places) / mass))
     std = {**best.std[-1], place.name: min(max(best.std[-1][place.name], spread), place.upper - place.lower)}
     return replace(best, std=(*best.std[:-1], std)), top + float(np.log(mass / (place.upper - place.lower)))
 

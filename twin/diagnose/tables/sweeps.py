@@ -8,22 +8,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2 as chi_square
-from scipy.stats import spearmanr
 
 from recordings.errors import InputError
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.diagnose.tables.order_in_time import Drift, Jump, find_drift, find_jump
 from twin.diagnose.tables.result import HeldOut, SweepRow, TableDiagnosis
 from twin.identify.backbone import FREQUENCY_SCALE, Sweep, identify_backbone
 from twin.identify.modal_prediction import predict_held
-from twin.identify.robust_curve import fit_robust_curve
 from twin.rigs.modal import LevelFit, ModalLaw
 
 __all__ = ["MOST_STEPS", "diagnose_sweeps"]
@@ -33,10 +31,6 @@ MOST_STEPS, MOST_SWEEPS = 20_000, 60
 """Beyond them a table is hardly one of stepped sines, and the fit takes minutes."""
 HELD = 0.2
 """How far the response may stray from its median within a sweep that holds it."""
-CONFOUNDED = 0.9
-"""Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""
-CLEAR = 4.0
-"""Standard deviations that a drift must have."""
 
 
 def diagnose_sweeps(
@@ -78,12 +72,13 @@ def diagnose_sweeps(
     ]
     inner = [row for row in rows if row.inside]
     scale = FREQUENCY_SCALE * float(np.mean([row.frequency_Hz for row in rows]))
-    drift = _drift(rows, scale)
+    drift = find_drift(rows, scale)
     errors = np.array([row.shift_Hz for row in inner])
     quiet = np.array([row.shift_Hz for row in inner if not row.shifted])
     chi2 = float(np.mean((errors / scale) ** 2))
     threshold = float(chi_square.isf(0.01, len(inner)) / len(inner))
-    paid = drift is not None and drift.pays
+    jump = find_jump(rows, scale)
+    paid = drift is not None and drift.pays and _rms(drift.left_out) <= jump.left_out
     verdict: Verdict = "none" if chi2 <= threshold and not paid else "ambiguous" if paid else "unknown"
     causes = _causes(drift) if paid and drift is not None else ()
     after_chi2 = float(np.mean((drift.left_out[[row.inside for row in rows]] / scale) ** 2)) if paid and drift else chi2
@@ -92,7 +87,7 @@ def diagnose_sweeps(
         rig=rig_name,
         runs=(Path(path).name,),
         verdict=verdict,
-        sentence=_sentence(verdict, inner, causes),
+        sentence=_sentence(verdict, inner, causes, jump),
         misfit=Misfit(chi2_per_dof=chi2, after=after_chi2, threshold=threshold, where=tuple(_where(inner, path))),
         causes=causes,
         gain=_on_held_out(held_out, model.law) if held_out else _gain(sweeps, rows, model.law, drift if paid else None),
@@ -114,7 +109,7 @@ def diagnose_sweeps(
             "only.",
             "Of the rig its name and the channel's are taken: a table of one mode needs no mesh.",
         ),
-        notes=tuple(_notes(sweeps, rows, model.law, drift, quiet, scale)),
+        notes=tuple(_notes(sweeps, rows, model.law, drift, jump, quiet, scale)),
         model=model,
         seconds=time.perf_counter() - started,
     )  # fmt: skip
@@ -162,55 +157,7 @@ def _force_error(sweep: Sweep, law: ModalLaw, frequency_Hz: float, damping: floa
     return np.asarray(predict_held(own, sweep.frequency_Hz, sweep.acceleration_m_per_s2).force_N / sweep.force_N - 1)
 
 
-@dataclass(frozen=True)
-class _Drift:
-    """A resonance that moves from sweep to sweep beside the law: its rate, and errors of sweeps left out."""
-
-    rate_Hz: float
-    std_Hz: float
-    without: Array
-    left_out: Array
-
-    @property
-    def pays(self) -> bool:
-        """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.rate_Hz) > CLEAR * self.std_Hz and _rms(self.left_out) < 0.5 * _rms(self.without)
-
-
-def _drift(rows: Sequence[SweepRow], scale: float) -> _Drift | None:
-    """None where order in time and amplitude are the same thing."""
-    amplitude, order = np.array([row.amplitude_m_per_s2 for row in rows]), np.array([float(row.order) for row in rows])
-    if abs(float(spearmanr(amplitude, order).statistic)) > CONFOUNDED:
-        return None
-    f = np.array([row.frequency_Hz for row in rows])
-    powers = np.vander(amplitude / amplitude.max(), _law_order(amplitude, order, f, scale) + 1)
-    with_drift = np.column_stack([powers, order - order.mean()])
-    rate, std = _last(with_drift, f, scale)
-    return _Drift(rate, std, _left_out(powers, f), _left_out(with_drift, f))
-
-
-def _law_order(amplitude: Array, order: Array, f: Array, scale: float) -> int:
-    """Order of the law once a straight drift is allowed for, few enough to leave freedom."""
-    rough = np.column_stack([np.vander(amplitude / amplitude.max(), 3), order - order.mean()])
-    detrended = f - (order - order.mean()) * float(np.linalg.lstsq(rough, f, rcond=None)[0][-1])
-    return min(fit_robust_curve(amplitude, detrended, scale=scale).order, len(f) - 4)
-
-
-def _last(columns: Array, f: Array, scale: float) -> tuple[float, float]:
-    """The last column's coefficient and its standard deviation."""
-    coefficients = np.linalg.lstsq(columns, f, rcond=None)[0]
-    spread = np.sum((f - columns @ coefficients) ** 2) / max(len(f) - columns.shape[1], 1)
-    covariance = np.linalg.pinv(columns.T @ columns) * max(float(spread), scale**2)
-    return float(coefficients[-1]), float(np.sqrt(covariance[-1, -1]))
-
-
-def _left_out(columns: Array, f: Array) -> Array:
-    """Each frequency minus its prediction by the least squares of all others."""
-    hat = columns @ np.linalg.pinv(columns)
-    return np.asarray((f - hat @ f) / np.maximum(1 - np.diag(hat), 1e-6))
-
-
-def _causes(drift: _Drift) -> tuple[NamedCause, ...]:
+def _causes(drift: Drift) -> tuple[NamedCause, ...]:
     """A drift's names: a loose bolt and a warming beam look alike in one mode; only the latter also goes up."""
     names = ["preload-loss", "temperature-drift"] if drift.rate_Hz < 0 else ["temperature-drift"]
     return tuple(
@@ -226,7 +173,7 @@ def _causes(drift: _Drift) -> tuple[NamedCause, ...]:
     )
 
 
-def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedCause]) -> str:
+def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedCause], jump: Jump) -> str:
     own, force = (_rms(np.array([getattr(row, name) for row in inner])) for name in ("own_error", "force_error"))
     figures = (
         f"the smooth law of all other sweeps predicts a sweep's force to {100 * force:.1f} % rms, "
@@ -241,6 +188,11 @@ def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[Name
         return (
             f"The resonance moves by {rate.value:+.3g} ± {rate.std:.1g} Hz from sweep to sweep beside the law: "
             f"{names}; {figures}."
+        )
+    if jump.clear:
+        return (
+            f"The resonance jumps by {jump.size_Hz:+.3f} ± {jump.std_Hz:.1g} Hz before sweep {jump.before} and stays "
+            f"there, which no listed cause does; {figures}."
         )
     shifted = [row for row in inner if row.shifted]
     if shifted:
@@ -269,7 +221,7 @@ def _where(inner: Sequence[SweepRow], path: str | Path) -> list[dict[str, Any]]:
     ]
 
 
-def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: _Drift | None) -> HeldOut:
+def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: Drift | None) -> HeldOut:
     """Errors of the force over sweeps between the lowest and the highest, each predicted from all others."""
     inner = [row for row in rows if row.inside]
     floor = _rms(np.array([row.own_error for row in inner]))
@@ -297,7 +249,13 @@ def _on_held_out(sweeps: Sequence[Sweep], law: ModalLaw) -> HeldOut:
 
 
 def _notes(
-    sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: _Drift | None, quiet: Array, scale: float
+    sweeps: Sequence[Sweep],
+    rows: Sequence[SweepRow],
+    law: ModalLaw,
+    drift: Drift | None,
+    jump: Jump,
+    quiet: Array,
+    scale: float,
 ) -> list[str]:
     notes = [
         f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s2 lies {row.shift_Hz:+.3f} Hz "
@@ -317,7 +275,7 @@ def _notes(
             "of all others"
         )
     notes.append(_by_range(sweeps, rows, law))
-    notes.append(_jump(rows, scale))
+    notes.append(_jump_note(jump))
     if drift is None:
         notes.append(
             "the sweeps were run in order of their amplitude: a drift in time and a law of amplitude cannot be "
@@ -355,31 +313,13 @@ def _by_range(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw) 
     return "rms error of the force by the law fitted to all sweeps: " + ", ".join(told)
 
 
-def _jump(rows: Sequence[SweepRow], scale: float) -> str:
-    """Whether the resonance jumps once, between two sweeps, and stays there."""
-    ordered = sorted(rows, key=lambda row: row.order)
-    amplitude, f = (
-        np.array([getattr(row, name) for row in ordered]) for name in ("amplitude_m_per_s2", "frequency_Hz")
-    )
-    order = min(fit_robust_curve(amplitude, f, scale=scale).order, len(f) - 4)
-    powers = np.vander(amplitude / amplitude.max(), order + 1)
-    without = _rms(_left_out(powers, f)[1:-1])
-    tried = []
-    for k in range(2, len(f) - 1):
-        columns = np.column_stack([powers, np.arange(len(f)) >= k])
-        tried.append((_rms(_left_out(columns, f)[1:-1]), k, *_last(columns, f, scale)))
-    best, k, size, std = min(tried)
-    if best > 0.5 * without or abs(size) < CLEAR * std:
-        return (
-            f"a single lasting jump does not explain it: the best, before sweep {ordered[k].sweep}, takes left-out "
-            "errors from "
-            f"{without:.3f} to {best:.3f} Hz rms"
-        )
-    return (
-        f"a lasting jump of {size:+.3f} ± {std:.1g} Hz before sweep {ordered[k].sweep} takes left-out errors from "
-        f"{without:.3f} to "
-        f"{best:.3f} Hz rms: the joint may have slipped there"
-    )
+def _jump_note(jump: Jump) -> str:
+    """What the best jump does, in words."""
+    errors = f"takes left-out errors from {jump.without:.3f} to {jump.left_out:.3f} Hz rms"
+    if not jump.clear:
+        return f"a single lasting jump does not explain it: the best, before sweep {jump.before}, {errors}"
+    size = f"{jump.size_Hz:+.3f} ± {jump.std_Hz:.1g} Hz"
+    return f"a lasting jump of {size} before sweep {jump.before} {errors}: the joint may have slipped there"
 
 
 def _rms(values: Array) -> float:

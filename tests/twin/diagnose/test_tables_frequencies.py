@@ -1,0 +1,247 @@
+"""Natural frequencies as evidence: textbook beams that hide something, the papers' tables, what is not claimed."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from recordings.tables import FrequencyTable
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.tables import diagnose_frequencies
+from twin.diagnose.tables.fit import SPREAD, Problem
+from twin.diagnose.tables.lap_joint import LapJointFrequencies
+from twin.diagnose.tables.measured import Measurement
+from twin.diagnose.tables.single_beam import SingleBeamFrequencies
+from twin.diagnose.tables.system import System
+from twin.papers.tables import load_study
+from twin.rigs import load_rig
+from twin.rigs.beam import BeamRig, load_beam_rig
+from twin.structure import assemble, normal_modes
+
+BEAM = BeamRig.model_validate(
+    {
+        "kind": "beam", "name": "strip", "support": "clamped", "elements": 30,
+        "beam": {"length": 0.4, "width": 0.03, "thickness": 0.004, "youngs_modulus": 200e9, "density": 7850.0},
+    }
+)  # fmt: skip
+
+
+def cantilever(modes, *, tip_mass_ratio=0.0, modulus=200e9):
+    """Frequencies of a clamped strip with a mass at its tip, from the roots of the textbook's equation."""
+
+    def equation(x):
+        c, s = np.cos(x), np.sin(x)
+        # Divided by cosh, so that high modes do not overflow.
+        return 1 / np.cosh(x) + c + tip_mass_ratio * x * (c * np.tanh(x) - s)
+
+    grid = np.linspace(0.1, (modes + 1) * np.pi, 4000)
+    values = equation(grid)
+    crossing = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))[:modes]
+    roots = np.array([brentq(equation, grid[i], grid[i + 1]) for i in crossing])
+    b = BEAM.beam
+    return roots**2 / (2 * np.pi * b.length**2) * np.sqrt(modulus * b.second_moment / (b.density * b.area))
+
+
+def table(frequencies, *, std=None, preload="", path="table.csv"):
+    f = np.asarray(frequencies, float)
+    n = len(f)
+    std_Hz = np.full(n, np.nan) if std is None else std * f
+    return FrequencyTable(
+        path=path, mode=np.arange(1, n + 1), frequency_Hz=f, std_Hz=std_Hz, preload=(preload,) * n,
+        line=np.arange(2, n + 2),
+    )  # fmt: skip
+
+
+def measurement(frequencies, condition, std=1e-3, stated=True):
+    f = np.asarray(frequencies, float)
+    return Measurement("table.csv", condition, np.arange(1, len(f) + 1), f, np.full(len(f), std), stated)
+
+
+def coarse(rig, elements=20):
+    """The rig with a mesh that is quick and, compared with itself, exact."""
+    return rig.model_copy(update={"mesh": rig.mesh.model_copy(update={"beam_elements": elements})})
+
+
+def test_a_mass_at_the_tip_of_a_textbook_cantilever_is_named_placed_and_weighed():
+    b = BEAM.beam
+    own = b.density * b.area * b.length
+    generator = np.random.default_rng(1)
+    f = cantilever(6, tip_mass_ratio=0.15, modulus=190e9) * np.exp(5e-4 * generator.standard_normal(6))
+    found = diagnose_frequencies([table(f, std=5e-4)], BEAM)
+    assert (found.verdict, found.causes[0].cause) == ("explained", "added-mass")
+    mass, place = (found.causes[0].parameters[name] for name in ("mass_kg", "position_m"))
+    assert abs(mass.value - 0.15 * own) < 3 * mass.std < 0.1 * own
+    assert abs(place.value - b.length) < 3 * place.std < 0.1 * b.length
+    modulus = found.parameters["youngs_modulus"][1]
+    assert abs(modulus.value - 190e9) < 3 * modulus.std
+    assert found.gain.after < 0.2 * found.gain.before
+    assert found.model.effect[0].cause == "added-mass"
+
+
+@pytest.mark.parametrize("std", [1e-3, None])
+def test_a_plain_textbook_cantilever_is_found_right(std):
+    for seed in range(2):
+        generator = np.random.default_rng(seed)
+        f = cantilever(5, modulus=215e9) * np.exp(1e-3 * generator.standard_normal(5))
+        found = diagnose_frequencies([table(f, std=std)], BEAM)
+        assert found.verdict == "none"
+        assert found.causes == ()
+        assert found.misfit.chi2_per_dof < found.misfit.threshold
+        assert found.parameters["youngs_modulus"][1].value == pytest.approx(215e9, rel=5e-3)
+
+
+def test_frequencies_that_no_beam_has_are_explained_by_nothing():
+    f = cantilever(5) * np.array([1.0, 1.2, 0.8, 1.25, 0.8])
+    found = diagnose_frequencies([table(np.sort(f), std=1e-3)], BEAM)
+    assert found.verdict == "unknown"
+    assert not any(cause.in_model for cause in found.causes)
+    assert found.gain.before == found.gain.after
+
+
+@pytest.fixture(scope="module")
+def composite():
+    return diagnose_frequencies(
+        [table(load_study("composite-beam").condition["free"].measured)], load_beam_rig("composite-beam")
+    )
+
+
+def test_the_composite_beams_four_frequencies_name_shear_with_its_rivals_and_gain(composite):
+    first = composite.causes[0]
+    assert (first.cause, first.in_model) == ("transverse-shear", True)
+    assert composite.verdict == "ambiguous"
+    assert set(first.confused_with) == {"stiffness-loss", "added-mass"}
+    ratio = first.parameters["modulus_ratio"]
+    assert ratio.value == pytest.approx(15.9, abs=0.5)
+    assert 1 < ratio.std < 5
+    assert composite.gain.after < 0.6 * composite.gain.before
+    assert composite.misfit.chi2_per_dof > composite.misfit.threshold > composite.misfit.after
+
+
+def test_what_beliefs_and_not_data_decide_is_said(composite):
+    assert any("alone favour stiffness-loss" in note for note in composite.notes)
+    assert any("0.1 % is assumed" in note for note in composite.notes)
+    assert any("stiffness-loss at 0.01" in text for text in composite.assumed)
+    assert any("would tell them apart" in note for note in composite.notes)
+
+
+def test_no_model_is_tried_that_the_data_could_not_contradict(composite):
+    """Two causes with a place make as many parameters as there are frequencies."""
+    assert all("+" not in model.blames or "shear" in model.blames for model in composite.tried)
+    assert not any(model.blames == "added-mass + stiffness-loss" for model in composite.tried)
+
+
+@pytest.fixture(scope="module")
+def steel():
+    study = load_study("steel-lap-joint")
+    tables = [table(c.measured, preload=name, path=f"{name}.csv") for name, c in study.condition.items()]
+    return diagnose_frequencies(tables, coarse(load_rig("steel-lap-joint-light-sensors")))
+
+
+def test_the_steel_beams_eight_frequencies_name_a_mass_near_the_tip(steel):
+    assert (steel.verdict, steel.causes[0].cause) == ("explained", "added-mass")
+    mass, place = (steel.causes[0].parameters[name] for name in ("mass_kg", "position_m"))
+    assert 0.017 < mass.value < 0.022
+    assert 0.40 < place.value <= 0.42
+    assert steel.gain.before > 10 * steel.gain.after
+    assert {model.blames for model in steel.tried} >= {"nothing", "added-mass", "clamp-compliance", "stiffness-loss"}
+    assert set(steel.model.joint.preload) == {"120N", "540N"}
+
+
+def test_loading_the_extended_rig_as_believed_leaves_nothing_to_blame(steel):
+    study = load_study("steel-lap-joint")
+    model = LapJointFrequencies(steel.model, ("120N", "540N"))
+    problem = Problem(model, tuple(measurement(c.measured, name) for name, c in study.condition.items()))
+    again = problem.fit((), iterations=40)
+    assert again.chi2_per_dof < 5
+    assert again.moduli["normal_modulus[120N]"] == pytest.approx(
+        steel.parameters["normal_modulus[120N]"][1].value, rel=0.05
+    )
+
+
+def test_causes_act_as_structures_assembled_by_themselves():
+    rig = coarse(load_rig("steel-lap-joint"))
+    model = LapJointFrequencies(rig, ("120N",))
+    changes = {change.key: change for change in model.changes}
+    E, G = 4e8, 8e7
+    softer = rig.model_copy(update={"upper": rig.upper.model_copy(update={"youngs_modulus": 0.9 * 198e9})})
+    expected = {
+        "added-mass": (assemble(rig).with_point_mass(0.3, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
+        "clamp-compliance": (assemble(rig, clamp_rotation_stiffness=2e3), {"rotational_rad_per_Nm": 1 / 2e3}),
+        "beam-modulus upper": (assemble(softer), {"factor": 0.9}),
+    }
+    for key, (structure, values) in expected.items():
+        m = model.matrices([(changes[key], values)])
+        K = m.K0 + E * m.terms["normal_modulus"] + G * m.terms["shear_modulus"]
+        assert normal_modes(m.M, K, 6).frequency_Hz == pytest.approx(
+            normal_modes(structure.M, structure.stiffness(E, G), 6).frequency_Hz, rel=1e-9
+        )
+
+
+def test_only_causes_that_frequencies_feel_are_tried():
+    model = LapJointFrequencies(load_rig("steel-lap-joint"), ("120N",))
+    named = {change.cause for change in model.changes}
+    assert named >= {"added-mass", "joint-stiffness", "joint-uneven", "stinger-stiffness", "drive-mass"}
+    assert not named & {"channel-gain", "viscous-damper", "cubic-stiffness", "sensor-position", "attached-resonator"}
+    assert named | set(model.silent) == set(CAUSES)
+
+
+def test_sensitivities_are_those_of_differences():
+    rig = coarse(load_rig("steel-lap-joint"))
+    model = LapJointFrequencies(rig, ("120N",))
+    change = next(c for c in model.changes if c.cause == "added-mass")
+    data = [measurement([26.5, 157.6, 471.8, 895.0], "120N")]
+    system = System(model, data, ((change, {"mass_kg": 0.02, "position_m": 0.31}),))
+    x = system.start({})
+    _, J = system.evaluate(x)
+    for k in range(len(x)):
+        step = np.zeros(len(x))
+        step[k] = 1e-4
+        difference = (system.evaluate(x - step)[0] - system.evaluate(x + step)[0]) / 2e-4
+        assert J[:, k] == pytest.approx(difference, rel=2e-3, abs=2e-3 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_evidence_of_the_modulus_alone_is_its_integral(stated):
+    """The frequencies of a slender beam go as the root of the modulus, so that the integral has one dimension."""
+    f = cantilever(3, modulus=230e9) * np.array([1.001, 0.9995, 1.0002])
+    data = measurement(f, "clamped", stated=stated)
+    problem = Problem(SingleBeamFrequencies(BEAM), (data,))
+    unit = cantilever(3, modulus=1.0)
+
+    def integrand(log_modulus, factor):
+        r = (np.log(f / unit) - log_modulus / 2) / 1e-3
+        prior = np.exp(-0.5 * ((log_modulus - np.log(200e9)) / 0.5) ** 2) / 0.5
+        return factor**-3 * np.exp(-0.5 * np.sum(r**2) / factor**2) * prior
+
+    def given(factor):
+        centre, width = float(np.mean(2 * np.log(f / unit))), 0.01 * factor
+        return quad(integrand, centre - width, centre + width, args=(factor,), epsrel=1e-8)[0]
+
+    # Laplace's form leaves out the root of 2 pi of each parameter.
+    if stated:
+        expected = np.log(given(1.0)) - 0.5 * np.log(2 * np.pi)
+    else:
+        logs = np.linspace(-4 * SPREAD, 4 * SPREAD, 161)
+        weight = np.exp(-0.5 * (logs / SPREAD) ** 2)
+        expected = np.log(np.sum(weight * [given(np.exp(v)) for v in logs]) / weight.sum()) - 0.5 * np.log(2 * np.pi)
+    assert problem.fit((), iterations=40, tolerance=1e-6).log_evidence == pytest.approx(expected, abs=0.05)
+
+
+def test_a_right_model_exceeds_the_threshold_as_rarely_as_it_says():
+    generator = np.random.default_rng(0)
+    for stated in (True, False):
+        problem = Problem(SingleBeamFrequencies(BEAM), (measurement(cantilever(5), "clamped", stated=stated),))
+        scale = np.ones(200_000) if stated else np.exp(SPREAD * generator.standard_normal(200_000))
+        drawn = scale**2 * generator.chisquare(4, 200_000) / 4
+        assert np.mean(drawn > problem.threshold(4)) == pytest.approx(0.01, abs=0.002)
+
+
+def test_a_table_that_was_held_out_measures_the_gain():
+    f = cantilever(6, tip_mass_ratio=0.1)
+    kept = FrequencyTable(
+        path="kept.csv", mode=np.array([6]), frequency_Hz=f[5:], std_Hz=np.array([np.nan]), preload=("",),
+        line=np.array([2]),
+    )  # fmt: skip
+    found = diagnose_frequencies([table(f[:5], std=1e-3)], BEAM, held_out=[kept])
+    assert found.gain.runs == ("kept.csv",)
+    assert found.gain.after < 0.1 * found.gain.before

@@ -1,0 +1,102 @@
+"""Whether resonances move with the order in which sweeps were run, beside a law of amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from twin.diagnose.tables.result import SweepRow
+
+__all__ = ["Drift", "Jump", "find_drift", "find_jump"]
+
+Array = NDArray[np.float64]
+CONFOUNDED = 0.9
+"""Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""
+MOST_ORDER = 4
+"""Highest order of the law beside which a drift or a jump is looked for."""
+CLEAR = 4.0
+"""Standard deviations that a drift or a jump must have."""
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A resonance that moves from sweep to sweep beside the law: its rate, and errors of sweeps left out."""
+
+    rate_Hz: float
+    std_Hz: float
+    without: Array
+    left_out: Array
+
+    @property
+    def pays(self) -> bool:
+        """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
+        return abs(self.rate_Hz) > CLEAR * self.std_Hz and _rms(self.left_out) < 0.5 * _rms(self.without)
+
+
+@dataclass(frozen=True)
+class Jump:
+    """The best single jump of the resonance before a sweep, with rms errors of left-out sweeps without and with it."""
+
+    left_out: float
+    before: str
+    size_Hz: float
+    std_Hz: float
+    without: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether it is large, and predicts sweeps that were left out at least twice as well."""
+        return abs(self.size_Hz) > CLEAR * self.std_Hz and self.left_out < 0.5 * self.without
+
+
+def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
+    """The resonance jumps once, between two sweeps, and stays there."""
+    amplitude, f = (np.array([getattr(row, name) for row in rows]) for name in ("amplitude_m_per_s2", "frequency_Hz"))
+    without = _rms(_smooth(amplitude, f)[1])
+    tried = []
+    for k in range(2, len(f) - 1):
+        columns, errors = _smooth(amplitude, f, (np.arange(len(f)) >= k).astype(float))
+        tried.append(Jump(_rms(errors), rows[k].sweep, *_last(columns, f, scale), without))
+    return min(tried, key=lambda jump: jump.left_out)
+
+
+def find_drift(rows: Sequence[SweepRow], scale: float) -> Drift | None:
+    """None where order in time and amplitude are the same thing."""
+    amplitude, order = np.array([row.amplitude_m_per_s2 for row in rows]), np.array([float(row.order) for row in rows])
+    if abs(float(spearmanr(amplitude, order).statistic)) > CONFOUNDED:
+        return None
+    f = np.array([row.frequency_Hz for row in rows])
+    _, without = _smooth(amplitude, f)
+    columns, left_out = _smooth(amplitude, f, order - order.mean())
+    return Drift(*_last(columns, f, scale), without, left_out)
+
+
+def _smooth(amplitude: Array, f: Array, *beside: Array) -> tuple[Array, Array]:
+    """A polynomial law of amplitude with columns beside it, and its left-out errors, of the order with the least."""
+    powers = [np.vander(amplitude / amplitude.max(), order + 1) for order in range(min(MOST_ORDER, len(f) - 4) + 1)]
+    tried = [np.column_stack([columns, *beside]) for columns in powers]
+    errors = [_left_out(columns, f) for columns in tried]
+    best = int(np.argmin([_rms(error) for error in errors]))
+    return tried[best], errors[best]
+
+
+def _last(columns: Array, f: Array, scale: float) -> tuple[float, float]:
+    """The last column's coefficient and its standard deviation."""
+    coefficients = np.linalg.lstsq(columns, f, rcond=None)[0]
+    spread = np.sum((f - columns @ coefficients) ** 2) / max(len(f) - columns.shape[1], 1)
+    covariance = np.linalg.pinv(columns.T @ columns) * max(float(spread), scale**2)
+    return float(coefficients[-1]), float(np.sqrt(covariance[-1, -1]))
+
+
+def _left_out(columns: Array, f: Array) -> Array:
+    """Each frequency minus its prediction by the least squares of all others."""
+    hat = columns @ np.linalg.pinv(columns)
+    return np.asarray((f - hat @ f) / np.maximum(1 - np.diag(hat), 1e-6))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
