@@ -4,38 +4,69 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Any
 
-__all__ = ["uninterrupted"]
+__all__ = ["UNINTERRUPTED"]
 
 
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Put SIGINT and SIGTERM off to the end of the block.
+class _Uninterrupted:
+    """A context, entered again and again, at whose end signals come that arrived within it.
 
-    Signals reach Python code in the main thread alone; in others there is nothing to do.
+    Signals reach Python code in the main thread alone; for a writer made in another one there is nothing to do.
+    Between :meth:`install` and :meth:`remove` it stands before the handlers that were there, as setting and resetting
+    them around every record would cost more than writing it.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    late: list[int] = []
 
-    def note(number: int, _: FrameType | None) -> None:
-        late.append(number)
+    def __init__(self) -> None:
+        self._users: set[int] = set()
+        self._busy = False
+        self._late: list[int] = []
+        self._before: dict[int, Any] = {}
 
-    before: dict[int, Any] = {}
-    try:
+    def install(self, user: object) -> None:
+        """Stand before the handlers of SIGINT and SIGTERM until the last user has removed it."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self._users.add(id(user))
         for number in (signal.SIGINT, signal.SIGTERM):
             handler = signal.getsignal(number)
-            if handler is not None:  # else it was not set from Python, and could not be set again
-                before[number] = handler
-                signal.signal(number, note)
-        yield
-    finally:
-        for held, handler in before.items():
-            signal.signal(held, handler)
-        for missed in late:
-            signal.raise_signal(missed)
+            if handler not in (None, self._handle):  # one that was not set from Python could not be set again
+                self._before[number] = handler
+                signal.signal(number, self._handle)
+
+    def remove(self, user: object) -> None:
+        """Put the handlers back, where nobody has set others meanwhile; doing it twice does no harm."""
+        self._users.discard(id(user))
+        if self._users or threading.current_thread() is not threading.main_thread():
+            return
+        for number, handler in self._before.items():
+            if signal.getsignal(number) == self._handle:
+                signal.signal(number, handler)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        if self._busy:
+            self._late.append(number)
+            return
+        handler = self._before[number]
+        if callable(handler):
+            handler(number, frame)
+        elif handler == signal.SIG_DFL:
+            signal.signal(number, handler)
+            signal.raise_signal(number)
+
+    def __enter__(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self._busy = True
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self._busy = False
+            while self._late:
+                signal.raise_signal(self._late.pop(0))
+
+
+UNINTERRUPTED = _Uninterrupted()
+"""The one of this process: there is one handler of a signal, however many files are being written."""

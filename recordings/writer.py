@@ -19,7 +19,7 @@ from recordings.metadata import CHANNEL_PREFIX, RUN, channel_record, parse_chann
 from recordings.opening import Opening
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 from recordings.schema import EVENT, INDICATOR, SAMPLE_BLOCK, STEP, schema_data
-from recordings.uninterrupted import uninterrupted
+from recordings.uninterrupted import UNINTERRUPTED
 
 __all__ = ["RunWriter"]
 
@@ -94,6 +94,7 @@ class RunWriter:
                 self._stream, chunk_size=CHUNK_BYTES, compression=_COMPRESSION[compression], enable_data_crcs=True
             )
             self._guarded(lambda: self._begin(filled, records, attachments or {}))
+            UNINTERRUPTED.install(self)
             self._in_place(opening.place)
             self._placed = True
             self._flushed_at = time.monotonic()
@@ -102,6 +103,7 @@ class RunWriter:
             atexit.register(self.close)  # an interrupt may come before the caller's `with` has begun
         except BaseException:
             self._closed.set()
+            UNINTERRUPTED.remove(self)
             opening.abandon()
             raise
 
@@ -129,12 +131,18 @@ class RunWriter:
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system."""
-        with uninterrupted(), self._lock:
+        with UNINTERRUPTED, self._lock:
             self._guarded(self._flush)
 
     def close(self) -> None:
         """Write the summary and close; calling it again does nothing."""
-        with uninterrupted(), self._lock:
+        try:
+            self._close()
+        finally:
+            UNINTERRUPTED.remove(self)
+
+    def _close(self) -> None:
+        with UNINTERRUPTED, self._lock:
             if self._closed.is_set():
                 return
             self._closed.set()
@@ -200,7 +208,7 @@ class RunWriter:
         return self._topics[topic]
 
     def _write(self, topic: str, schema: str, time_ns: int, data: bytes) -> None:
-        with uninterrupted(), self._lock:
+        with UNINTERRUPTED, self._lock:
             if self._closed.is_set():
                 raise ValueError("the writer is closed")
             self._guarded(lambda: self._add(topic, schema, time_ns, data))

@@ -275,7 +275,7 @@ class _InterruptedAt:
     def __call__(self, frame: FrameType, event: str, argument: object) -> object:
         if threading.current_thread() is not threading.main_thread() or self.left <= 0:
             return None
-        if Path(frame.f_code.co_filename).name not in ("opening.py", "writer.py"):
+        if Path(frame.f_code.co_filename).name not in ("opening.py", "writer.py", "uninterrupted.py"):
             return None
         if event == "line":
             self.left -= 1
@@ -290,7 +290,7 @@ def test_interrupt_at_any_line_of_the_opening_leaves_nothing_or_a_sound_file(tmp
     left = {"nothing": 0, "old": 0}
     opened = False
     number = 0
-    before = sys.gettrace()
+    before, handler = sys.gettrace(), signal.getsignal(signal.SIGINT)
     while not opened:
         number += 1
         assert number < 5000
@@ -312,6 +312,7 @@ def test_interrupt_at_any_line_of_the_opening_leaves_nothing_or_a_sound_file(tmp
         else:  # what was replaced is replaced, but no torn file is left
             assert names == []
             left["nothing"] += 1
+        assert signal.getsignal(signal.SIGINT) is handler
     assert number > 100
     assert left["nothing" if old is None else "old"] > 0.9 * number
     writer.close()
@@ -408,3 +409,32 @@ def test_signal_in_the_midst_of_a_record_comes_after_it(tmp_path: Path, which: s
         signal.signal(which, usual)
     assert set(kept) == {32}
     assert number > 40
+
+
+def test_handlers_are_as_before_when_writers_have_closed_in_any_order(tmp_path: Path) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    options = {"info": INFO, "channels": CHANNELS}
+    for order in (1, -1):
+        writers = [RunWriter(tmp_path / f"{order}{number}.mcap", **options) for number in range(2)]
+        for writer in writers[::order]:
+            writer.close()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+TERMINATED = """
+import signal, sys
+sys.path.insert(0, sys.argv[2])
+from recording_builders import CHANNELS, INFO
+from recordings import RunWriter
+writer = RunWriter(sys.argv[1], info=INFO, channels=CHANNELS)
+signal.raise_signal(signal.SIGTERM)
+print("still here")
+"""
+
+
+def test_sigterm_that_nobody_handles_still_ends_the_program(tmp_path: Path) -> None:
+    arguments = [sys.executable, "-c", TERMINATED, str(tmp_path / "run.mcap"), str(Path(__file__).parent)]
+    result = subprocess.run(arguments, capture_output=True, text=True, timeout=60)
+    assert (result.returncode, result.stdout) == (-signal.SIGTERM, "")
