@@ -148,7 +148,8 @@ def fit_candidate(
         return r, np.hstack([J, columns])
 
     x, factor = x0, None
-    for _ in range(REWEIGHTED):
+    # With slack the weights hardly depend on the law.
+    for _ in range(REWEIGHTED if slack is TIGHT else 1):
         predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics, slack=slack)
         factor = predictor.step_factor(start.with_vector(x[:count]))
         solution = minimise(

@@ -35,7 +35,7 @@ SIFTED = SLACKS.index(Slack(7e-4, 20.0))
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
 RIVAL = 3.0
-"""Chi2 over the best finalist's up to which another is searched along its profile."""
+"""Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
 LEAST_SHARE = 0.02
@@ -111,11 +111,11 @@ def search_causes(
         trials = _tournament(thinner, thin_harmonics, start, best, slack, report)
         finalists = []
         for trial in trials:
+            if trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
+                continue
             report(f"refitting {trial.blames[-1].key} to all evidence")
-            valleys = [trial]
-            if trial.chi2_per_dof < RIVAL * trials[0].chi2_per_dof:
-                begin = partial(_with_own_law, thinner, thin_harmonics, slack=TIGHT)
-                valleys = along_profile(thinner, thin_harmonics, trial, begin=begin)
+            begin = partial(_with_own_law, thinner, thin_harmonics, slack=TIGHT)
+            valleys = along_profile(thinner, thin_harmonics, trial, begin=begin)
             fits = [fit_candidate(evidence, harmonics, v.unknowns, v.blames, tolerance=0.3) for v in valleys]
             finalists.append(max(fits, key=lambda fit: fit.log_evidence))
         finalists.sort(key=lambda c: -c.log_evidence)

@@ -114,7 +114,8 @@ def fit_base(
         vector = unknowns.vector
         vector[held] = 0.0
         unknowns = unknowns.with_vector(vector)
-    for slack in (slack for slack in slacks for _ in range(REWEIGHTED)):
+    # With slack the weights hardly depend on the law.
+    for slack in (slack for slack in slacks for _ in range(REWEIGHTED if slack is TIGHT else 1)):
         factor = Predictor(evidence, extension, slack=slack).step_factor(unknowns)
         predictor = Predictor(evidence, extension, slack=slack, step_factor=factor)
         mean, precision = predictor.prior(unknowns)
