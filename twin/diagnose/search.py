@@ -34,7 +34,7 @@ SIFTED = SLACKS.index(Slack(7e-4, 20.0))
 """Rival models are compared from this slack on; with more, those that fit best are not yet the right ones."""
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
-RIVAL = 3.0
+RIVAL = 1.5
 """Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
