@@ -58,6 +58,18 @@ def test_natural_frequencies(tmp_path: Path) -> None:
     assert np.isnan(table.std_Hz).all()
 
 
+def test_natural_frequencies_of_several_preloads_stand_in_one_table(tmp_path: Path) -> None:
+    path = tmp_path / "modes.csv"
+    path.write_text("preload,mode,frequency_Hz\n120N,1,26.5\n\n540N , 1,26.6\n")
+    table = read_table(path)
+    assert isinstance(table, FrequencyTable)
+    assert (table.preload, table.mode.tolist(), table.line.tolist()) == (("120N", "540N"), [1, 1], [2, 4])
+    path.write_text("mode,frequency_Hz\n1,26.5\n")
+    plain = read_table(path)
+    assert isinstance(plain, FrequencyTable)
+    assert plain.preload == ("",)
+
+
 @pytest.mark.parametrize(
     ("text", "place", "reason"),
     [
@@ -73,6 +85,8 @@ def test_natural_frequencies(tmp_path: Path) -> None:
         (HEAD + "0,79,1,5,0\n0,0,1,5,0\n", "line 3, column frequency_Hz", "not above zero"),
         (HEAD + "0,79,-1,5,0\n", "line 2, column force_N", "negative"),
         ("mode,frequency_Hz\n1,20\n1,30\n", "line 3, column mode", "twice"),
+        ("preload,mode,frequency_Hz\n120N,1,20\n120N,1,30\n", "line 3, column mode", "twice at preload 120N"),
+        ("preload,mode,frequency_Hz\n,1,20\n", "line 2, column preload", "not a name"),
         ("mode,frequency_Hz\n1.5,20\n", "line 2, column mode", "not the number of a mode"),
         ("mode,frequency_Hz,std_Hz\n1,20,-1\n", "line 2, column std_Hz", "negative"),
         (HEAD + '0,79,"1,5,0\n', "line 2", "CSV"),
