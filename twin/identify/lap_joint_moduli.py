@@ -162,7 +162,8 @@ def _rescan(item: FrequencySet, parameters: Sequence[Parameter], values: Mapping
     best = (misfit(values[normal.name], values[shear.name]), {p.name: values[p.name] for p in own})
     fixed = replace(item, pencil=lambda free: item.pencil({**values, **free}))
     for _, E, G in sorted(grid)[:3]:
-        trial = update_parameters([fixed], [replace(normal, start=E), replace(shear, start=G)], max_iterations=20)
+        start = min(E, normal.upper)  # frequencies that no joint has drive E' to its bound
+        trial = update_parameters([fixed], [replace(normal, start=start), replace(shear, start=G)], max_iterations=20)
         if trial.chi2 < best[0]:
             best = (trial.chi2, trial.values)
     return best[1]
