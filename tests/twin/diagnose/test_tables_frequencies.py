@@ -245,3 +245,15 @@ def test_a_table_that_was_held_out_measures_the_gain():
     found = diagnose_frequencies([table(f[:5], std=1e-3)], BEAM, held_out=[kept])
     assert found.gain.runs == ("kept.csv",)
     assert found.gain.after < 0.1 * found.gain.before
+
+
+def test_masses_that_the_rig_file_owes_its_agreement_to_are_told():
+    """The shipped rig's heavy tip sensor was itself inferred from these frequencies."""
+    study = load_study("steel-lap-joint")
+    tables = [table(c.measured, preload=name) for name, c in study.condition.items()]
+    found = diagnose_frequencies(tables, coarse(load_rig("steel-lap-joint")), most=0)
+    assert found.verdict == "none"
+    (note,) = [note for note in found.notes if "agreement rests on" in note]
+    assert "22 g" in note
+    assert "acc2" in note
+    assert 17 < float(note.split("added mass of ")[1].split()[0]) < 22

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from recordings import FrequencyTable
 from recordings.errors import InputError
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.diagnose.tables.believed_masses import heavy_sensors
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequencies
@@ -117,7 +118,7 @@ def diagnose_frequencies(
         tried=tuple(_tried(found)),
         parameters=_parameters(model, after),
         assumed=tuple(_assumed(problem)),
-        notes=tuple(_notes(problem, after, found)),
+        notes=(*_notes(problem, after, found), *(heavy_sensors(problem, base) if verdict == "none" else ())),
         model=model.extended(
             {name: Estimate(value, after.moduli_std[name]) for name, value in after.moduli.items()},
             after.active,
