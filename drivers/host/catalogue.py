@@ -53,6 +53,6 @@ def read_catalogue(ask: Callable[[str], str], *, device: str) -> list[Channel]:
                     device=device,
                 )
             )
-        except (ValueError, StopIteration) as error:
+        except (ValueError, StopIteration, csv.Error) as error:
             raise ValueError(f"describes channel {number} as {text[:60]!r}") from error
     return channels

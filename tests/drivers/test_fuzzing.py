@@ -11,10 +11,14 @@ import numpy as np
 import pytest
 
 from drivers.addresses import parse_address
+from drivers.blf import read_blf
 from drivers.can_protocol import ChannelInfo, Command, Heartbeat, Reply, Status, TimeSync
 from drivers.frames import Decoder, Frame, FrameKind, encode, unpack_samples
+from drivers.host.catalogue import read_catalogue
 from drivers.scpi import Instrument, Interpreter
 from drivers.virtual.faults import parse_fault
+from drivers.virtual.ports import PtyPort
+from drivers.virtual.slcan import INPUT_FRAMES, SlcanAdapter
 from recordings.errors import InputError
 
 COUNTS = [1000, pytest.param(1_000_000, marks=pytest.mark.slow)]
@@ -103,3 +107,78 @@ def test_a_valid_header_with_any_length_is_bounded():
         decoder.feed(b"\xd7RIG" + header + struct.pack("<I", zlib.crc32(header)) + bytes(1000))
     assert decoder.bad_headers == 3
     assert len(decoder.take_rest()) < 8
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_lines_to_a_serial_can_adapter(count):
+    generator = np.random.default_rng(6)
+    good = [
+        b"S8",
+        b"Y5",
+        b"O",
+        b"C",
+        b"V",
+        b"F",
+        b"t1232AABB",
+        b"b10090102030405060708090A0B0C",
+        b"T000000010",
+        b"r1000",
+    ]
+    adapter = SlcanAdapter(PtyPort(), bitrate=1e6, data_bitrate=5e6)
+    try:
+        for number in range(count):
+            answer = adapter._obey(damaged(generator, good[number % len(good)]).replace(b"\r", b""))
+            assert answer[-1:] in (b"\r", b"\a")
+            assert len(answer) < 10
+            if len(adapter._received) == INPUT_FRAMES:
+                adapter._received.clear()
+    finally:
+        adapter.shutdown()
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_what_an_instrument_says_of_its_channels(count):
+    generator = np.random.default_rng(7)
+    good = b'"acc2","acceleration","m/s^2",0.42,"+y",490.0'
+    refused = 0
+    for _ in range(count):
+        answers = iter(["1", damaged(generator, good).decode("latin-1")])
+        try:
+            (channel,) = read_catalogue(lambda _, told=answers: next(told), device="daq")
+        except ValueError:
+            refused += 1
+        else:
+            assert channel.device == "daq"
+    assert count / 2 < refused < count
+
+
+@pytest.mark.parametrize("count", [1000, pytest.param(100_000, marks=pytest.mark.slow)])  # a file each
+def test_logs_of_frames(count, tmp_path):
+    """Below the compression, where python-can would trust every size."""
+    generator = np.random.default_rng(8)
+    frames = b"".join(
+        struct.pack("<4sHHLL", b"LOBJ", 32, 1, 116, 100) + struct.pack("<LHHQ", 2, 0, 0, 7 * number)
+        + struct.pack("<HBBLLBBB5x64s", 1, 0, 15, identifier, 0, 0, 3, 64, data)
+        for number, (identifier, data) in enumerate(
+            [
+                (0x182, struct.pack("<BBBbff24s8s", 0, 1, 0, 1, 50.0, 0.1, b"force", b"N")),
+                (0x080, struct.pack("<IqId", 0, 10**9, 0, 1024.0)),
+                (0x100, struct.pack("<I30h", 0, *range(30))),
+                (0x100, struct.pack("<I30h", 30, *range(30))),
+            ]
+        )
+    )  # fmt: skip
+    path = tmp_path / "log.blf"
+    read = 0
+    for number in range(count):
+        inner = damaged(generator, frames) if number else frames
+        head = struct.pack("<4sHHLL", b"LOBJ", 16, 1, 32 + len(inner), 10) + struct.pack("<H6xL4x", 0, len(inner))
+        path.write_bytes(struct.pack("<4sL", b"LOGG", 144).ljust(144, b"\0") + head + inner)
+        try:
+            run = read_blf(path)
+        except InputError as error:
+            assert "log.blf" in str(error)  # noqa: PT017
+        else:
+            read += 1
+            assert len(run.devices["can1"]) < 1 << 21
+    assert count / 20 < read < count
