@@ -257,3 +257,16 @@ def test_masses_that_the_rig_file_owes_its_agreement_to_are_told():
     assert "22 g" in note
     assert "acc2" in note
     assert 17 < float(note.split("added mass of ")[1].split()[0]) < 22
+
+
+def test_a_joint_as_believed_but_for_its_moduli_is_found_right():
+    """A shear modulus a third too low: fits begun from what is believed alone end in a minimum of another mode."""
+    rig = coarse(load_rig("steel-lap-joint"))
+    structure = assemble(rig)
+    modes = normal_modes(structure.M, structure.stiffness(3.33e8, 5.06e7), 12)
+    across = structure.free % 3 != 0
+    share = np.einsum("im,im->m", modes.Phi[across], structure.M[np.ix_(across, across)] @ modes.Phi[across])
+    f = modes.frequency_Hz[share > 0.5][:6] * np.exp(5e-4 * np.random.default_rng(101).standard_normal(6))
+    found = diagnose_frequencies([table(f, std=1e-3, preload="120N")], rig, most=1)
+    assert (found.verdict, found.causes) == ("none", ())
+    assert found.parameters["shear_modulus[120N]"][1].value == pytest.approx(5.06e7, rel=0.1)

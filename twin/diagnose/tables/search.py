@@ -39,6 +39,8 @@ PLACES = 5
 """Places of a cause that are refitted, out of all that are scored."""
 FINE = 1e-3
 """Tolerance of fits that are compared by their evidence."""
+FACTORS = (0.5, 0.65, 0.8, 1.25, 1.6, 2.2)
+"""Of each believed modulus, where fits of the moduli alone begin as well."""
 ALONG = (-6.0, -4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 """Where about the best place the evidence is taken, in its standard deviations."""
 LEAST_FREEDOM = 0.5
@@ -89,7 +91,7 @@ class Search:
 def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> Search:
     """The moduli alone, then causes one by one while the evidence and left-out frequencies pay for them."""
     report("fitting the moduli")
-    base = current = problem.fit((), iterations=60, tolerance=FINE)
+    base = current = _moduli_alone(problem)
     base_left_out = left_out = leave_one_out(problem, base)
     stages: list[Stage] = []
     while len(stages) < most:
@@ -106,6 +108,24 @@ def search(problem: Problem, *, most: int = 2, report: Report = lambda text: Non
             break
         current, left_out = best.fit, after
     return Search(base, base_left_out, tuple(stages))
+
+
+def _moduli_alone(problem: Problem) -> Fit:
+    """The best fit of the moduli, searched from several values of each.
+
+    Another mode veers through the measured ones as a joint's modulus grows, and every crossing makes a narrow minimum.
+    """
+    best = problem.fit((), iterations=60, tolerance=FINE)
+    if len(best.moduli) == 1:
+        return best
+    for name in best.moduli:
+        believed = next(b.believed for b in problem.model.base if b.name == name)
+        fits = [
+            problem.fit((), start={**best.moduli, name: believed * factor}, iterations=25, tolerance=FINE)
+            for factor in FACTORS
+        ]
+        best = _best([best, *fits])
+    return best
 
 
 def least_gain(problem: Problem, current: Fit) -> float:
