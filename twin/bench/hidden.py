@@ -179,7 +179,7 @@ def _offset(d: _Dice) -> dict[str, float | str]:
 
 
 SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
-    "added-mass": lambda d: {"position_m": d.along(0.4, 1.0), "mass_kg": d.size(0.005, 0.015)},
+    "added-mass": lambda d: {"position_m": d.along(0.6, 1.0), "mass_kg": d.size(0.006, 0.015)},
     "beam-modulus": lambda d: {"beam": d.beam(), "factor": 1.0 + d.signed(0.02, 0.05)},
     "clamp-compliance": _clamp,
     "transverse-shear": lambda d: {"beam": d.beam(), "modulus_ratio": d.size(20.0, 80.0)},

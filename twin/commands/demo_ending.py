@@ -40,7 +40,8 @@ def _hidden(cause: str, parameters: Mapping[str, float | str]) -> str:
 def _gain(before: float, after: float, noise_floor: float, harmonics: int) -> str:
     fold = before / max(after, 1e-12)
     told = f"{fold:.1f} times smaller" if fold > 1.05 else "as it was"
+    what = " (fundamental and second harmonic)" if harmonics > 1 else ""
     return (
-        f"error on the held-out sweep{' (fundamental and second harmonic)' if harmonics > 1 else ''} {100 * before:.2g} % before, {100 * after:.2g} % after: {told} "
+        f"error on the held-out sweep{what} {100 * before:.2g} % before, {100 * after:.2g} % after: {told} "
         f"(noise floor {100 * noise_floor:.2g} %)"
     )

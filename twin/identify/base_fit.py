@@ -115,7 +115,7 @@ def fit_base(
         vector[held] = 0.0
         unknowns = unknowns.with_vector(vector)
     # With slack the weights hardly depend on the law.
-    for slack in (slack for slack in slacks for _ in range(REWEIGHTED if slack is TIGHT else 1)):
+    for slack in (each for each in slacks for _ in range(REWEIGHTED if each is TIGHT else 1)):
         factor = Predictor(evidence, extension, slack=slack).step_factor(unknowns)
         predictor = Predictor(evidence, extension, slack=slack, step_factor=factor)
         mean, precision = predictor.prior(unknowns)
