@@ -118,3 +118,21 @@ def test_the_module_is_the_command():
     )
     assert done.returncode == 0
     assert all(name in done.stdout for name in SUMMARIES)
+
+
+def test_an_interruption_while_a_compiled_module_loads_is_no_failure(monkeypatch, capsys):
+    def interrupted(**_):
+        raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.setattr("twin.cli.group.main", interrupted)
+    assert run("speed") == 130
+    assert capsys.readouterr().err == "twin: interrupted\n"
+
+
+def test_a_module_that_is_missing_is_a_failure(monkeypatch):
+    def missing(**_):
+        raise ImportError("no module named numpy")
+
+    monkeypatch.setattr("twin.cli.group.main", missing)
+    with pytest.raises(ImportError, match="numpy"):
+        main(["speed"])

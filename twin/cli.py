@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from typing import NoReturn
 
 for _library in ("OPENBLAS", "OMP", "MKL"):
     # The matrices are small: threads only wait for each other.  Read when numpy is first imported, so set before it.
@@ -97,8 +98,17 @@ def main(arguments: list[str] | None = None) -> None:
         click.echo(f"twin: {error.format_message()}", err=True)
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("twin: interrupted", err=True)
-        sys.exit(130)
+        _end_interrupted()
     except BrokenPipeError:
         sys.exit(141)
+    except ImportError as error:
+        # A compiled module interrupted while it loads says so by failing to load.
+        if not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
+        _end_interrupted()
     sys.exit(result if isinstance(result, int) else 0)
+
+
+def _end_interrupted() -> NoReturn:
+    click.echo("twin: interrupted", err=True)
+    sys.exit(130)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -97,9 +96,9 @@ def test_instruments_that_do_not_start_are_told_with_their_reason(tmp_path):
         rig.wait_ready()
 
 
-def test_an_interrupted_demonstration_stops_its_instruments(tmp_path):
+def test_an_interrupted_demonstration_stops_its_instruments(tmp_path, installed_twin):
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "twin", "demo", "--out", str(out), "--seed", "2"]
+    command = [installed_twin, "demo", "--out", str(out), "--seed", "2"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         try:
             give_up = time.monotonic() + 120
@@ -122,8 +121,8 @@ def test_an_interrupted_demonstration_stops_its_instruments(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_demonstration_names_what_was_hidden(tmp_path):
-    command = [sys.executable, "-m", "twin", "demo", "--out", str(tmp_path / "out"), "--seed", "3", "--json"]
+def test_the_demonstration_names_what_was_hidden(tmp_path, installed_twin):
+    command = [installed_twin, "demo", "--out", str(tmp_path / "out"), "--seed", "3", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)

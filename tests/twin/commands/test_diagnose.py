@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -174,10 +173,10 @@ def test_identify_refuses_a_table_of_several_preloads(folder, capsys):
     assert "120N, 540N" in capsys.readouterr().err
 
 
-def test_an_interruption_leaves_what_was_there(folder):
+def test_an_interruption_leaves_what_was_there(folder, installed_twin):
     (folder / "out").mkdir()
     (folder / "out" / "result.json").write_text("old")
-    command = [sys.executable, "-m", "twin", "diagnose", "beam.csv", *COMPOSITE, "--out", "out"]
+    command = [installed_twin, "diagnose", "beam.csv", *COMPOSITE, "--out", "out"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, cwd=folder, env={**os.environ, "PYTHONUNBUFFERED": "1"})
     deadline = time.monotonic() + 60
     while not list((folder / "out").glob(".*")) and time.monotonic() < deadline:

@@ -3,7 +3,6 @@
 import json
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
@@ -72,8 +71,8 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, capsys, text, argume
     assert not (tmp_path / "out").exists()
 
 
-def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path):
-    command = [sys.executable, "-m", "twin", "rehearse", "steel-sweeps", "--rig", "steel-lap-joint"]
+def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
+    command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint"]
     running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE)
     try:
         recording = tmp_path / "run.mcap"
