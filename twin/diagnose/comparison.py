@@ -80,9 +80,8 @@ def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicRes
     errors = {1: np.abs(fundamental).ravel()}
     out = stands_out(evidence, harmonics)
     if out.any():
-        second = harmonics.orders == 2
-        measured = harmonics.residual[:, second][:, 0]
-        predicted = predicted_harmonics(evidence, model, harmonics)[:, second][:, 0]
+        measured = _second(harmonics, harmonics.residual)
+        predicted = _second(harmonics, predicted_harmonics(evidence, model, harmonics))
         errors[2] = np.abs(predicted[out] / measured[out] - 1)
     return errors
 
@@ -93,7 +92,7 @@ def stands_out(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
     It must also be beyond what the force's own second harmonic, which no model has to predict, could make of it.
     """
     steps = evidence.steps
-    residual = harmonics.residual[:, harmonics.orders == 2][:, 0]
+    residual = _second(harmonics, harmonics.residual)
     linear = LINEAR_ERROR * np.abs(steps.response[:, :, 1] - residual)
     noise = CLEAR * np.sqrt(np.nan_to_num(steps.response_variance[:, :, 1], nan=np.inf))
     return np.asarray(np.abs(residual) > np.maximum(noise, linear))
@@ -107,9 +106,14 @@ def noise_floors(evidence: Evidence, harmonics: HarmonicResiduals) -> dict[int, 
     floors = {1: np.sqrt(own + shared[:, None]).ravel()}
     out = stands_out(evidence, harmonics)
     if out.any():
-        measured = np.abs(harmonics.residual[:, harmonics.orders == 2][:, 0])
+        measured = np.abs(_second(harmonics, harmonics.residual))
         floors[2] = np.sqrt(steps.response_variance[:, :, 1][out]) / measured[out]
     return floors
+
+
+def _second(harmonics: HarmonicResiduals, values: Array) -> Array:
+    """The second harmonic (s, o) of values (s, h, o)."""
+    return np.asarray(values[:, harmonics.orders == 2][:, 0])
 
 
 def compare_sweeps(evidence: Evidence, before: Candidate, after: Candidate) -> tuple[SweepComparison, ...]:

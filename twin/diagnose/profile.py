@@ -54,8 +54,7 @@ def along_profile(
         unknowns, blames = candidate.unknowns, candidate.blames
         fits = []
         for value in _grid(parameter):
-            last = replace(blames[-1], values={**blames[-1].values, parameter.name: float(value)})
-            blames = (*blames[:-1], last)
+            blames = _with_value(blames, parameter.name, float(value))
             unknowns = begin(unknowns, blames)
             fit = fit_candidate(
                 evidence, harmonics, unknowns, blames, iterations=10, tolerance=1.0, held=parameter.name
@@ -84,9 +83,9 @@ def refined(
         for ratio in RATIOS:
             for factor in (ratio, 1 / ratio):
                 for _ in range(MOVES):
-                    last = best.blames[-1]
-                    value = float(np.clip(last.values[parameter.name] * factor, parameter.lower, parameter.upper))
-                    blames = (*best.blames[:-1], replace(last, values={**last.values, parameter.name: value}))
+                    value = best.blames[-1].values[parameter.name] * factor
+                    value = float(np.clip(value, parameter.lower, parameter.upper))
+                    blames = _with_value(best.blames, parameter.name, value)
                     start = begin(best.unknowns, blames)
                     trial = fit_candidate(
                         evidence, harmonics, start, blames, iterations=10, tolerance=0.3, held=parameter.name
@@ -98,6 +97,12 @@ def refined(
         return candidate
     freed = fit_candidate(evidence, harmonics, best.unknowns, best.blames, tolerance=0.3)
     return freed if freed.log_evidence > candidate.log_evidence else candidate
+
+
+def _with_value(blames: tuple[Blame, ...], name: str, value: float) -> tuple[Blame, ...]:
+    """The causes with another value of one parameter of the last."""
+    last = blames[-1]
+    return (*blames[:-1], replace(last, values={**last.values, name: value}))
 
 
 def _by_ratios(parameter: Parameter) -> bool:

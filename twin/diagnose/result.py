@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -9,7 +10,17 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.search import Search
 from twin.identify.evidence import Evidence
 
-__all__ = ["Diagnosis", "Estimate", "Gain", "Misfit", "NamedCause", "NextTest"]
+__all__ = [
+    "Diagnosis",
+    "Estimate",
+    "Gain",
+    "HeldOutError",
+    "Misfit",
+    "NamedCause",
+    "NextTest",
+    "answer_dict",
+    "values_text",
+]
 
 Verdict = Literal["explained", "none", "ambiguous", "unknown"]
 
@@ -119,7 +130,7 @@ class Diagnosis:
             return "The model agrees with the data to within their noise; nothing needs to be blamed."
         if self.verdict == "unknown":
             return "Something is missing from the model, and no cause on the list explains it."
-        what = "; ".join(f"{c.cause} ({_values(c)}): {c.summary}" for c in named)
+        what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
         if self.verdict == "ambiguous":
             rivals = ", ".join(dict.fromkeys(r for c in named for r in c.confused_with))
             return f"Most likely {what}; these data cannot tell it from {rivals}."
@@ -128,28 +139,7 @@ class Diagnosis:
     def to_dict(self) -> dict[str, Any]:
         """The contract's JSON object."""
         return {
-            "verdict": self.verdict,
-            "answer": self.sentence,
-            "misfit": {
-                "chi2_per_dof": self.misfit.chi2_per_dof,
-                "after": self.misfit.after,
-                "threshold": self.misfit.threshold,
-                "where": list(self.misfit.where),
-            },
-            "causes": [
-                {
-                    "cause": c.cause,
-                    "summary": c.summary,
-                    "probability": c.probability,
-                    "confused_with": list(c.confused_with),
-                    "in_model": c.in_model,
-                    "parameters": {
-                        name: value if isinstance(value, str) else {"value": value.value, "std": value.std}
-                        for name, value in c.parameters.items()
-                    },
-                }
-                for c in self.causes
-            ],
+            **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
             "gain": None
             if self.gain is None
             else {
@@ -171,8 +161,37 @@ class Diagnosis:
         }
 
 
-def _values(cause: NamedCause) -> str:
+def answer_dict(verdict: Verdict, sentence: str, misfit: Misfit, causes: tuple[NamedCause, ...]) -> dict[str, Any]:
+    """What every diagnosis answers, of recordings and of tables alike, as the contract has it."""
+    return {
+        "verdict": verdict,
+        "answer": sentence,
+        "misfit": {
+            "chi2_per_dof": misfit.chi2_per_dof,
+            "after": misfit.after,
+            "threshold": misfit.threshold,
+            "where": list(misfit.where),
+        },
+        "causes": [
+            {
+                "cause": c.cause,
+                "summary": c.summary,
+                "probability": c.probability,
+                "confused_with": list(c.confused_with),
+                "in_model": c.in_model,
+                "parameters": {
+                    name: value if isinstance(value, str) else {"value": value.value, "std": value.std}
+                    for name, value in c.parameters.items()
+                },
+            }
+            for c in causes
+        ],
+    }
+
+
+def values_text(parameters: Mapping[str, Estimate | str]) -> str:
+    """Parameters in one line."""
     return ", ".join(
         f"{name} {value}" if isinstance(value, str) else f"{name} {value.value:.4g} ± {value.std:.1g}"
-        for name, value in cause.parameters.items()
+        for name, value in parameters.items()
     )

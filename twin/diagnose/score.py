@@ -19,6 +19,7 @@ from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
+from twin.identify.gauss_newton import not_held_back
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import TIGHT, Slack
 from twin.identify.whitening import HarmonicResiduals
@@ -67,9 +68,8 @@ def score_causes(
     r = np.concatenate([prediction.residual, root @ (mean - model.unknowns.vector)])
     J = np.vstack([prediction.jacobian, root])
     # An unknown at its limit, which the residual pushes outwards, cannot take over anything.
-    vector, pull = model.unknowns.vector, J.T @ r
     lower, upper = (unknowns_bounds(model.unknowns, side) for side in (0, 1))
-    J = J[:, ~(((vector <= lower) & (pull < 0)) | ((vector >= upper) & (pull > 0)))]
+    J = J[:, not_held_back(model.unknowns.vector, J.T @ r, lower, upper)]
     factor = cho_factor(J.T @ J)
 
     def project(column: Array) -> Array:

@@ -20,7 +20,7 @@ from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Search", "Stage", "search_causes", "without_cause"]
+__all__ = ["Search", "Stage", "search_causes"]
 
 SHORTLIST, FINALISTS = 12, 3
 LEAST_SCORE = 8.0
@@ -251,9 +251,3 @@ def _apart(one: Blame, two: Blame) -> bool:
         if k in one.values
     ]
     return any(far)
-
-
-def without_cause(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate, name: str) -> Candidate:
-    """The model refitted without one of its causes: what that one is worth."""
-    rest = tuple(blame for blame in model.blames if blame.cause.name != name)
-    return fit_candidate(evidence, harmonics, model.unknowns, rest)

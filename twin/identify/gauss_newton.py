@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Solution", "minimise"]
+__all__ = ["Solution", "minimise", "not_held_back"]
 
 Array = NDArray[Any]
 
@@ -52,6 +52,11 @@ class Solution:
         return np.linalg.inv(self.information)
 
 
+def not_held_back(x: Array, pull: Array, lower: Array, upper: Array) -> Array:
+    """Which parameters are free to follow `pull`, the direction of descent: all but those at a limit it points past."""
+    return np.asarray(~(((x <= lower) & (pull < 0)) | ((x >= upper) & (pull > 0))))
+
+
 def minimise(
     evaluate: Callable[[Array], tuple[Array, Array]],
     start: Array,
@@ -89,7 +94,7 @@ def minimise(
         A = J.T @ J + precision
         gradient = J.T @ residual - precision @ (x - mean)
         # A parameter that its limit holds back takes no part: the others' steps would else count on its moving.
-        free = ~(((x <= lower) & (gradient < 0)) | ((x >= upper) & (gradient > 0)))
+        free = not_held_back(x, gradient, lower, upper)
         block = np.ix_(free, free)
         accepted = False
         for _trial in range(10):

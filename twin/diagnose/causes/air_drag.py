@@ -35,7 +35,7 @@ class AirDrag(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return 1j * 8 / (3 * np.pi) * c * omega**2 * a
 
-        def harmonics(a: Any, count: int, left: Any = 1.0) -> Any:
+        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
             out = np.zeros((len(a), count), complex)
             for h in range(1, count + 1, 2):
                 out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (omega_1 * a) ** 2

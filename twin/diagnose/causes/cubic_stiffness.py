@@ -36,7 +36,7 @@ class CubicStiffness(Cause):
         """A local nonlinear force."""
         k = values["stiffness_N_per_m3"]
 
-        def harmonics(a: Any, count: int, left: Any = 1.0) -> Any:
+        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
             out = np.zeros((len(a), count), complex)
             out[:, 0] = 0.75 * k * a**3
             if count >= 3:

@@ -34,7 +34,7 @@ class GroundFriction(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return 1j * 4 * F / (np.pi * (a + sticking))
 
-        def harmonics(a: Any, count: int, left: Any = 1.0) -> Any:
+        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
             h = np.arange(1, count + 1)
             return (a / (a + sticking))[:, None] * np.where(h % 2 == 1, 4j * F / (np.pi * h), 0)
 

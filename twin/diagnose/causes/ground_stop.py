@@ -35,7 +35,7 @@ class GroundStop(Cause):
         """A local one-sided spring."""
         k, gap = values["stiffness_N_per_m"], values["gap_m"]
 
-        def harmonics(a: Any, count: int, left: Any = 1.0) -> Any:
+        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
             return k * one_sided_harmonics(a, gap, count)
 
         def equivalent(a: Any, omega: Any) -> Any:

@@ -59,7 +59,7 @@ class JointFriction(Cause):
         slip_force = k * values["slip_m"]
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
 
-        def harmonics(a: Any, count: int, left: Any = 1.0) -> Any:
+        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
             return jenkins_harmonics(a, k, slip_force, count) - k * a[:, None] * (np.arange(count) == 0)
 
         def equivalent(a: Any, omega: Any) -> Any:

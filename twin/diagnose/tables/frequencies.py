@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
-from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
 from twin.diagnose.tables.believed_masses import heavy_sensors
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequencies
 from twin.diagnose.tables.model import FrequencyModel
-from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried, values_text
+from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
 from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.diagnose.verdict import SURE

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, answer_dict
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 
-__all__ = ["FrequencyRow", "HeldOut", "SweepRow", "TableDiagnosis", "Tried", "values_text"]
+__all__ = ["FrequencyRow", "HeldOut", "SweepRow", "TableDiagnosis", "Tried"]
 
 
 @dataclass(frozen=True)
@@ -123,28 +123,7 @@ class TableDiagnosis:
     def to_dict(self, extended_model: str) -> dict[str, Any]:
         """The contract's JSON object; `extended_model` is the file's name."""
         return {
-            "verdict": self.verdict,
-            "answer": self.sentence,
-            "misfit": {
-                "chi2_per_dof": self.misfit.chi2_per_dof,
-                "after": self.misfit.after,
-                "threshold": self.misfit.threshold,
-                "where": list(self.misfit.where),
-            },
-            "causes": [
-                {
-                    "cause": c.cause,
-                    "summary": c.summary,
-                    "probability": c.probability,
-                    "confused_with": list(c.confused_with),
-                    "in_model": c.in_model,
-                    "parameters": {
-                        name: value if isinstance(value, str) else {"value": value.value, "std": value.std}
-                        for name, value in c.parameters.items()
-                    },
-                }
-                for c in self.causes
-            ],
+            **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
             "gain": None if self.gain is None else {
                 "held_out": {
                     "before": self.gain.before, "after": self.gain.after, "noise_floor": self.gain.noise_floor,
@@ -164,11 +143,3 @@ class TableDiagnosis:
             "notes": list(self.notes),
             "seconds": self.seconds,
         }  # fmt: skip
-
-
-def values_text(parameters: Mapping[str, Estimate | str]) -> str:
-    """Parameters in one line."""
-    return ", ".join(
-        f"{name} {value}" if isinstance(value, str) else f"{name} {value.value:.4g} ± {value.std:.1g}"
-        for name, value in parameters.items()
-    )
