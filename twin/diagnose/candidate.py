@@ -148,8 +148,8 @@ def fit_candidate(
         return r, np.hstack([J, columns])
 
     x, factor = x0, None
-    # With slack the weights hardly depend on the law.
-    for _ in range(REWEIGHTED if slack is TIGHT else 1):
+    # With slack the weights hardly depend on the law; a fit at a held value is one of many to choose from.
+    for _ in range(REWEIGHTED if slack is TIGHT and not held else 1):
         predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics, slack=slack)
         factor = predictor.step_factor(start.with_vector(x[:count]))
         solution = minimise(
@@ -161,6 +161,7 @@ def fit_candidate(
             iterations=iterations,
             tolerance=tolerance,
             largest_step=largest,
+            residual_alone=lambda x: residual(x, sensitivities=False)[0],
         )
         x = solution.x
     std = np.sqrt(np.diag(solution.covariance))[count:] * scales
@@ -194,8 +195,11 @@ def _prior(parameter: Parameter) -> tuple[float, float]:
 
 
 def _difference_step(parameter: Parameter, value: float) -> float:
-    """Step of the difference quotient in a cause's parameter, away from its upper bound."""
-    step = 1e-3 * parameter.scale if parameter.places else 1e-4 * parameter.scale + 1e-4 * abs(value - parameter.null)
+    """Step of the difference quotient in a cause's parameter, away from its upper bound.
+
+    Small, because near a sharp resonance the residual bends within a thousandth of a stiffness.
+    """
+    step = 1e-6 * parameter.scale + (0.0 if parameter.places else 1e-6 * abs(value - parameter.null))
     return -step if value + step > parameter.upper else step
 
 

@@ -13,6 +13,9 @@ __all__ = ["Solution", "minimise", "not_held_back"]
 
 Array = NDArray[Any]
 
+PROBED, SHARPEST = 0.1, 0.75
+"""Part of a step at which the residual's curvature is looked at, and twice the largest turn it may make of a step."""
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -67,6 +70,7 @@ def minimise(
     iterations: int = 30,
     tolerance: float = 0.03,
     largest_step: Array | None = None,
+    residual_alone: Callable[[Array], Array] | None = None,
 ) -> Solution:
     """Minimise |r(x)|^2 + (x - mean)' precision (x - mean).
 
@@ -83,13 +87,16 @@ def minimise(
         Stops when an iteration gains less than this, in units of the cost per degree of freedom.
     largest_step
         Largest change of each parameter in one iteration.
+    residual_alone
+        Returns the residual only.  With it steps follow the residual's curvature (geodesic acceleration: Transtrum and
+        Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.
     """
     x = np.array(start, float)
     lower, upper = bounds or (np.full(len(x), -np.inf), np.full(len(x), np.inf))
     residual, J = evaluate(x)
     chi2, penalty = float(residual @ residual), float((x - mean) @ precision @ (x - mean))
     history = [chi2 + penalty]
-    damping = 1e-3
+    damping, bends = 1e-3, False
     for _ in range(iterations):
         A = J.T @ J + precision
         gradient = J.T @ residual - precision @ (x - mean)
@@ -103,6 +110,9 @@ def minimise(
             step[free] = np.linalg.solve(scaled[block], gradient[free])
             if largest_step is not None:
                 step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
+            if residual_alone is not None and bends:
+                ahead = residual_alone(np.clip(x + PROBED * step, lower, upper))
+                step = step + _turn(step, free, scaled, J, (ahead - residual) / PROBED + J @ step)
             trial = np.clip(x + step, lower, upper)
             r, Jr = evaluate(trial)
             if np.isfinite(r).all() and np.isfinite(Jr).all():
@@ -111,6 +121,7 @@ def minimise(
                     accepted = True
                     break
             damping *= 8.0
+            bends = True
         if not accepted:
             break
         gain = chi2 + penalty - c - p
@@ -120,3 +131,21 @@ def minimise(
         if gain < tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual))):
             break
     return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history))
+
+
+def _turn(step: Array, free: Array, scaled: Array, J: Array, missed: Array) -> Array:
+    """What the curvature of the residual adds to a step; nothing where it would add too much to be believed.
+
+    Parameters
+    ----------
+    scaled : ndarray, (n, n)
+        The damped normal matrix.
+    missed : ndarray, (r,)
+        Change of the residual beyond the linear one along a part of the step, over that part.
+    """
+    turn = np.zeros(len(step))
+    if not np.isfinite(missed).all():
+        return turn
+    turn[free] = np.linalg.solve(scaled[np.ix_(free, free)], (J.T @ missed)[free]) / PROBED
+    size = np.sqrt(np.diag(scaled))
+    return turn if 4 * np.linalg.norm(turn * size) < SHARPEST * np.linalg.norm(step * size) else np.zeros(len(step))

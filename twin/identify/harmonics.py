@@ -12,7 +12,7 @@ from twin.identify.prediction import Predictor
 from twin.identify.unknowns import Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["LINEAR_ERROR", "harmonic_residuals", "opening_compliance"]
+__all__ = ["LINEAR_ERROR", "harmonic_fields", "harmonic_residuals", "opening_compliance"]
 
 Array = NDArray[Any]
 
@@ -38,7 +38,7 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     """
     steps = predictor.evidence.steps
     orders = np.arange(2, HARMONICS + 1)
-    linear, joint, field = predictor.harmonic_fields(unknowns, orders)
+    linear, joint, field = harmonic_fields(predictor, unknowns, orders)
     measured = np.moveaxis(steps.response[:, :, orders - 1], 1, 2)
     variance = np.moveaxis(steps.response_variance[:, :, orders - 1], 1, 2)
     residual = measured - linear
@@ -59,6 +59,37 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     return HarmonicResiduals(
         orders, residual, np.linalg.cholesky(covariance), field, opening_compliance(predictor, unknowns)
     )
+
+
+def harmonic_fields(
+    predictor: Predictor, unknowns: Unknowns, orders: Array, *, stretch: float = 1.0
+) -> tuple[Array, Array, Array]:
+    """Responses at multiples of the drive frequency, all frequencies times `stretch`.
+
+    Returns
+    -------
+    linear : ndarray, (s, h, o)
+        Response to the measured force harmonics.
+    joint : ndarray, (s, h, o)
+        Response to a unit force on the layer's opening in the shape of mode 1: what the joint's law adds.
+    field : ndarray, (s, h, o, n)
+        Response of each output to a unit force on every degree of freedom.
+    """
+    steps, model = predictor.evidence.steps, predictor.model
+    p = model.ports
+    time = steps.time_s - predictor.evidence.origin_s
+    dE, dG = predictor.moduli_changes(unknowns, steps.amplitude_m, time)
+    first = stretch * predictor.clock(steps.omega, time)
+    opening = p.rows[p.normal] @ model.basis.Phi[:, 0]
+    linear, joint, field = [], [], []
+    for h in orders:
+        omega = h * first
+        R = predictor.receptance(omega, unknowns.base, dE, dG)
+        factor = model.to_quantity(omega) * predictor.channel_factors(omega)[0]
+        linear.append(predictor.responses(R, omega) * steps.force[:, h - 1, None])
+        joint.append((R[:, p.outputs, p.normal] @ opening) * factor)
+        field.append(model.output_field(omega, unknowns.base, dE, dG) * factor[:, :, None])
+    return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
 
 
 def opening_compliance(predictor: Predictor, unknowns: Unknowns) -> Array:
@@ -86,7 +117,7 @@ def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: 
     harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.  The relative error
     grows with the softening, since causes are linear beside it.
     """
-    beside = predictor.harmonic_fields(unknowns, orders, stretch=1 + RESONANCE_ERROR)[1]
+    beside = harmonic_fields(predictor, unknowns, orders, stretch=1 + RESONANCE_ERROR)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
     steps = predictor.evidence.steps

@@ -126,7 +126,13 @@ class LinearModel:
         return replace(self, ports=replace(self.ports, rows=stacked, extra=extra))
 
     def receptance(
-        self, omega: Real, base: BaseParameters, *, dE: Complex | float = 0.0, dG: Complex | float = 0.0
+        self,
+        omega: Real,
+        base: BaseParameters,
+        *,
+        dE: Complex | float = 0.0,
+        dG: Complex | float = 0.0,
+        inner: bool = True,
     ) -> Complex:
         """Receptances between all ports with the base parameters and further complex changes of the moduli.
 
@@ -135,6 +141,9 @@ class LinearModel:
         omega : ndarray, (f,)
         dE, dG
             Changes of E', G' beyond E (1 + j loss_E), G (1 + j loss_G): one for all, or one for each frequency.
+        inner
+            Whether the layer's strains and the modal coordinates are wanted as well, which only sensitivities need;
+            NaN without.
 
         Returns
         -------
@@ -142,7 +151,8 @@ class LinearModel:
         """
         basis = self.basis.with_damping(base.zeta, base.detuning)
         R = basis.receptance(self.ports.rows, omega)
-        return update_receptance(R, self.ports.soft, self._soft_stiffness(omega, base, dE, dG))
+        wanted = None if inner else np.arange(self.ports.drive, R.shape[1])
+        return update_receptance(R, self.ports.soft, self._soft_stiffness(omega, base, dE, dG), wanted=wanted)
 
     def _soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
         """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
@@ -175,16 +185,22 @@ class LinearModel:
         """Frequency responses (f, o) of the outputs per unit drive force, from receptances R."""
         return R[:, self.ports.outputs, self.ports.drive] * self.to_quantity(omega)
 
-    def sensitivity(self, R: Complex, omega: Real, base: BaseParameters, *, into: Complex | None = None) -> Complex:
-        """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances.
+    def sensitivity(self, R: Complex, omega: Real, base: BaseParameters) -> Complex:
+        """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances."""
+        into, outputs = R[:, :, self.ports.drive], np.arange(R.shape[1])[self.ports.outputs]
+        return self.displacement_sensitivity(R, omega, base, outputs, into) * self.to_quantity(omega)[:, :, None]
+
+    def displacement_sensitivity(
+        self, R: Complex, omega: Real, base: BaseParameters, ports: NDArray[np.intp], into: Complex
+    ) -> Complex:
+        """Sensitivities of the displacements of q ports to ``base.vector``, (f, q, parameters).
 
         Parameters
         ----------
         into : ndarray, (f, p)
-            Displacements of the ports by whatever drives the rig; a unit force at the drive by default.
+            Displacements of all ports by whatever drives the rig.
         """
-        p, factor = self.ports, self.to_quantity(omega)[:, :, None]
-        into, out = R[:, :, p.drive] if into is None else into, R[:, p.outputs, :]
+        p, out = self.ports, R[:, ports, :]
         E = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2)[..., None]
         G = -np.sum(out[:, :, p.shear] * into[:, None, p.shear], axis=2)[..., None]
         columns = [
@@ -198,7 +214,7 @@ class LinearModel:
         shifted = omega_r * np.sqrt(1 + 2 * base.detuning)
         detuned = 2 * omega_r**2 + 2j * base.zeta * omega[:, None] * omega_r**2 / shifted
         stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * detuned[:, None, :]
-        return np.concatenate([*columns, modal * (base.zeta * shifted), stiffness], axis=2) * factor
+        return np.concatenate([*columns, modal * (base.zeta * shifted), stiffness], axis=2)
 
 
 def build_linear_model(

@@ -19,6 +19,7 @@ from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, JointState
 from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import BaseParameters, believed_parameters
+from twin.identify.local_forces import Influence, LocalForces
 from twin.identify.receptance import update_receptance
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
@@ -73,6 +74,7 @@ class Predictor:
         self.slack = slack
         self._factor = step_factor
         self.model = extended_model(evidence, self.extension)
+        self.local = LocalForces(self.extension.nonlinear)
         E, G = self.model.reference_E, self.model.reference_G
         phi = self.model.basis.Phi[:, 0]
         s = self.model.structure
@@ -95,7 +97,7 @@ class Predictor:
         for offset, scale in ((len(mean), E), (len(mean) + k, E / self.shear_share * 0.1)):
             block = slice(offset, offset + k)
             second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
-            precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / 0.5**2) / scale**2
+            precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / 0.1**2) / scale**2
         precision[-2, -2] = precision[-1, -1] = 1 / SHARE_STD**2
         return np.concatenate([mean, np.zeros(2 * k + 2)]), precision
 
@@ -140,9 +142,9 @@ class Predictor:
             H[:, self.evidence.channels.index(channel)] += part * read
         return H
 
-    def receptance(self, omega: Array, base: BaseParameters, dE: Array, dG: Array) -> Array:
-        """Receptances between all ports, attachments included."""
-        R = self.model.receptance(omega, base, dE=dE, dG=dG)
+    def receptance(self, omega: Array, base: BaseParameters, dE: Array, dG: Array, *, inner: bool = True) -> Array:
+        """Receptances between all ports, attachments included; without `inner` ones not those that only they need."""
+        R = self.model.receptance(omega, base, dE=dE, dG=dG, inner=inner)
         at = self.model.ports.extra.start
         for attachment in self.extension.attachments:
             Z = attachment.stiffness(omega)
@@ -168,9 +170,10 @@ class Predictor:
         ]
         if len(self.evidence.steps):
             R, omega = self.step_receptance(unknowns)
-            out.append(("steps", self._steps(unknowns, R, omega, sensitivities)))
+            change = self._step_changes(unknowns, R, omega) if sensitivities else None
+            out.append(("steps", self._steps(unknowns, R, omega, change)))
             if self.harmonics is not None:
-                out.append(("harmonics", self._harmonics(unknowns, R)))
+                out.append(("harmonics", self._harmonics(unknowns, R, change)))
         return out
 
     def _broadband(self, index: int, unknowns: Unknowns, sensitivities: bool) -> tuple[Array, Array]:
@@ -178,7 +181,7 @@ class Predictor:
         time = np.full(len(data.omega), data.time_s - self.evidence.origin_s)
         omega = self.clock(data.omega, time)
         dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
-        R = self.receptance(omega, unknowns.base, dE, dG)
+        R = self.receptance(omega, unknowns.base, dE, dG, inner=sensitivities)
         H = self.responses(R, omega)
         common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
         covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
@@ -187,7 +190,9 @@ class Predictor:
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(unknowns.vector)))
         if sensitivities:
-            change = self._measured_change(self._base_sensitivity(R, omega, unknowns, time), omega)
+            p, into = self.model.ports, self._driven(R, omega)
+            change = self._base_change(R, omega, unknowns, time, np.arange(R.shape[1])[p.outputs], into)
+            change = self._measured_change(change, omega)
             J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
@@ -200,18 +205,19 @@ class Predictor:
         R = self.receptance(omega, unknowns.base, *self.moduli_changes(unknowns, steps.amplitude_m, time))
         return self.with_nonlinear(R, omega), omega
 
-    def _steps(self, unknowns: Unknowns, R: Array, omega: Array, sensitivities: bool) -> tuple[Array, Array]:
+    def _steps(
+        self, unknowns: Unknowns, R: Array, omega: Array, change: tuple[Array, Array] | None
+    ) -> tuple[Array, Array]:
         steps = self.evidence.steps
-        H = self.responses(R, omega)
-        predicted = H * steps.force[:, :1]
-        r = np.log(steps.response[:, :, 0] / predicted)
-        wanted = sensitivities or self._factor is None
-        J = self._step_sensitivity(R, H, omega, unknowns) if wanted else np.zeros((*r.shape, len(unknowns.vector)))
-        factor = self._law_factor(J, unknowns) if self._factor is None else self._factor
+        r = np.log(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
+        factor = self._factor
+        if factor is None:
+            factor = self._law_factor((change or self._step_changes(unknowns, R, omega))[0], unknowns)
         white = np.linalg.solve(factor, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0].ravel()
-        if not sensitivities:
-            return white, np.zeros((len(white), J.shape[2]))
-        return white, np.linalg.solve(factor, np.concatenate([J.real, J.imag], axis=1)).reshape(-1, J.shape[2])
+        if change is None:
+            return white, np.zeros((len(white), len(unknowns.vector)))
+        J = np.concatenate([change[0].real, change[0].imag], axis=1)
+        return white, np.linalg.solve(factor, J).reshape(len(white), -1)
 
     def step_factor(self, unknowns: Unknowns) -> Array | None:
         """Cholesky factors (s, 2 o, 2 o) of the steps' covariance, which depends on the law; None without steps.
@@ -221,7 +227,7 @@ class Predictor:
         if not len(self.evidence.steps):
             return None
         R, omega = self.step_receptance(unknowns)
-        return self._law_factor(self._step_sensitivity(R, self.responses(R, omega), omega, unknowns), unknowns)
+        return self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
         n, k = len(unknowns.base.vector), len(unknowns.law.knots)
@@ -231,20 +237,27 @@ class Predictor:
 
     def extra_harmonics(self, unknowns: Unknowns, R: Array) -> Array:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
-        assert self.harmonics is not None
-        h = self.harmonics
-        forces = self._force_harmonics(unknowns, R, int(h.orders[-1]))[:, :, h.orders - 1]
-        rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
-        return -np.asarray(np.einsum("shop,sph->sho", h.field @ rows.T, forces))
+        forces = self.local.harmonics(*self._forced(unknowns, R))
+        return self._by_local_forces(forces[..., None])[..., 0]
 
-    def _harmonics(self, unknowns: Unknowns, R: Array) -> tuple[Array, Array]:
-        """Whitened harmonics less what the extension's nonlinear forces make; base parameters hardly move them."""
+    def _harmonics(self, unknowns: Unknowns, R: Array, change: tuple[Array, Array] | None) -> tuple[Array, Array]:
+        """Whitened harmonics less what the extension's nonlinear forces make."""
         assert self.harmonics is not None
         residual = self.harmonics.residual
         if self.extension.nonlinear:
             residual = residual - self.extra_harmonics(unknowns, R)
         r = self.harmonics.whiten(residual)
-        return r, np.zeros((len(r), len(unknowns.vector)))
+        if change is None or not self.extension.nonlinear:
+            return r, np.zeros((len(r), len(unknowns.vector)))
+        forces = self.local.harmonic_changes(*self._forced(unknowns, R), change[1], self._left_change(unknowns))
+        return r, self.harmonics.whiten(self._by_local_forces(forces))
+
+    def _by_local_forces(self, forces: Array) -> Array:
+        """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""
+        assert self.harmonics is not None
+        rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
+        at = self.harmonics.field @ rows.T
+        return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 
     def _driven(self, R: Array, omega: Array) -> Array:
         """Displacements (f, p) of all ports by a unit drive force, with the inertia load of a clamp that moves."""
@@ -254,33 +267,34 @@ class Predictor:
         return into + self.extension.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
 
     def _measured_change(self, change: Array, omega: Array) -> Array:
-        """Changes (f, o, u) of the structure's responses as the channels show them."""
+        """Changes (f, o, u) of the outputs' displacements as the channels show them."""
         outputs, force = self.channel_factors(omega)
-        change = (outputs / force[:, None])[:, :, None] * change
+        change = (self.model.to_quantity(omega) * outputs / force[:, None])[:, :, None] * change
         names = self.evidence.channels
         for channel, source, part in self.extension.cross_talk:
             if channel in names and source in names:
                 change[:, names.index(channel)] += part * change[:, names.index(source)]
         return change
 
-    def _base_sensitivity(self, R: Array, omega: Array, unknowns: Unknowns, time_s: Array) -> Array:
-        """D response / d base parameters (f, o, b): the extension's factors on the moduli are factors on theirs."""
-        change = self.model.sensitivity(R, omega, unknowns.base, into=self._driven(R, omega))
+    def _base_change(
+        self, R: Array, omega: Array, unknowns: Unknowns, time_s: Array, ports: Array, into: Array
+    ) -> Array:
+        """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
+        change = self.model.displacement_sensitivity(R, omega, unknowns.base, ports, into)
         more_E, more_G = self.extension.moduli_factor
         change[:, :, [0, 2]] *= (more_E * (1 - self.extension.layer_drift_per_s * time_s))[:, None, None]
         change[:, :, [1, 3]] *= more_G
         return change
 
-    def _step_sensitivity(self, R: Array, H: Array, omega: Array, unknowns: Unknowns) -> Array:
-        """D log response / d unknowns, (s, o, u), of measured responses H."""
-        p, steps = self.model.ports, self.evidence.steps
-        base = self._base_sensitivity(R, omega, unknowns, steps.time_s - self.evidence.origin_s)
-        into, out = self._driven(R, omega), R[:, p.outputs, :]
-        factor = self.model.to_quantity(omega)
-        SE = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2) * factor
-        SG = -np.sum(out[:, :, p.shear] * into[:, None, p.shear], axis=2) * factor
-        X = steps.amplitude_m
-        B = unknowns.law.basis(X)
+    def _step_changes(self, unknowns: Unknowns, R: Array, omega: Array) -> tuple[Array, Array]:
+        """D log / d unknowns of the measured responses (s, o, u), and of the motion at nonlinear ports (s, n, u)."""
+        p, steps, into = self.model.ports, self.evidence.steps, self._driven(R, omega)
+        all_ports = np.arange(R.shape[1])
+        ports = np.concatenate([all_ports[p.outputs], all_ports[self.nonlinear_ports]])
+        base = self._base_change(R, omega, unknowns, steps.time_s - self.evidence.origin_s, ports, into)
+        SE = -np.sum(R[:, ports, p.normal] * into[:, None, p.normal], axis=2)
+        SG = -np.sum(R[:, ports, p.shear] * into[:, None, p.shear], axis=2)
+        B = unknowns.law.basis(steps.amplitude_m)
         a, b, q = unknowns.softening_in_shear, unknowns.loss_in_normal, self.shear_share
         s, loss = (B @ unknowns.law.softening)[:, None], (B @ unknowns.law.loss)[:, None]
         softening = -(1 - a) * SE - a / q * SG
@@ -292,7 +306,21 @@ class Predictor:
             (s * (SE - SG / q))[:, :, None],
             (1j * loss * (q * SE - SG))[:, :, None],
         ]
-        return self._measured_change(np.concatenate(columns, axis=2), omega) / H[:, :, None]
+        change = np.concatenate(columns, axis=2)
+        outputs = len(self.evidence.channels)
+        response = self._log_response_change(change[:, :outputs], R, omega)
+        if not self.extension.nonlinear:
+            return response, change[:, outputs:]
+        motion, influence = self._port_motion(R, omega)
+        moved = change[:, outputs:] / into[:, self.nonlinear_ports, None]
+        moved = moved - response[:, self.evidence.reference, None]
+        moved, response = self.local.follow(np.abs(motion), omega, influence, moved, response)
+        return response, moved
+
+    def _log_response_change(self, change: Array, R: Array, omega: Array) -> Array:
+        """Changes (f, o, u) of the outputs' displacements as changes of the logarithms of what is measured."""
+        change = self._measured_change(change, omega)
+        return change / self.responses(R, omega)[:, :, None]
 
     @property
     def nonlinear_ports(self) -> slice:
@@ -300,68 +328,51 @@ class Predictor:
         stop = self.model.ports.extra.stop - (1 if self.extension.base_receptance else 0)
         return slice(stop - len(self.extension.nonlinear), stop)
 
-    def _port_motion(self, R: Array, omega: Array) -> Array:
-        """Complex amplitudes (s, p) at the nonlinear forces' ports, m.
+    def _port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
+        """Complex amplitudes (s, n) at the nonlinear forces' ports, m, and how stiffness there changes things.
 
-        They follow from the measured motion of the reference channel, as the law's amplitude does, not from the force:
+        The amplitudes follow from the measured motion of the reference channel, as the law's does, not from the force:
         near a sharp resonance the response to that is far more uncertain than the shape of the motion.
         """
-        steps, reference = self.evidence.steps, self.evidence.reference
-        per_reference = (
-            R[:, self.nonlinear_ports, self.model.ports.drive] / self.responses(R, omega)[:, reference, None]
-        )
-        return np.asarray(per_reference * steps.response[:, reference, 0, None])
+        steps, reference, n = self.evidence.steps, self.evidence.reference, self.nonlinear_ports
+        into = self._driven(R, omega)
+        per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
+        motion = per_reference * steps.response[:, reference, 0, None]
+        by_response = self._log_response_change(-R[:, self.model.ports.outputs, n] * into[:, None, n], R, omega)
+        by_motion = -R[:, n, n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
+        return motion, Influence(by_motion, by_response)
 
     def with_nonlinear(self, R: Array, omega: Array) -> Array:
         """Receptances with the equivalent stiffness of local nonlinearities at each step's own amplitude."""
         if not self.extension.nonlinear:
             return R
-        updated = R
-        # The ports' share of the motion depends on the stiffness there: fixed-point turns, enough for a correction.
-        for _ in range(6):
-            amplitude = np.abs(self._port_motion(updated, omega))
-            k = [f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.extension.nonlinear)]
-            updated = _attach(R, self.nonlinear_ports, np.stack(k, axis=1))
-        return updated
+        return self.local.balance(
+            omega,
+            R,
+            attach=lambda stiffness: _attach(R, self.nonlinear_ports, stiffness),
+            motion=lambda R: self._port_motion(R, omega),
+        )
 
-    def harmonic_fields(self, unknowns: Unknowns, orders: Array, *, stretch: float = 1.0) -> tuple[Array, Array, Array]:
-        """Responses at multiples of the drive frequency, all frequencies times `stretch`.
-
-        Returns
-        -------
-        linear : ndarray, (s, h, o)
-            Response to the measured force harmonics.
-        joint : ndarray, (s, h, o)
-            Response to a unit force on the layer's opening in the shape of mode 1: what the joint's law adds.
-        field : ndarray, (s, h, o, n)
-            Response of each output to a unit force on every degree of freedom.
-        """
-        steps, p = self.evidence.steps, self.model.ports
-        time = steps.time_s - self.evidence.origin_s
-        dE, dG = self.moduli_changes(unknowns, steps.amplitude_m, time)
-        first = stretch * self.clock(steps.omega, time)
-        opening = self.model.ports.rows[p.normal] @ self.model.basis.Phi[:, 0]
-        linear, joint, field = [], [], []
-        for h in orders:
-            omega = h * first
-            R = self.receptance(omega, unknowns.base, dE, dG)
-            factor = self.model.to_quantity(omega) * self.channel_factors(omega)[0]
-            linear.append(self.responses(R, omega) * steps.force[:, h - 1, None])
-            joint.append((R[:, p.outputs, p.normal] @ opening) * factor)
-            field.append(self.model.output_field(omega, unknowns.base, dE, dG) * factor[:, :, None])
-        return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
-
-    def _force_harmonics(self, unknowns: Unknowns, R: Array, count: int) -> Array:
-        """Harmonics (s, p, h) of the nonlinear forces at the steps' own motion, in the steps' phase."""
+    def _forced(self, unknowns: Unknowns, R: Array) -> tuple[Array, int, JointState]:
+        """Motion at the nonlinear ports, how many harmonics are wanted, and what surrounds the joint."""
+        assert self.harmonics is not None
         steps = self.evidence.steps
         time = steps.time_s - self.evidence.origin_s
-        motion = self._port_motion(R, self.clock(steps.omega, time))
+        motion, _ = self._port_motion(R, self.clock(steps.omega, time))
         stiffness = unknowns.base.E + self.moduli_changes(unknowns, steps.amplitude_m, time)[0].real
-        assert self.harmonics is not None
         joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance)
-        turn = np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))
-        values = [f.harmonics(np.abs(motion[:, i]), count, joint) for i, f in enumerate(self.extension.nonlinear)]
-        return np.stack(values, axis=1) * turn
+        return motion, int(self.harmonics.orders[-1]), joint
+
+    def _left_change(self, unknowns: Unknowns) -> Array:
+        """D left / d unknowns (s, u), of the share of E' that the law leaves."""
+        steps, law = self.evidence.steps, unknowns.law
+        time = steps.time_s - self.evidence.origin_s
+        change = np.zeros((len(steps), len(unknowns.vector)))
+        change[:, 0] = unknowns.base.E * self.extension.moduli_factor[0] * (1 - self.extension.layer_drift_per_s * time)
+        n, k = len(unknowns.base.vector), len(law.knots)
+        change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * law.basis(steps.amplitude_m)
+        change[:, -2] = law.softening_at(steps.amplitude_m)
+        return change / self.moduli[0]
 
     def _base_motion(self, R: Array, omega: Array) -> Array | float:
         """Response to a clamp that moves with the drive force: rigid motion plus the inertia load it causes."""

@@ -70,9 +70,14 @@ class ModalBasis:
         P = ports @ self.Phi
         w = omega[:, None]
         D = 1.0 / (self.omega**2 - w**2 + 2j * self.zeta * self.omega * w)
-        R = np.einsum("pm,fm,qm->fpq", P, D, P, optimize=True)
         static, static2 = ports @ self.flexibility @ ports.T, ports @ self.flexibility2 @ ports.T
-        return R + static + omega[:, None, None] ** 2 * static2
+        # Symmetric: one product for the pairs of ports above the diagonal.
+        above = np.triu_indices(len(P))
+        pairs = (P[above[0]] * P[above[1]]).T
+        values = D.real @ pairs + w**2 * static2[above] + static[above] + 1j * (D.imag @ pairs)
+        R = np.empty((len(omega), len(P), len(P)), complex)
+        R[:, above[0], above[1]] = R[:, above[1], above[0]] = values
+        return R
 
     def field(self, rows: Complex, omega: Real) -> Complex:
         """Displacements (f, o, n) under loads `rows` (f, o, n)."""
@@ -99,11 +104,21 @@ def layer_ports(structure: Structure) -> tuple[Real, Real]:
     return _compress(structure.B_E), _compress(structure.B_G)
 
 
-def update_receptance(R: Complex, layer: slice, S: Complex) -> Complex:
-    """Receptances after adding stiffness S (f, r) on the ports of `layer`, one diagonal for each frequency."""
-    ports = np.arange(R.shape[1])[layer]
+def update_receptance(R: Complex, layer: slice, S: Complex, *, wanted: NDArray[np.intp] | None = None) -> Complex:
+    """Receptances after adding stiffness S (f, r) on the ports of `layer`, one diagonal for each frequency.
+
+    Parameters
+    ----------
+    R : ndarray, (f, p, p)
+        Symmetric.
+    wanted
+        Ports between which receptances are wanted; all by default.  Those of others come out as NaN.
+    """
+    count = R.shape[1]
+    kept = np.full(count, wanted is None)
+    kept[np.arange(count) if wanted is None else wanted] = True
     out = np.array(R, complex)
-    _eliminate(out, ports, np.ascontiguousarray(S, complex))
+    _eliminate(out, np.arange(count)[layer], np.ascontiguousarray(S, complex), kept)
     return out
 
 
@@ -116,29 +131,42 @@ def update_receptance_numpy(R: Complex, layer: slice, S: Complex) -> Complex:
 
 
 @numba.njit(cache=True)
-def _eliminate(R: Complex, ports: Real, S: Complex) -> None:
-    """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place."""
+def _eliminate(R: Complex, ports: Real, S: Complex, kept: Real) -> None:
+    """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place.
+
+    Only below the diagonal; a row that is not kept is left alone once its own spring is in.
+    """
     count = R.shape[1]
+    done = np.empty(count, np.int64)
+    for i in range(count):
+        done[i] = len(ports) if kept[i] else -1
+    for k in range(len(ports)):
+        done[ports[k]] = max(done[ports[k]], k)
+    column = np.empty(count, R.dtype)
     for f in range(R.shape[0]):
+        A = R[f]
         for k in range(len(ports)):
-            port = ports[k]
-            spring = S[f, k]
+            port, spring = ports[k], S[f, k]
             if spring == 0:
                 continue
-            factor = spring / (1.0 + spring * R[f, port, port])
             for i in range(count):
-                scaled = factor * R[f, i, port]
-                if i != port:
-                    for j in range(count):
-                        if j != port:
-                            R[f, i, j] -= scaled * R[f, port, j]
-            # The port's own row and column change last, for every other entry needs their old values.
-            own = 1.0 / (1.0 + spring * R[f, port, port])
+                column[i] = A[i, port] if i >= port else A[port, i]
+            own = 1.0 / (1.0 + spring * column[port])
             for i in range(count):
-                if i != port:
-                    R[f, i, port] *= own
-                    R[f, port, i] *= own
-            R[f, port, port] *= own
+                if i != port and done[i] >= k:
+                    scaled = spring * own * column[i]
+                    for j in range(i + 1):
+                        A[i, j] -= scaled * column[j]
+            # Not by difference: a stiff spring leaves little.
+            for i in range(port):
+                A[port, i] = own * column[i]
+            for i in range(port, count):
+                A[i, port] = own * column[i]
+        for i in range(count):
+            for j in range(i + 1):
+                if not (kept[i] and kept[j]):
+                    A[i, j] = np.nan
+                A[j, i] = A[i, j]
 
 
 def _compress(B: Real) -> Real:

@@ -50,9 +50,11 @@ class HarmonicResiduals:
         return HarmonicResiduals(self.orders, *(part[keep] for part in parts))
 
     def whiten(self, values: Array) -> Array:
-        """Real vector of whitened values (s, h, o)."""
-        white = np.linalg.solve(self.cholesky, values[..., None])[..., 0].ravel()
-        return np.concatenate([white.real, white.imag]) * np.sqrt(2.0)
+        """Real whitened values (r,) of complex ones (s, h, o), or (r, u) of (s, h, o, u)."""
+        columns = values if values.ndim == 4 else values[..., None]
+        white = np.linalg.solve(self.cholesky, columns).reshape(-1, columns.shape[3])
+        white = np.sqrt(2.0) * np.concatenate([white.real, white.imag])
+        return white if values.ndim == 4 else white[:, 0]
 
 
 def step_factor(steps: StepArrays, by_law: tuple[Array, Array], error_scale: float) -> Array:

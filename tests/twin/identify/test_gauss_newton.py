@@ -144,3 +144,26 @@ def test_a_start_at_the_minimum_stays_there():
     found = minimise(lambda x: (np.zeros(2), np.eye(2)), np.ones(2), mean=np.ones(2), precision=np.eye(2))
     np.testing.assert_array_equal(found.x, 1.0)
     assert found.history == (0.0,)
+
+
+def bent(x):
+    """A valley along a parabola, steep across and flat along it; and its derivative."""
+    return np.array([100 * (x[1] - x[0] ** 2), x[0] - 3.0]), np.array([[-200 * x[0], 100], [1.0, 0.0]])
+
+
+def test_along_a_bent_valley_steps_that_turn_arrive_where_straight_ones_do_not():
+    """Straight steps must stay within the valley's width, whatever direction is best."""
+
+    def fit(**more):
+        def evaluate(x):
+            r, J = bent(x)
+            return -r, J
+
+        return minimise(
+            evaluate, np.array([-1.0, 1.0]), mean=np.zeros(2), precision=1e-12 * np.eye(2), iterations=60,
+            tolerance=1e-9, **more,
+        )  # fmt: skip
+
+    turning, straight = fit(residual_alone=lambda x: -bent(x)[0]), fit()
+    np.testing.assert_allclose(turning.x, [3.0, 9.0], rtol=1e-4)
+    assert straight.cost > 1.0

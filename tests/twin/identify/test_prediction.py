@@ -132,6 +132,15 @@ def explained(evidence, unknowns, extension):
 MASS = Attachment(lambda s: s.deflection(0.35)[None], lambda omega: -(omega[:, None] ** 2) * 0.01 + 0j)
 DELAYED = {"acc1": lambda omega: 1.1 * np.exp(-1e-5j * omega), "force": lambda omega: 1.05 + 0j * omega}
 TIP_SPRING = NonlinearForce(lambda s: s.deflection(0.42), lambda a, omega: 1e8 * 0.75 * a**2 + 0j, None)
+SPRING_ELSEWHERE = NonlinearForce(lambda s: s.deflection(0.30), lambda a, omega: 3e9 * a**2 * (1 + 0.1j), None)
+
+
+def slip_row(s):
+    """A strain of the layer, which moves far more with the layer's stiffness than any place on the beams does."""
+    return s.B_G[3] / np.linalg.norm(s.B_G[3])
+
+
+SLIDING = NonlinearForce(slip_row, lambda a, omega: 3e8 / (1 + (a / 2e-7) ** 2) * (1 + 0.3j), None)
 EXACT = {
     "channel-factor": Extension(channel_factor=DELAYED),
     "attachment": Extension(attachments=(MASS,)),
@@ -142,6 +151,9 @@ EXACT = {
     "clamp": Extension(clamp_rad_per_Nm=1e-6),
     "layer-gradient": Extension(layer_gradient=0.5),
     "nonlinear-at-the-reference": Extension(nonlinear=(TIP_SPRING,)),
+    "nonlinear-elsewhere": Extension(nonlinear=(SPRING_ELSEWHERE,)),
+    "softening-slip": Extension(nonlinear=(SLIDING,)),
+    "two-nonlinear": Extension(nonlinear=(SLIDING, SPRING_ELSEWHERE), attachments=(MASS,)),
 }
 INEXACT = {
     "moduli-factor": Extension(moduli_factor=(1.3, 0.8)),
@@ -236,19 +248,25 @@ def test_a_harmonic_that_was_not_measured_says_nothing(ringing, unknowns):
     assert np.all(np.isfinite(harmonics.cholesky))
 
 
-def test_harmonics_hardly_move_with_what_the_fundamentals_leave_open(ringing, unknowns):
-    """Why their sensitivities are left at zero: within the posterior they change by a small part of their noise."""
+def test_sensitivities_of_harmonics_are_the_derivative_of_the_residual(ringing, unknowns):
+    """Of two forces, whose size and phase follow the motion at their ports, and whose strength what the law leaves."""
     evidence, extension = ringing
-    predictor = Predictor(evidence, extension, harmonic_residuals(Predictor(evidence), unknowns))
-    found = predictor.evaluate(unknowns)
-    block, (_, precision) = dict(found.blocks)["harmonics"], predictor.prior(unknowns)
-    assert not found.jacobian[block].any()
-    factor = np.linalg.cholesky(np.linalg.inv(found.jacobian.T @ found.jacobian + precision))
-    changes = []
-    for column in factor.T:
-        plus, minus = (
-            predictor.evaluate(unknowns.with_vector(unknowns.vector + h * column), sensitivities=False).residual[block]
-            for h in (0.1, -0.1)
-        )
-        changes.append((plus - minus) / 0.2)
-    assert np.linalg.norm(changes) < 0.05
+    (spring,) = extension.nonlinear
+
+    def harmonics(a, count, joint):
+        left = joint.left[:, None]
+        return 2e8 * a[:, None] ** 2 * left**2 / (1 + np.arange(count)) ** 2 * (1 - 0.4j)
+
+    sliding = NonlinearForce(slip_row, SLIDING.equivalent, harmonics)
+    both = Extension(nonlinear=(spring, sliding))
+    predictor = Predictor(evidence, both, harmonic_residuals(Predictor(evidence), unknowns))
+    errors = compare(predictor, unknowns, blocks=("harmonics",))["harmonics"]
+    assert np.max(errors) < 1e-4
+    assert predictor.evaluate(unknowns).jacobian[dict(predictor.evaluate(unknowns).blocks)["harmonics"]].any()
+
+
+def test_without_the_inner_receptances_the_residual_is_the_same(evidence, unknowns):
+    predictor = Predictor(evidence, Extension(attachments=(MASS,)))
+    with_them, without = (predictor.evaluate(unknowns, sensitivities=s) for s in (True, False))
+    np.testing.assert_allclose(without.residual, with_them.residual, rtol=1e-8, atol=1e-8)
+    assert not without.jacobian.any()

@@ -81,18 +81,23 @@ def _rms_slip(evidence: Evidence) -> Callable[[Structure], Any]:
     return lambda structure: pattern @ structure.B_G
 
 
-def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int, *, samples: int = 256) -> Any:
-    """Harmonics 1 ... count (s, count) of a Jenkins element's steady force for motion a cos t, by quadrature.
+def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -> Any:
+    """Harmonics 1 ... count (s, count) of a Jenkins element's steady force for motion a cos t, in closed form.
 
-    On the way down from a reversal at +a the force falls from the slip force (or k a while it never slips) with slope
-    k until it slips the other way; the way up mirrors it.
+    On the way down from a reversal at +a the force falls from the slip force F (or k a while it never slips) with slope
+    k until, at cos t_s = 1 - 2 F / (k a), it slips the other way; the way up mirrors it, so that even harmonics vanish.
+    Quadrature would not do: its error jumps as the slip's beginning passes a sample, and the fit's derivatives with it.
     """
     a = np.asarray(amplitude, float)[:, None]
-    t = 2 * np.pi * (np.arange(samples) + 0.5) / samples
-    x = a * np.cos(t)
     top = np.minimum(slip_force, k * a)
-    down = np.maximum(top - k * (a - x), -slip_force)
-    up = np.minimum(-top + k * (x + a), slip_force)
-    force = np.where(t < np.pi, down, up)
+    t = np.arccos(np.clip(1 - 2 * top / np.maximum(k * a, 1e-300), -1.0, 1.0))
     h = np.arange(1, count + 1)
-    return 2 / samples * force @ np.exp(-1j * t[:, None] * h)
+
+    def turned(n: Any, start: Any, stop: Any) -> Any:
+        """Integral of exp(-j n t)."""
+        return np.where(
+            n == 0, stop - start, 1j * (np.exp(-1j * n * stop) - np.exp(-1j * n * start)) / np.where(n, n, 1)
+        )
+
+    sticking = (top - k * a) * turned(h, 0.0, t) + k * a / 2 * (turned(h - 1, 0.0, t) + turned(h + 1, 0.0, t))
+    return np.where(h % 2, 2 / np.pi * (sticking - top * turned(h, t, np.pi)), 0.0)
