@@ -46,10 +46,13 @@ class JointState:
     compliance : ndarray, (f, 1 + H)
         Rms opening in the shape of mode 1 at 0 ... H times the drive frequency, by a unit force on it times the linear
         stiffness.
+    omega : ndarray, (f,)
+        Frequency of the motion, rad/s.
     """
 
     left: Array
     compliance: Array
+    omega: Array
 
 
 @dataclass(frozen=True)

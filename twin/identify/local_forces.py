@@ -8,7 +8,7 @@ a sensitivity near a slider that begins to slip is wrong by half of itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -107,7 +107,7 @@ class LocalForces:
         """Changes (s, n, count, u) of :meth:`harmonics` with the log motion (s, n, u) and what is left (s, u)."""
         here = self.harmonics(motion, count, joint)
         by_size = (self.harmonics(motion * (1 + DIFFERENCE), count, joint) - here) / DIFFERENCE
-        stiffer = JointState(joint.left + DIFFERENCE, joint.compliance)
+        stiffer = replace(joint, left=joint.left + DIFFERENCE)
         by_left = (self.harmonics(motion, count, stiffer) - here) / DIFFERENCE
         by_phase = 1j * np.arange(1, count + 1) * here
         return np.asarray(

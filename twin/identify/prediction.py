@@ -358,9 +358,10 @@ class Predictor:
         assert self.harmonics is not None
         steps = self.evidence.steps
         time = steps.time_s - self.evidence.origin_s
-        motion, _ = self._port_motion(R, self.clock(steps.omega, time))
+        omega = self.clock(steps.omega, time)
+        motion, _ = self._port_motion(R, omega)
         stiffness = unknowns.base.E + self.moduli_changes(unknowns, steps.amplitude_m, time)[0].real
-        joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance)
+        joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance, omega)
         return motion, int(self.harmonics.orders[-1]), joint
 
     def _left_change(self, unknowns: Unknowns) -> Array:

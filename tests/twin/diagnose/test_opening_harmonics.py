@@ -18,6 +18,11 @@ ANGLE = 2 * np.pi * (np.arange(1024) + 0.5) / 1024
 COUNT = 6
 
 
+def joint_state(left, compliance):
+    """At a frequency that does not matter to the opening."""
+    return JointState(left, compliance, np.full(len(left), 166.0))
+
+
 def odd_law(x):
     """Its odd force, in units of its linear stiffness."""
     x = np.asarray(x)
@@ -118,13 +123,13 @@ def test_a_layer_free_to_open_moves_about_the_mean_that_carries_no_force():
     left, harmonics = expected(np.array([free_mean(a) for a in AMPLITUDES]))
     compliance = np.zeros((len(left), 8))
     compliance[:, 0] = 1 / left
-    found = opening_harmonics(AMPLITUDES, JointState(left, compliance), gap=GAP, factor=FACTOR, count=COUNT)
+    found = opening_harmonics(AMPLITUDES, joint_state(left, compliance), gap=GAP, factor=FACTOR, count=COUNT)
     assert np.max(departure(found, harmonics)) < 0.015
 
 
 def test_a_layer_held_by_what_surrounds_it_moves_as_the_fundamental_alone():
     left, harmonics = expected(np.array([a * np.cos(ANGLE) for a in AMPLITUDES]))
-    joint = JointState(left, np.zeros((len(left), 8)))
+    joint = joint_state(left, np.zeros((len(left), 8)))
     found = opening_harmonics(AMPLITUDES, joint, gap=GAP, factor=FACTOR, count=COUNT)
     assert np.max(departure(found, harmonics)) < 0.015
 
@@ -134,22 +139,22 @@ def test_harmonics_are_in_balance_with_a_structure_that_resonates_among_them():
     orders = np.arange(8)
     compliance = 1.6 / (3 - orders**2 * 0.6 + 0.2j * orders)
     left, harmonics = expected(np.array([surrounded(a, compliance) for a in AMPLITUDES]))
-    joint = JointState(left, np.tile(compliance, (len(left), 1)))
+    joint = joint_state(left, np.tile(compliance, (len(left), 1)))
     found = opening_harmonics(AMPLITUDES, joint, gap=GAP, factor=FACTOR, count=COUNT)
     assert np.max(departure(found, harmonics)) < 0.05
-    held = opening_harmonics(AMPLITUDES, JointState(left, 0j * joint.compliance), gap=GAP, factor=FACTOR, count=COUNT)
+    held = opening_harmonics(AMPLITUDES, joint_state(left, 0j * joint.compliance), gap=GAP, factor=FACTOR, count=COUNT)
     # What surrounds the joint matters here, or the test would show nothing.
     assert np.min(departure(held, harmonics)) > 0.15
 
 
 def test_below_the_gap_nothing_opens():
     below = AMPLITUDES < 0.8 * GAP
-    joint = JointState(np.array([secant(a) for a in AMPLITUDES]), np.full((len(AMPLITUDES), 8), 0.5 + 0j))
+    joint = joint_state(np.array([secant(a) for a in AMPLITUDES]), np.full((len(AMPLITUDES), 8), 0.5 + 0j))
     found = opening_harmonics(AMPLITUDES, joint, gap=GAP, factor=0.5, count=COUNT)
     assert np.max(np.abs(found[below])) < 1e-6 * np.max(np.abs(found))
 
 
 def test_a_joint_that_opens_as_it_closes_has_no_even_harmonics():
-    joint = JointState(np.array([secant(a) for a in AMPLITUDES]), np.full((len(AMPLITUDES), 8), 0.5 + 0j))
+    joint = joint_state(np.array([secant(a) for a in AMPLITUDES]), np.full((len(AMPLITUDES), 8), 0.5 + 0j))
     found = opening_harmonics(AMPLITUDES, joint, gap=GAP, factor=1.0, count=COUNT)
     assert np.max(np.abs(found)) < 1e-9 * AMPLITUDES[-1]

@@ -1,5 +1,7 @@
 """Nonlinear forces at ports of a small structure, against the equations of its motion solved whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -93,11 +95,11 @@ def test_changes_of_harmonics_are_their_derivatives():
         return joint.left[:, None] ** 2 * a[:, None] ** 3 * np.arange(1, count + 1) * (1 - 0.2j)
 
     forces = LocalForces((NonlinearForce(None, None, harmonics),))
-    z, joint = np.array([[0.3 + 0.2j], [1.0 - 0.5j]]), JointState(np.array([0.9, 0.4]), np.zeros((2, 4)))
+    z, joint = np.array([[0.3 + 0.2j], [1.0 - 0.5j]]), JointState(np.array([0.9, 0.4]), np.zeros((2, 4)), np.ones(2))
     log_motion, left = np.array([[[0.2 - 0.7j]], [[1.1 + 0.3j]]]), np.array([[0.5], [-0.2]])
 
     def moved(h):
-        at = JointState(joint.left + h * left[:, 0], joint.compliance)
+        at = replace(joint, left=joint.left + h * left[:, 0])
         return forces.harmonics(z * np.exp(h * log_motion[:, :, 0]), 3, at)
 
     expected = (moved(1e-5) - moved(-1e-5)) / 2e-5

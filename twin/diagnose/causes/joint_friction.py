@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.slipping import RIPPLES, slipping_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension, NonlinearForce
+from twin.identify.extension import Attachment, Extension, JointState, NonlinearForce
 from twin.structure import Structure
 
 __all__ = ["JointFriction"]
@@ -57,13 +58,21 @@ class JointFriction(Cause):
         slip = _rms_slip(evidence)
         k = values["stiffness_N_per_m"]
         slip_force = k * values["slip_m"]
+        row = slip(evidence.model.structure)[None]
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
 
-        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
-            return jenkins_harmonics(a, k, slip_force, count) - k * a[:, None] * (np.arange(count) == 0)
+        def ripple(omega: Any) -> Any:
+            return np.stack([evidence.model.basis.receptance(row, h * omega)[:, 0, 0] for h in RIPPLES], axis=1)
+
+        def harmonics(a: Any, count: int, joint: JointState) -> Any:
+            force = slipping_harmonics(a, k, slip_force, ripple(joint.omega))
+            out = np.zeros((len(a), max(count, RIPPLES[-1])), complex)
+            out[:, [0, *(h - 1 for h in RIPPLES)]] = force
+            out[:, 0] -= k * a
+            return out[:, :count]
 
         def equivalent(a: Any, omega: Any) -> Any:
-            return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-15)
+            return slipping_harmonics(a, k, slip_force, ripple(omega))[:, 0] / np.maximum(a, 1e-15) - k
 
         return Extension(attachments=(stuck,), nonlinear=(NonlinearForce(slip, equivalent, harmonics),))
 
@@ -79,25 +88,3 @@ def _rms_slip(evidence: Evidence) -> Callable[[Structure], Any]:
     s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
     pattern = (s.B_G @ phi) / np.linalg.norm(s.B_G @ phi) / np.sqrt(np.sum(s.shear_weight**2))
     return lambda structure: pattern @ structure.B_G
-
-
-def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -> Any:
-    """Harmonics 1 ... count (s, count) of a Jenkins element's steady force for motion a cos t, in closed form.
-
-    On the way down from a reversal at +a the force falls from the slip force F (or k a while it never slips) with slope
-    k until, at cos t_s = 1 - 2 F / (k a), it slips the other way; the way up mirrors it, so that even harmonics vanish.
-    Quadrature would not do: its error jumps as the slip's beginning passes a sample, and the fit's derivatives with it.
-    """
-    a = np.asarray(amplitude, float)[:, None]
-    top = np.minimum(slip_force, k * a)
-    t = np.arccos(np.clip(1 - 2 * top / np.maximum(k * a, 1e-300), -1.0, 1.0))
-    h = np.arange(1, count + 1)
-
-    def turned(n: Any, start: Any, stop: Any) -> Any:
-        """Integral of exp(-j n t)."""
-        return np.where(
-            n == 0, stop - start, 1j * (np.exp(-1j * n * stop) - np.exp(-1j * n * start)) / np.where(n, n, 1)
-        )
-
-    sticking = (top - k * a) * turned(h, 0.0, t) + k * a / 2 * (turned(h - 1, 0.0, t) + turned(h + 1, 0.0, t))
-    return np.where(h % 2, 2 / np.pi * (sticking - top * turned(h, t, np.pi)), 0.0)
