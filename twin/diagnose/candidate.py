@@ -15,7 +15,7 @@ from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.prediction import Predictor
-from twin.identify.unknowns import TIGHT, Slack, Unknowns
+from twin.identify.unknowns import STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Blame", "Candidate", "extension_of", "fit_candidate"]
@@ -149,7 +149,7 @@ def fit_candidate(
 
     x, factor = x0, None
     # With slack the weights hardly depend on the law; a fit at a held value is one of many to choose from.
-    for _ in range(REWEIGHTED if slack is TIGHT and not held else 1):
+    for _ in range(REWEIGHTED if slack in (TIGHT, STIFF) and not held else 1):
         predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics, slack=slack)
         factor = predictor.step_factor(start.with_vector(x[:count]))
         solution = minimise(
@@ -197,9 +197,12 @@ def _prior(parameter: Parameter) -> tuple[float, float]:
 def _difference_step(parameter: Parameter, value: float) -> float:
     """Step of the difference quotient in a cause's parameter, away from its upper bound.
 
-    Small, because near a sharp resonance the residual bends within a thousandth of a stiffness.
+    Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
+    stiffness; coarser along the structure.
     """
-    step = 1e-6 * parameter.scale + (0.0 if parameter.places else 1e-6 * abs(value - parameter.null))
+    along = parameter.places and "position" in parameter.name
+    size = parameter.scale + (0.0 if parameter.places else abs(value - parameter.null))
+    step = (1e-3 if along else 1e-6) * size
     return -step if value + step > parameter.upper else step
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from twin.diagnose.candidate import Blame, Candidate, fit_candidate
 from twin.diagnose.cause import Parameter
 from twin.identify.evidence import Evidence
-from twin.identify.unknowns import Unknowns
+from twin.identify.unknowns import STIFF, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["along_profile", "refined"]
@@ -57,14 +57,16 @@ def along_profile(
             blames = _with_value(blames, parameter.name, float(value))
             unknowns = begin(unknowns, blames)
             fit = fit_candidate(
-                evidence, harmonics, unknowns, blames, iterations=10, tolerance=1.0, held=parameter.name
+                evidence, harmonics, unknowns, blames, iterations=10, tolerance=1.0, held=parameter.name, slack=STIFF
             )
             fits.append(fit)
             if _hopeless(fits):
                 break
             unknowns, blames = fit.unknowns, fit.blames
         for fit in _least(fits):
-            found.append(fit_candidate(evidence, harmonics, fit.unknowns, fit.blames, iterations=12, tolerance=1.0))
+            found.append(
+                fit_candidate(evidence, harmonics, fit.unknowns, fit.blames, iterations=12, tolerance=1.0, slack=STIFF)
+            )
     best = max(fit.log_evidence for fit in found)
     return [fit for fit in found if fit.log_evidence > best - CLOSE]
 

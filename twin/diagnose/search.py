@@ -17,7 +17,7 @@ from twin.identify.base_fit import fit_base, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
-from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
+from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Search", "Stage", "search_causes"]
@@ -27,11 +27,14 @@ LEAST_SCORE = 8.0
 """First-order gain of chi2 below which a cause is not tried."""
 LEAST_GAIN = 8.0
 """Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
-SLACKS = (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03), LOOSE)
+SLACKS = tuple(
+    replace(slack, law_bend=STIFF.law_bend)
+    for slack in (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03), LOOSE)
+)
 """Least to most slack while causes are sought: each step turns a part of the detunings, through which a fit follows the
 resonances, into whatever physical parameters explain them.  Larger steps overshoot into false minima."""
-SIFTED = SLACKS.index(Slack(7e-4, 20.0))
-"""Rival models are compared from this slack on; with more, those that fit best are not yet the right ones."""
+SIFTED = 2
+"""Place of the slack from which on rivals are compared; with more, those that fit best are not yet the right ones."""
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
 RIVAL = 1.5
@@ -109,12 +112,13 @@ def search_causes(
         scores = score_causes(thinner, thin_harmonics, at, left)
         best = [(*model.blames, blame) for blame in _shortlist(scores)]
         trials = _tournament(thinner, thin_harmonics, start, best, slack, report)
+        trials = _at_the_best_place(thinner, thin_harmonics, trials, scores)
         finalists = []
         for trial in trials:
             if trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
                 continue
             report(f"refitting {trial.blames[-1].key} to all evidence")
-            begin = partial(_with_own_law, thinner, thin_harmonics, slack=TIGHT)
+            begin = partial(_with_own_law, thinner, thin_harmonics, slack=STIFF)
             valleys = along_profile(thinner, thin_harmonics, trial, begin=begin)
             fits = [fit_candidate(evidence, harmonics, v.unknowns, v.blames, tolerance=0.3) for v in valleys]
             finalists.append(max(fits, key=lambda fit: fit.log_evidence))
@@ -142,7 +146,7 @@ def _least_slack(
 ) -> tuple[Candidate, Slack]:
     """The tight fit, and the least slack with which the model roughly follows the data: first order holds there."""
     least, follows = SLACKS[-1], True
-    for slack in reversed(SLACKS):
+    for slack in (*reversed(SLACKS[1:]), TIGHT):
         iterations = 20 if slack is TIGHT else 8
         trial = fit_candidate(evidence, harmonics, start, blames, slack=slack, iterations=iterations, tolerance=0.3)
         follows = follows and trial.chi2_per_dof < FOLLOWS
@@ -161,11 +165,11 @@ def _tournament(
 ) -> list[Candidate]:
     """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
     # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
-    loosest = 0 if slack is TIGHT else len(SLACKS) - 1
+    loosest = 0 if slack in (TIGHT, STIFF) else len(SLACKS) - 1
     field = [(start, rival) for rival in blames]
     for level in range(loosest, -1, -1):
         report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
-        tolerance = 20.0 if level else 2.0
+        tolerance = 4.0 if level else 2.0
         trials = []
         for unknowns, rival in field:
             begin = _with_own_law(evidence, harmonics, unknowns, rival, SLACKS[level])
@@ -180,6 +184,36 @@ def _tournament(
         )
         field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
     return _one_of_each(trials)[:FINALISTS]
+
+
+def _at_the_best_place(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, trials: list[Candidate], scores: list[Score]
+) -> list[Candidate]:
+    """The best models, after every other cause has been tried where the best one is.
+
+    One that came to rest in a false minimum along the structure is not beaten fairly: a resonator tuned far above the
+    band is a mass.
+    """
+    if not trials or "position_m" not in trials[0].blames[-1].values:
+        return trials
+    *before, best = trials[0].blames
+    place = best.values["position_m"]
+    nearest: dict[str, Score] = {}
+    for score in scores:
+        values, key = score.blame.values, score.blame.key
+        if "position_m" in values and key != best.key and score.gain > LEAST_SCORE:
+            rival = nearest.setdefault(key, score)
+            if abs(values["position_m"] - place) < abs(rival.blame.values["position_m"] - place):
+                nearest[key] = score
+    there = list(trials)
+    for score in nearest.values():
+        blame = replace(score.blame, values={**score.blame.values, "position_m": place})
+        start = _with_own_law(evidence, harmonics, trials[0].unknowns, (*before, blame), STIFF)
+        fit = fit_candidate(evidence, harmonics, start, (*before, blame), slack=STIFF, iterations=6, tolerance=2.0)
+        there.append(fit)
+    there.sort(key=lambda c: -c.log_evidence)
+    chosen = {trial.blames[-1].key for trial in trials}
+    return [c for rank, c in enumerate(_one_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
 
 
 def _with_own_law(

@@ -94,10 +94,12 @@ class Predictor:
         precision = np.zeros((size, size))
         precision[np.arange(len(mean)), np.arange(len(mean))] = 1 / std**2
         # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a loss in all of E' does.
-        for offset, scale in ((len(mean), E), (len(mean) + k, E / self.shear_share * 0.1)):
-            block = slice(offset, offset + k)
+        for part, scale in enumerate((E, 0.1 * E / self.shear_share)):
+            block = slice(len(mean) + part * k, len(mean) + (part + 1) * k)
+            # The same curvature, however many knots there are.
+            bend = self.slack.law_bend * (19 / max(k - 1, 1)) ** 2
             second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
-            precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / 0.1**2) / scale**2
+            precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
         precision[-2, -2] = precision[-1, -1] = 1 / SHARE_STD**2
         return np.concatenate([mean, np.zeros(2 * k + 2)]), precision
 

@@ -12,7 +12,7 @@ from twin.identify.joint_law import SplineLaw
 from twin.identify.linear_fit import DETUNING_STD, MODULI_STD
 from twin.identify.linear_model import BaseParameters
 
-__all__ = ["LOOSE", "TIGHT", "Slack", "Unknowns"]
+__all__ = ["LOOSE", "STIFF", "TIGHT", "Slack", "Unknowns"]
 
 Array = NDArray[Any]
 
@@ -33,14 +33,19 @@ class Slack:
     moduli_std : float
         Prior of log E' and log G': tighter where the model error is large, because that error is shared by many bins
         and would else count as many independent witnesses for wrong moduli.
+    law_bend : float
+        Of the second differences of softening and loss over twenty knots, in units of their scales.  A law that bends
+        easily takes in the kinks that a cause should explain, and is a trap; else it is a little too straight.
     """
 
     detuning_std: float = DETUNING_STD
     error_scale: float = 1.0
     moduli_std: float = MODULI_STD
+    law_bend: float = 0.5
 
 
 TIGHT = Slack()
+STIFF = Slack(law_bend=0.1)
 LOOSE = Slack(0.03, 60.0, 0.01)
 
 

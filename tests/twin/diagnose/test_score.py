@@ -77,7 +77,7 @@ SMALL = {
     "base-motion": ({}, {"receptance_m_per_N": 2e-9}),
     "channel-gain": ({"channel": "acc1"}, {"factor": 1.004}),
     "cross-talk": ({"channel": "acc1", "source": "acc2"}, {"factor": 1e-3}),
-    "joint-uneven": ({}, {"gradient": 0.3}),
+    "joint-uneven": ({}, {"gradient": 0.15}),
 }
 """Effects well above the noise, and so small that they are linear."""
 
