@@ -103,9 +103,10 @@ class LocalForces:
         values = [f.harmonics(np.abs(motion[:, i]), count, joint) for i, f in enumerate(self.forces)]
         return np.stack(values, axis=1) * _turn(motion, count)
 
-    def harmonic_changes(self, motion: Array, count: int, joint: JointState, log_motion: Array, left: Array) -> Array:
-        """Changes (s, n, count, u) of :meth:`harmonics` with the log motion (s, n, u) and what is left (s, u)."""
-        here = self.harmonics(motion, count, joint)
+    def harmonic_changes(
+        self, here: Array, motion: Array, count: int, joint: JointState, log_motion: Array, left: Array
+    ) -> Array:
+        """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u) and left (s, u)."""
         by_size = (self.harmonics(motion * (1 + DIFFERENCE), count, joint) - here) / DIFFERENCE
         stiffer = replace(joint, left=joint.left + DIFFERENCE)
         by_left = (self.harmonics(motion, count, stiffer) - here) / DIFFERENCE

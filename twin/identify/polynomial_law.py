@@ -136,12 +136,10 @@ class PolynomialProblem:
         unknowns = stepwise_law(predictor, Unknowns(base, law))
         layer = layer_response(predictor, base, steps.omega, steps.time_s - evidence.origin_s)
         R, omega = predictor.step_receptance(unknowns)
-        forces = predictor.extension.nonlinear
-        if forces:
+        if predictor.extension.nonlinear:
             ports = predictor.nonlinear_ports
             amplitude = np.abs(R[:, ports, predictor.model.ports.drive] * steps.force[:, :1])
-            k = [force.equivalent(amplitude[:, i], omega) for i, force in enumerate(forces)]
-            layer = layer.with_stiffness(ports, np.stack(k, axis=1))
+            layer = layer.with_stiffness(ports, predictor.local.stiffness(amplitude, omega))
         H = predictor.model.response(R, omega)[:, ref, None]
         by_base = predictor.model.sensitivity(R, omega, base)[:, ref] / H
         X = steps.amplitude_m

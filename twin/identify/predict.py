@@ -245,8 +245,7 @@ class RigResponse:
 
     def _with_nonlinear(self, layer: LayerResponse, X: Array, dE: Array, dG: Array) -> LayerResponse:
         """Equivalent stiffness of the extension's nonlinear forces, their own amplitudes in step with X."""
-        forces = self._predictor.extension.nonlinear
-        if not forces:
+        if not self._predictor.extension.nonlinear:
             return layer
         ports = self._predictor.nonlinear_ports
         updated = layer
@@ -258,8 +257,7 @@ class RigResponse:
                 break
             # Half steps: a stiffness that grows with amplitude would else overshoot for ever.
             amplitude = new if turn == 0 else 0.5 * (amplitude + new)
-            k = [one.equivalent(amplitude[:, i], layer.omega) for i, one in enumerate(forces)]
-            updated = layer.with_stiffness(ports, np.stack(k, axis=1))
+            updated = layer.with_stiffness(ports, self._predictor.local.stiffness(amplitude, layer.omega))
         return updated
 
 

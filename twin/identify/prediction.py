@@ -245,14 +245,16 @@ class Predictor:
     def _harmonics(self, unknowns: Unknowns, R: Array, change: tuple[Array, Array] | None) -> tuple[Array, Array]:
         """Whitened harmonics less what the extension's nonlinear forces make."""
         assert self.harmonics is not None
-        residual = self.harmonics.residual
+        residual, forces = self.harmonics.residual, None
         if self.extension.nonlinear:
-            residual = residual - self.extra_harmonics(unknowns, R)
+            forced = self._forced(unknowns, R)
+            forces = self.local.harmonics(*forced)
+            residual = residual - self._by_local_forces(forces[..., None])[..., 0]
         r = self.harmonics.whiten(residual)
-        if change is None or not self.extension.nonlinear:
+        if change is None or forces is None:
             return r, np.zeros((len(r), len(unknowns.vector)))
-        forces = self.local.harmonic_changes(*self._forced(unknowns, R), change[1], self._left_change(unknowns))
-        return r, self.harmonics.whiten(self._by_local_forces(forces))
+        changes = self.local.harmonic_changes(forces, *forced, change[1], self._left_change(unknowns))
+        return r, self.harmonics.whiten(self._by_local_forces(changes))
 
     def _by_local_forces(self, forces: Array) -> Array:
         """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""

@@ -103,5 +103,6 @@ def test_changes_of_harmonics_are_their_derivatives():
         return forces.harmonics(z * np.exp(h * log_motion[:, :, 0]), 3, at)
 
     expected = (moved(1e-5) - moved(-1e-5)) / 2e-5
-    found = forces.harmonic_changes(z, 3, joint, log_motion, left)[..., 0]
+    here = forces.harmonics(z, 3, joint)
+    found = forces.harmonic_changes(here, z, 3, joint, log_motion, left)[..., 0]
     np.testing.assert_allclose(found, expected, rtol=1e-4)

@@ -61,8 +61,16 @@ class JointFriction(Cause):
         row = slip(evidence.model.structure)[None]
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
 
+        known: dict[bytes, Any] = {}
+
         def ripple(omega: Any) -> Any:
-            return np.stack([evidence.model.basis.receptance(row, h * omega)[:, 0, 0] for h in RIPPLES], axis=1)
+            """Compliance at the ripples' frequencies; the same ones are asked for many times."""
+            key = np.asarray(omega).tobytes()
+            if key not in known:
+                known[key] = np.stack(
+                    [evidence.model.basis.receptance(row, h * omega)[:, 0, 0] for h in RIPPLES], axis=1
+                )
+            return known[key]
 
         def harmonics(a: Any, count: int, joint: JointState) -> Any:
             force = slipping_harmonics(a, k, slip_force, ripple(joint.omega))
