@@ -32,6 +32,7 @@ SUMMARIES = {
     "identify": "Identify E', G' and the joint's nonlinear law from recordings.",
     "predict": "Predict responses to given frequencies and forces.",
     "diagnose": "Show what the model gets wrong, name the cause, extend the model, measure the gain.",
+    "campaign": "Hide causes in many virtual rigs, diagnose them blind, and count.",
     "reproduce": "The papers' tables side by side with this project's.",
     "view": "Show a run, a rehearsal or a diagnosis in rerun.",
     "speed": "The benchmark ratios on this machine.",

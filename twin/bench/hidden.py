@@ -12,7 +12,7 @@ from twin.bench.bench import Bench, open_bench
 from twin.bench.layer import default_law
 from twin.rigs import Effect, Rig
 
-__all__ = ["FIRST_CAUSES", "HiddenCase", "draw_case"]
+__all__ = ["DRAWN_CAUSES", "FIRST_CAUSES", "HiddenCase", "draw_case"]
 
 FIRST_CAUSES = (
     "added-mass",
@@ -32,15 +32,15 @@ class HiddenCase:
 
     Attributes
     ----------
-    effect
-        The hidden cause; None where nothing is wrong.
+    effects
+        The hidden causes; none where nothing is wrong.
     rig
         The rig as it is: moduli of the layer and damping differ from what was believed, the effect apart.
     softening, loss
         Factors on the joint's default law.
     """
 
-    effect: Effect | None
+    effects: tuple[Effect, ...]
     rig: Rig
     softening: float = 1.0
     loss: float = 1.0
@@ -48,16 +48,20 @@ class HiddenCase:
     def open_bench(self, *, preload: str | None = None, **options: Any) -> Bench:
         """The bench with the effect in it; `options` as for :func:`twin.bench.open_bench`."""
         E = self.rig.joint.preload[self.rig.preload_name(preload)].normal_modulus
-        effects = [] if self.effect is None else [self.effect]
         if self.rig.joint.law is None:
             options.setdefault("joint_law", default_law(E).scaled(softening=self.softening, loss=self.loss))
-        return open_bench(self.rig, preload=preload, effects=effects, **options)
+        return open_bench(self.rig, preload=preload, effects=self.effects, **options)
 
 
 def draw_case(
-    rng: np.random.Generator, *, rig: Rig, causes: Sequence[str] | None = None, strength: float = 1.0
+    rng: np.random.Generator,
+    *,
+    rig: Rig,
+    causes: Sequence[str] | None = None,
+    number: int = 1,
+    strength: float = 1.0,
 ) -> HiddenCase:
-    """Draw a cause, its parameters, and the true values of what is always unknown.
+    """Draw causes, their parameters, and the true values of what is always unknown.
 
     E' and G' lie within 10 % of what is believed, each damping ratio within 20 %, softening and loss of the joint's law
     within 20 %.
@@ -70,18 +74,28 @@ def draw_case(
         As the experimenter believes.
     causes
         Contract names to draw from, ``none`` among them if wanted; :data:`FIRST_CAUSES` if not given.
+    number
+        How many different ones of them act at once.
     strength
-        Factor on the normal size of the cause, which is a plausible mistake that the data show clearly.
+        Factor on the normal size of a cause, which is a plausible mistake that the data show clearly.
 
     Raises
     ------
     ValueError
-        If a name is unknown.
+        If a name is unknown, or there are not enough of them.
     """
-    name = str(rng.choice(list(causes or FIRST_CAUSES)))
-    if name != "none" and name not in SIZES:
-        raise ValueError(f"no cause {name!r} can be drawn; there are none, {', '.join(SIZES)}")
-    parameters = SIZES[name](_Dice(rng, rig, strength)) if name != "none" else None
+    left = list(dict.fromkeys(causes or FIRST_CAUSES))
+    if number > len(left):
+        raise ValueError(f"{number} different causes cannot be drawn from {', '.join(left)}")
+    effects = []
+    for _ in range(number):
+        name = str(rng.choice(left))
+        left.remove(name)
+        if name == "none":
+            continue
+        if name not in SIZES:
+            raise ValueError(f"no cause {name!r} can be drawn; there are none, {', '.join(SIZES)}")
+        effects.append(Effect(cause=name, parameters=SIZES[name](_Dice(rng, rig, strength))))
     near = {
         key: moduli.model_copy(
             update={
@@ -99,7 +113,7 @@ def draw_case(
         }
     )
     return HiddenCase(
-        effect=None if parameters is None else Effect(cause=name, parameters=parameters),
+        effects=tuple(effects),
         rig=truth,
         softening=float(rng.uniform(0.8, 1.2)),
         loss=float(rng.uniform(0.8, 1.2)),
@@ -231,3 +245,6 @@ SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
     "quantisation": lambda d: {"channel": d.response(), "step": d.size(0.05, 0.3)},
 }
 """Parameters of normal size, for a rig of the steel rig's kind."""
+
+DRAWN_CAUSES = tuple(SIZES)
+"""Every cause that can be drawn."""

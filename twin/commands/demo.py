@@ -148,11 +148,12 @@ def _record(
     from drivers.host.transport import LineLostError
     from recordings import RunWriter
     from twin.procedures import dump_procedure, run_procedure
+    from twin.rigs import preload_record
 
     info = {
         "source": "simulated",
         "rig": believed.name,
-        "preload_N": believed.preload_name().removesuffix("N"),
+        **preload_record(believed.preload_name()),
         "procedure": procedure.procedure,
         "stored": procedure.store,
     }

@@ -62,18 +62,12 @@ def _from_recordings(paths: Sequence[Path], rig_name: str, preload: str | None, 
     from twin.diagnose.effects import effects_extension, unmodelled_effects
     from twin.identify.evidence import gather_evidence
     from twin.identify.identified import identify_rig
-    from twin.rigs import load_rig
+    from twin.rigs import foreign_preload, load_rig
 
     rig = load_rig(rig_name)
     _need_preload(rig, preload)
     with console.status("reading") as status:
         runs = [read_run(path) for path in paths]
-        states = {value: run.path for run in runs for value in [_preload_record(run.info)] if value}
-        if len(states) > 1:
-            raise InputError(
-                list(states.values())[1], "metadata run", f"the runs differ in preload: {', '.join(states)}",
-                "identify each preload by itself",
-            )  # fmt: skip
         status.update("reducing the runs to responses")
         evidence = gather_evidence(runs, rig, preload=preload)
         extension = effects_extension(evidence, rig.effect, source=rig_name)
@@ -86,9 +80,8 @@ def _from_recordings(paths: Sequence[Path], rig_name: str, preload: str | None, 
         open_bench(found.rig)
     except ValueError as error:
         warnings.append(f"the model predicts, but 'twin rehearse' cannot march it in time: {error}")
-    recorded = next(iter(states), None)
-    if recorded is not None and recorded not in rig.joint.preload and preload is None:
-        warnings.append(f"the rig has no preload {recorded}: {evidence.preload} is taken, and named so in the model")
+    if (foreign := foreign_preload(rig, runs[0].info)) and preload is None:
+        warnings.append(foreign)
     return {
         "preload": found.preload,
         "linear": {
@@ -241,14 +234,6 @@ def _need_preload(rig: Rig, preload: str | None) -> None:
         rig.preload_name(preload)
     except KeyError as error:
         raise InputError("--preload", "", str(error.args[0])) from error
-
-
-def _preload_record(info: Any) -> str | None:
-    """The preload that a recording names, as rigs name theirs."""
-    for key, unit in (("preload_N", "N"), ("preload_Nm", "Nm")):
-        if key in info:
-            return f"{float(info[key]):g}{unit}"
-    return None
 
 
 def _write_rig(rig: Rig, out: Path) -> None:

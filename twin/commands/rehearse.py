@@ -100,12 +100,13 @@ class _Job:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
+        from twin.rigs import preload_record
 
         asked, rig, source = self.prepare()
         believed = Believed(
             rig_name=rig.name,
             rig_file=_rig_bytes(rig),
-            preload=_preload_record(rig.preload_name(self.preload)),
+            preload=preload_record(rig.preload_name(self.preload)),
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
         )
@@ -249,12 +250,6 @@ def _rig_bytes(rig: Rig) -> bytes:
     import tomli_w
 
     return tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode()
-
-
-def _preload_record(name: str) -> dict[str, str]:
-    """Key and value for the recording of a preload named like "120N" or "9Nm"; nothing for other names."""
-    found = re.fullmatch(r"(\d+(?:\.\d+)?) ?(Nm?)", name)
-    return {f"preload_{found[2]}": found[1]} if found else {}
 
 
 def _make_folder(out: Path) -> None:

@@ -42,7 +42,8 @@ def draw_demo_case(rig: Rig, *, seed: int, cause: str | None = None) -> DemoCase
         Hide this one, ``none`` for nothing; drawn from :data:`twin.bench.FIRST_CAUSES` if not given.
     """
     drawn = draw_case(np.random.default_rng(seed), rig=rig, causes=[cause] if cause else FIRST_CAUSES)
-    if drawn.effect is None:
+    if not drawn.effects:
         return DemoCase(rig=drawn.rig, hidden={"cause": "none", "parameters": {}})
-    truth = drawn.rig.model_copy(update={"effect": [drawn.effect]})
-    return DemoCase(rig=truth, hidden={"cause": drawn.effect.cause, "parameters": dict(drawn.effect.parameters)})
+    (effect,) = drawn.effects
+    truth = drawn.rig.model_copy(update={"effect": [effect]})
+    return DemoCase(rig=truth, hidden={"cause": effect.cause, "parameters": dict(effect.parameters)})

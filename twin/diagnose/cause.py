@@ -36,6 +36,9 @@ class Parameter:
         Value at which the cause has no effect; NaN for a parameter that places an effect and has none.
     starts : tuple of float
         Where a search begins, the likeliest first.
+    negligible : float
+        Share of the scale below which a strength is no cause, however clearly a long record shows it: the finite
+        elements and the modal damping of the model are themselves no better.
     model_error : float
         Relative error of what is found, beyond what noise makes, where the cause's model is a simplification: of the
         distance from `null`, or of the value itself where that places an effect.
@@ -47,6 +50,7 @@ class Parameter:
     upper: float
     null: float = float("nan")
     starts: tuple[float, ...] = ()
+    negligible: float = 0.02
     model_error: float = 0.0
 
     def spread(self, value: float, std: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 
 from recordings.run import Run
 from twin.diagnose.candidate import Candidate
+from twin.diagnose.cause import Cause
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.extended import extended_rig
@@ -20,10 +21,10 @@ from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Report, Search, search_causes
 from twin.diagnose.signals import find_unsettled, inspect_signals, without_spoilt
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
-from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.evidence import Evidence, common_preload, gather_evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
-from twin.rigs import Rig, save_rig
+from twin.rigs import Rig, foreign_preload, save_rig
 
 __all__ = ["diagnose"]
 
@@ -38,6 +39,7 @@ def diagnose(
     preload: str | None = None,
     held_out: Sequence[Run] = (),
     out: Path | None = None,
+    causes: Mapping[str, Cause] = CAUSES,
     most: int = 3,
     report: Report = lambda text: None,
 ) -> Diagnosis:
@@ -53,6 +55,8 @@ def diagnose(
         Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set aside.
     out
         Folder for the extended model; none is written without it.
+    causes
+        What may be blamed, apart from what the samples themselves show.
     most
         Largest number of causes in one model.
     report
@@ -64,6 +68,8 @@ def diagnose(
         If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`).
     """
     started = time.perf_counter()
+    asked_for = preload is not None
+    preload = preload or common_preload([*runs, *held_out], rig)
     report("looking at the samples")
     findings = inspect_signals(runs)
     report("reducing recordings to harmonics and frequency responses")
@@ -79,10 +85,12 @@ def diagnose(
         kept, unseen, aside = _set_aside(evidence)
         evidence = kept
     notes = _notes(evidence)
+    if (foreign := foreign_preload(rig, runs[0].info)) and not asked_for:
+        notes = (foreign, *notes)
     if unseen is not None and len(evidence.steps):
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
-    search = search_causes(evidence, CAUSES, most=most, report=report)
+    search = search_causes(evidence, causes, most=most, report=report)
     verdict = decide(search, findings)
     report("measuring the gain on what was held out")
     after = search.base if verdict in ("none", "unknown") else search.model

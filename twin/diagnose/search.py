@@ -41,14 +41,11 @@ RIVAL = 1.5
 """Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
-LEAST_SHARE = 0.02
-"""Least share of chi2 that a cause must take away."""
+LEAST_SHARE = 0.08
+"""Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
+noise, and there is always something that would follow a twentieth of that."""
 FOLLOWS = 4.0
 """Chi2 per degree of freedom up to which a model follows the data roughly."""
-NEGLIGIBLE = 0.02
-"""A strength below this share of the prior's scale is no cause, however clearly a long record shows it: the finite
-elements and the modal damping of the model are themselves no better."""
-
 Report = Callable[[str], None]
 
 
@@ -262,7 +259,7 @@ def _pays(evidence: Evidence, candidate: Candidate, model: Candidate, blame: Bla
 
 def _negligible(evidence: Evidence, blame: Blame) -> bool:
     strengths = [p for p in blame.cause.parameters(evidence, blame.label) if not p.places]
-    return bool(strengths) and all(abs(blame.values[p.name] - p.null) < NEGLIGIBLE * p.scale for p in strengths)
+    return bool(strengths) and all(abs(blame.values[p.name] - p.null) < p.negligible * p.scale for p in strengths)
 
 
 def _shortlist(scores: list[Score]) -> list[Blame]:

@@ -19,7 +19,11 @@ def thin_evidence(
     broadband = []
     for data in evidence.broadband:
         every = max(1, round(len(data.frequency_Hz) / bins))
-        picked = slice(every // 2, None, every)
+        count = len(data.frequency_Hz) // every
+        picked = slice(every // 2, every * count, every)
+        # A kept bin stands for its neighbours too: the response keeps its power.
+        size = np.sum(np.abs(data.H) ** 2, axis=1)
+        power = (data.force_power * size)[: every * count].reshape(count, every).sum(axis=1)
         broadband.append(
             replace(
                 data,
@@ -27,6 +31,7 @@ def thin_evidence(
                 H=data.H[picked],
                 relative_covariance=data.relative_covariance[picked],
                 distortion=data.distortion[picked],
+                force_power=power / size[picked],
             )
         )
     count = len(evidence.steps)

@@ -52,6 +52,8 @@ class BinnedResponse:
         Estimated noise of each channel, unit/sqrt(Hz).
     distortion : ndarray, (b,)
         Measured scatter in units of the white noise's; well above one where nonlinear distortion shows.
+    force_power : ndarray, (b,)
+        Mean square of the force within each bin, N^2.
     """
 
     run: str
@@ -62,6 +64,7 @@ class BinnedResponse:
     channels: tuple[str, ...]
     noise_density: dict[str, float]
     distortion: Real
+    force_power: Real
 
     @property
     def omega(self) -> Real:
@@ -167,7 +170,8 @@ def bin_response(
     # The logarithm of a response wants it well above its noise.
     share = np.max(np.einsum("boo->bo", covariance).real / np.abs(smooth) ** 2, axis=1)
     clear = share < NOISIEST**2
-    centre, H, smooth, covariance, distortion = (x[clear] for x in (centre, H, smooth, covariance, distortion))
+    kept = (centre, H, smooth, covariance, distortion, total)
+    centre, H, smooth, covariance, distortion, total = (values[clear] for values in kept)
     # A line's amplitude is a peak value: its variance is twice the density times the resolution.
     density = np.sqrt(np.concatenate([[Su], Sy]) * lines_per_Hz / 2)
     return BinnedResponse(
@@ -179,6 +183,7 @@ def bin_response(
         channels=channels,
         noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
         distortion=distortion,
+        force_power=total / 2,
     )
 
 

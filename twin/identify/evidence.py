@@ -17,9 +17,9 @@ from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import SteadyState, steady_states
 from twin.identify.spectrum import broadband_records
-from twin.rigs import Rig
+from twin.rigs import Rig, nearest_preload, recorded_preload
 
-__all__ = ["Evidence", "StepArrays", "gather_evidence"]
+__all__ = ["Evidence", "StepArrays", "common_preload", "gather_evidence"]
 
 Array = NDArray[Any]
 
@@ -113,10 +113,16 @@ HARMONICS = 7
 def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None) -> Evidence:
     """Reduce `runs` against `rig`.
 
+    Parameters
+    ----------
+    preload
+        The rig's preload; :func:`common_preload` of the recordings if not given.
+
     Raises
     ------
     InputError
-        If the recordings lack the rig's force channel, share no response channel with the rig, or measured nothing.
+        If the recordings lack the rig's force channel, share no response channel with the rig, or measured nothing;
+        as :func:`common_preload`.
     """
     first = runs[0]
     force = rig.force_sensor.channel
@@ -135,7 +141,7 @@ def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None
     )
     if not outputs:
         raise InputError(first.path, "channels", f"none of the rig's response channels is recorded, only {present}")
-    preload = preload or _preload_of(first, rig)
+    preload = preload or common_preload(runs, rig)
     model = build_linear_model(rig, list(outputs), preload=preload)
     believed = believed_parameters(rig, preload)
     binned, fit = [], None
@@ -166,14 +172,19 @@ def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None
     )
 
 
-def _preload_of(run: Run, rig: Rig) -> str:
-    """The rig's preload that the recording names, else the rig's first."""
-    for key, unit in (("preload_N", "N"), ("preload_Nm", "Nm")):
-        if key in run.info:
-            name = f"{float(run.info[key]):g}{unit}"
-            if name in rig.joint.preload:
-                return name
-    return rig.preload_name(None)
+def common_preload(runs: Sequence[Run], rig: Rig) -> str:
+    """The rig's preload that the recordings were made at; its first where they do not say.
+
+    Raises
+    ------
+    InputError
+        If they were made at different ones.
+    """
+    found = {nearest_preload(rig, run.info)[0]: run.path for run in runs if recorded_preload(run.info)}
+    if len(found) > 1:
+        reason = f"the runs differ in preload: {', '.join(found)}"
+        raise InputError([*found.values()][1], "metadata run", reason, "take the runs of each preload by themselves")
+    return next(iter(found), rig.preload_name(None))
 
 
 def _unsettled(state: SteadyState, channel: str) -> bool:

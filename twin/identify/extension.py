@@ -68,11 +68,15 @@ class NonlinearForce:
     harmonics : callable
         Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,); its third
         argument is what surrounds the joint.
+    random : callable, optional
+        Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from the rms displacement,
+        the rms velocity and omega (f,): statistical linearisation.  Without it the force is taken to vanish there.
     """
 
     row: Callable[[Structure], Array]
     equivalent: Callable[[Array, Array], Array]
     harmonics: Callable[[Array, int, JointState], Array]
+    random: Callable[[float, float, Array], Array] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
 from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, JointState
@@ -184,6 +185,7 @@ class Predictor:
         omega = self.clock(data.omega, time)
         dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
         R = self.receptance(omega, unknowns.base, dE, dG, inner=sensitivities)
+        R = self._with_random_motion(R, omega, data)
         H = self.responses(R, omega)
         common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
         covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
@@ -198,6 +200,24 @@ class Predictor:
             J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
+
+    def _with_random_motion(self, R: Array, omega: Array, data: BinnedResponse) -> Array:
+        """Receptances with what local nonlinearities amount to under the broadband run's own motion.
+
+        As with steps, the motion is that of the measured channels, carried to the ports by the model's shapes.
+        """
+        forces = self.extension.nonlinear
+        if not any(force.random for force in forces):
+            return R
+        H, ports = self.responses(R, omega), self.nonlinear_ports
+        measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
+        power = np.abs(self._driven(R, omega)[:, ports] * measured[:, None]) ** 2 * data.force_power[:, None]
+        displacement, velocity = np.sqrt(power.sum(axis=0)), np.sqrt((omega[:, None] ** 2 * power).sum(axis=0))
+        Z = np.zeros((len(omega), len(forces)), complex)
+        for i, force in enumerate(forces):
+            if force.random is not None:
+                Z[:, i] = force.random(float(displacement[i]), float(velocity[i]), omega)
+        return _attach(R, ports, Z)
 
     def step_receptance(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""

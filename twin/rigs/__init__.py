@@ -1,6 +1,21 @@
 """Rigs as data: what the experimenter believes of a structure, its joint, shaker, sensors and converter."""
 
+from twin.rigs.preloads import foreign_preload, nearest_preload, preload_record, recorded_preload
 from twin.rigs.rig import Effect, Joint, LawTable, Rig, Sensor
 from twin.rigs.store import RIG_FILES, load_rig, parse_rig, save_rig
 
-__all__ = ["RIG_FILES", "Effect", "Joint", "LawTable", "Rig", "Sensor", "load_rig", "parse_rig", "save_rig"]
+__all__ = [
+    "RIG_FILES",
+    "Effect",
+    "Joint",
+    "LawTable",
+    "Rig",
+    "Sensor",
+    "foreign_preload",
+    "load_rig",
+    "nearest_preload",
+    "parse_rig",
+    "preload_record",
+    "recorded_preload",
+    "save_rig",
+]

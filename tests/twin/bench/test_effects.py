@@ -70,7 +70,7 @@ def test_names_and_parameters_are_the_contracts():
     assert set(EFFECTS) == set(CONTRACT) == set(SIZES)
     for cause, names in CONTRACT.items():
         case = draw_case(rng, rig=RIG, causes=[cause])
-        assert set(case.effect.parameters) == names
+        assert set(case.effects[0].parameters) == names
 
 
 def passage(effects):
@@ -88,7 +88,7 @@ def plain_passage():
 @pytest.mark.parametrize("cause", sorted(set(CONTRACT) - {"unsettled-dwell", "lost-samples"}))
 def test_every_effect_changes_the_recording(cause, plain_passage):
     case = draw_case(np.random.default_rng(1), rig=RIG, causes=[cause])
-    changed = passage([case.effect])
+    changed = passage(case.effects)
     difference = max(np.abs(plain_passage[c] - changed[c]).max() / np.abs(plain_passage[c]).max() for c in changed)
     assert difference > 1e-4
 

@@ -23,7 +23,7 @@ def test_a_case_hides_one_cause_and_moves_what_nobody_knows():
     seen = set()
     for _ in range(60):
         case = draw_case(rng, rig=RIG)
-        seen.add(case.effect.cause)
+        seen.add(case.effects[0].cause)
         for key, believed in RIG.joint.preload.items():
             true = case.rig.joint.preload[key]
             assert 0.9 <= true.normal_modulus / believed.normal_modulus <= 1.1
@@ -39,7 +39,7 @@ def test_a_case_hides_one_cause_and_moves_what_nobody_knows():
 def test_the_same_chance_draws_the_same_case_and_none_is_possible():
     a, b = (draw_case(np.random.default_rng(9), rig=RIG) for _ in range(2))
     assert a == b
-    assert draw_case(np.random.default_rng(9), rig=RIG, causes=["none"]).effect is None
+    assert draw_case(np.random.default_rng(9), rig=RIG, causes=["none"]).effects == ()
     with pytest.raises(ValueError, match="no cause 'gremlin'"):
         draw_case(np.random.default_rng(9), rig=RIG, causes=["gremlin"])
 

@@ -106,6 +106,7 @@ class Build:
         return BinnedResponse(
             run="r", time_s=time_s, frequency_Hz=frequency_Hz, H=H, relative_covariance=covariance,
             channels=("acc1", "acc2"), noise_density={}, distortion=np.ones(len(frequency_Hz)),
+            force_power=np.zeros(len(frequency_Hz)),
         )  # fmt: skip
 
     @staticmethod

@@ -38,6 +38,7 @@ def measured(dense, base, rng, noise=1.0):
     return BinnedResponse(
         run="dense", time_s=0.0, frequency_Hz=FREQUENCIES, H=H * np.exp(error),
         relative_covariance=C, channels=("acc1", "acc2"), noise_density={}, distortion=np.ones(len(FREQUENCIES)),
+        force_power=np.zeros(len(FREQUENCIES)),
     )  # fmt: skip
 
 

@@ -78,6 +78,7 @@ def diagnosis(run: Run) -> Diagnosis:
     binned = BinnedResponse(
         run="random.mcap", time_s=0.0, frequency_Hz=bins, H=np.ones((len(bins), 2), complex),
         relative_covariance=covariance, channels=("acc1", "acc2"), noise_density={}, distortion=np.ones(len(bins)),
+        force_power=np.zeros(len(bins)),
     )  # fmt: skip
     channels = {**run.channels, "acc2": replace(run.channels["acc1"], name="acc2", position_m=0.42)}
     evidence = Evidence(

@@ -41,5 +41,8 @@ class AirDrag(Cause):
                 out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (omega_1 * a) ** 2
             return out
 
+        def random(displacement: float, velocity: float, omega: Any) -> Any:
+            return 1j * omega * np.sqrt(8 / np.pi) * c * velocity
+
         places = [single_point((i + 0.5) * length) for i in range(POINTS)]
-        return Extension(nonlinear=tuple(NonlinearForce(place, equivalent, harmonics) for place in places))
+        return Extension(nonlinear=tuple(NonlinearForce(place, equivalent, harmonics, random) for place in places))

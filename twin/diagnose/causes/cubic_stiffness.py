@@ -43,5 +43,9 @@ class CubicStiffness(Cause):
                 out[:, 2] = 0.25 * k * a**3
             return out
 
-        force = NonlinearForce(single_point(values["position_m"]), lambda a, omega: 0.75 * k * a**2 + 0j, harmonics)
+        def random(displacement: float, velocity: float, omega: Any) -> Any:
+            return np.full(len(omega), 3 * k * displacement**2 + 0j)
+
+        place = single_point(values["position_m"])
+        force = NonlinearForce(place, lambda a, omega: 0.75 * k * a**2 + 0j, harmonics, random)
         return Extension(nonlinear=(force,))

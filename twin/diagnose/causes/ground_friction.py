@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.diagnose.slipping import jenkins_harmonics, jenkins_under_random_motion
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NonlinearForce
 
@@ -15,27 +16,40 @@ __all__ = ["GroundFriction"]
 
 
 class GroundFriction(Cause):
-    """Coulomb friction, f = F sign(velocity): odd harmonics 4 F / (pi h), all in phase with the velocity."""
+    """Coulomb friction behind the little that every contact gives: a Jenkins element to ground.
+
+    Stepped sines slip all the time and show the friction force; noise of small amplitude may hardly slip at all, and
+    sees a spring instead.  The travel at which it slips is fitted beside the contract's parameters, and not reported.
+    """
 
     name = "ground-friction"
     summary = "something drags on the structure with dry friction"
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Friction force and place."""
+        """Friction force, place, and travel before it slips."""
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,)),
             position(evidence, 8),
+            Parameter(name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(2e-6, 2e-7)),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """A local force; rounded off below a micrometre, where no friction is ideal."""
-        F, sticking = values["force_N"], 1e-6
+    def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
+        """Force and place."""
+        names = ("force_N", "position_m")
+        return {name: values[name] for name in names}, {name: std[name] for name in names if name in std}
 
-        def equivalent(a: Any, omega: Any) -> Any:
-            return 1j * 4 * F / (np.pi * (a + sticking))
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A local force."""
+        F, k = values["force_N"], values["force_N"] / values["travel_m"]
 
         def harmonics(a: Any, count: int, joint: Any = None) -> Any:
-            h = np.arange(1, count + 1)
-            return (a / (a + sticking))[:, None] * np.where(h % 2 == 1, 4j * F / (np.pi * h), 0)
+            return jenkins_harmonics(a, k, F, count)
 
-        return Extension(nonlinear=(NonlinearForce(single_point(values["position_m"]), equivalent, harmonics),))
+        def equivalent(a: Any, omega: Any) -> Any:
+            return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-15)
+
+        def random(displacement: float, velocity: float, omega: Any) -> Any:
+            return np.full(len(omega), jenkins_under_random_motion(max(displacement, 1e-12), k, F))
+
+        force = NonlinearForce(single_point(values["position_m"]), equivalent, harmonics, random)
+        return Extension(nonlinear=(force,))

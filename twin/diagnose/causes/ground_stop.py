@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.one_sided import one_sided_harmonics
@@ -26,7 +27,10 @@ class GroundStop(Cause):
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
         gaps = tuple(largest * share for share in (0.5, 0.25, 0.8))
         return (
-            Parameter(name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(200.0,)),
+            # Stops may be a bolt's head or a cable's foam; the softest makes harmonics that nothing else does.
+            Parameter(
+                name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(200.0,), negligible=2e-4
+            ),
             Parameter(name="gap_m", scale=largest, lower=0.005 * largest, upper=2 * largest, starts=gaps),
             position(evidence, 5),
         )
@@ -41,4 +45,8 @@ class GroundStop(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-12)
 
-        return Extension(nonlinear=(NonlinearForce(single_point(values["position_m"]), equivalent, harmonics),))
+        def random(displacement: float, velocity: float, omega: Any) -> Any:
+            return np.full(len(omega), k * norm.sf(gap / max(displacement, 1e-12)) + 0j)
+
+        force = NonlinearForce(single_point(values["position_m"]), equivalent, harmonics, random)
+        return Extension(nonlinear=(force,))

@@ -116,6 +116,7 @@ def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=N
         run="r", time_s=0.0, frequency_Hz=omega / (2 * np.pi), H=response,
         relative_covariance=np.tile(1e-16 * np.eye(outputs) + 0j, (count, 1, 1)),
         channels=tuple(o.channel for o in OUTPUTS), noise_density={}, distortion=np.ones(count),
+        force_power=np.zeros(count),
     )  # fmt: skip
     begun = Run(
         path="r", info={}, channels={}, devices={}, events=(),

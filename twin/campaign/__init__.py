@@ -1,0 +1,24 @@
+"""Blind campaigns: many hidden cases drawn, recorded and diagnosed, and one table of how well that went."""
+
+from twin.campaign.case import CasePlan, CaseResult, record_case, run_case
+from twin.campaign.judgement import Outcome, covered, judge, named_first
+from twin.campaign.plan import planned_cases
+from twin.campaign.runner import read_results, run_campaign
+from twin.campaign.summary import CampaignSummary, CauseRow, summarise
+
+__all__ = [
+    "CampaignSummary",
+    "CasePlan",
+    "CaseResult",
+    "CauseRow",
+    "Outcome",
+    "covered",
+    "judge",
+    "named_first",
+    "planned_cases",
+    "read_results",
+    "record_case",
+    "run_campaign",
+    "run_case",
+    "summarise",
+]

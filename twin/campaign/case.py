@@ -1,0 +1,179 @@
+"""One blind case: a rig with something hidden in it is recorded, and diagnosed from the recordings alone."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+import zlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from recordings import RunWriter, read_run
+from twin.bench import HiddenCase, draw_case
+from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
+from twin.diagnose import diagnose
+from twin.diagnose.causes import CAUSES
+from twin.procedures import DirectAcquisition, Procedure, run_procedure
+from twin.rigs import Rig, preload_record
+
+__all__ = ["CasePlan", "CaseResult", "record_case", "run_case"]
+
+
+@dataclass(frozen=True, order=True)
+class CasePlan:
+    """What is to be hidden: nothing, one cause, or several at once."""
+
+    seed: int
+    causes: tuple[str, ...]
+    strength: float = 1.0
+
+    @property
+    def label(self) -> str:
+        """The causes in one word; ``none`` for a clean rig."""
+        return "+".join(self.causes) or "none"
+
+    @property
+    def name(self) -> str:
+        """A name for files, one for each case."""
+        return f"{self.label}-{self.strength:g}-{self.seed}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseResult:
+    """What was hidden and what was found.
+
+    Attributes
+    ----------
+    hidden
+        ``cause`` and ``parameters`` of each hidden effect.
+    found
+        The diagnosis, as the contract's ``result.json``; None where it failed.
+    oracle_after
+        Error on the held-out sweep of a diagnosis that may blame the hidden causes only; None where they have no model
+        or the diagnosis failed.
+    aborted
+        Recordings that a guard ended.
+    recording_s
+        Time that the recordings took.
+    error
+        What went wrong, if anything did.
+    """
+
+    plan: CasePlan
+    rig: str
+    hidden: list[dict[str, Any]]
+    found: dict[str, Any] | None
+    oracle_after: float | None = None
+    aborted: list[str]
+    recording_s: float
+    error: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; :meth:`from_dict` is the way back."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> CaseResult:
+        """From :meth:`to_dict`."""
+        plan = data["plan"]
+        plan = CasePlan(plan["seed"], tuple(plan["causes"]), plan["strength"])
+        return cls(**(data | {"plan": plan}))
+
+
+def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, list[str]]:
+    """Hide what the plan says and record the demonstration's runs, sample by sample through sensors and converter.
+
+    Parameters
+    ----------
+    plan
+        What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
+    rig
+        As it is believed.
+    folder
+        Gets the three recordings.
+
+    Returns
+    -------
+    case : HiddenCase
+        The truth.
+    aborted : list of str
+        Recordings that a guard ended: a joint that slaps hard may rattle at the largest force.
+    """
+    names = list(plan.causes) or ["none"]
+    rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])
+    case = draw_case(rng, rig=rig, causes=names, number=len(names), strength=plan.strength)
+    aborted = []
+
+    def record(name: str, procedure: Procedure) -> Path:
+        acquisition = DirectAcquisition(case.open_bench(seed=int(rng.integers(2**31))))
+        info = {"source": "simulated", "rig": rig.name, "procedure": procedure.procedure, "stored": procedure.store}
+        info |= preload_record(rig.preload_name(None))
+        with RunWriter(folder / name, info=info, channels=acquisition.channels) as writer:
+            if run_procedure(procedure, acquisition, writer).state != "done":
+                aborted.append(name)
+        return folder / name
+
+    noise = read_run(record(BROADBAND, broadband()))
+    force, response = rig.force_sensor.channel, rig.response_sensors[0].channel
+    for name, procedure in planned_sweeps(first_resonance(noise, force=force, response=response)).items():
+        record(name, procedure)
+    return case, aborted
+
+
+def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
+    """Record and diagnose one case; whatever goes wrong is in the result, so that a campaign goes on.
+
+    Parameters
+    ----------
+    plan
+        What to hide.
+    rig
+        As it is believed, which with the recordings is all that the diagnosis sees.
+    keep
+        Folder for the recordings; without it they vanish.
+    """
+    with tempfile.TemporaryDirectory(prefix="twin-campaign-") as temporary:
+        folder = keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        started = time.perf_counter()
+        hidden: list[dict[str, Any]] = []
+        aborted: list[str] = []
+        found = oracle_after = None
+        recording_s, error = 0.0, ""
+        try:
+            case, aborted = record_case(plan, rig, folder)
+            recording_s = time.perf_counter() - started
+            hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
+            found = _diagnosed(folder, rig, list(CAUSES))
+            oracle_after = _oracle(plan, found, folder, rig)
+        except Exception as problem:
+            error = f"{type(problem).__name__}: {problem}"
+    return CaseResult(
+        plan=plan,
+        rig=rig.name,
+        hidden=hidden,
+        found=found,
+        oracle_after=oracle_after,
+        aborted=aborted,
+        recording_s=recording_s,
+        error=error,
+    )
+
+
+def _diagnosed(folder: Path, rig: Rig, may_blame: list[str]) -> dict[str, Any]:
+    learn = [read_run(folder / name) for name in (BROADBAND, SWEEPS)]
+    causes = {name: CAUSES[name] for name in may_blame}
+    return diagnose(learn, rig, held_out=[read_run(folder / HELD_OUT)], causes=causes).to_dict()
+
+
+def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> float | None:
+    """The error that is left when only the hidden causes may be blamed."""
+    if not found["gain"] or not set(plan.causes) <= set(CAUSES):
+        return None
+    named = sorted(cause["cause"] for cause in found["causes"] if cause["in_model"])
+    if named != sorted(plan.causes):
+        found = _diagnosed(folder, rig, list(plan.causes))
+    return float(found["gain"]["held_out"]["after"])

@@ -1,0 +1,42 @@
+"""Which cases a campaign runs, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twin.campaign.case import CasePlan
+
+__all__ = ["planned_cases"]
+
+
+def planned_cases(
+    *, causes: Sequence[str], seeds: Sequence[int], strengths: Sequence[float] = (1.0,), pairs: int = 0
+) -> tuple[CasePlan, ...]:
+    """Every cause with every seed and strength, then pairs drawn from the causes.
+
+    The seed changes slowest, so that a campaign that is interrupted has seen all causes alike.
+
+    Parameters
+    ----------
+    causes
+        Contract names; ``none`` is a clean rig, and is run once for each seed whatever the strengths.
+    pairs
+        How many pairs of different causes, each hidden at once at the first strength.
+    """
+    plans = []
+    for seed in seeds:
+        for cause in dict.fromkeys(causes):
+            if cause == "none":
+                plans.append(CasePlan(seed, ()))
+            else:
+                plans += [CasePlan(seed, (cause,), strength) for strength in dict.fromkeys(strengths)]
+    real = [cause for cause in dict.fromkeys(causes) if cause != "none"]
+    if pairs and len(real) < 2:
+        raise ValueError("a pair needs two causes to be drawn from")
+    for number in range(pairs):
+        rng = np.random.default_rng([seeds[0], number])
+        chosen = tuple(sorted(str(name) for name in rng.choice(real, size=2, replace=False)))
+        plans.append(CasePlan(seeds[0] + number, chosen, strengths[0]))
+    return tuple(plans)

@@ -1,0 +1,145 @@
+"""Run many cases on all cores or on a cluster; each result is on disk as soon as it is there."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from pathlib import Path
+
+from recordings.errors import InputError
+from twin.campaign.case import CasePlan, CaseResult, run_case
+from twin.rigs import Rig
+
+__all__ = ["read_results", "run_campaign"]
+
+CASES, RECORDINGS = "cases", "recordings"
+"""Folders of the results and of kept recordings."""
+
+
+def run_campaign(
+    plans: Sequence[CasePlan],
+    rig: Rig,
+    folder: Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    keep: bool = False,
+    on_result: Callable[[CaseResult], None] = lambda result: None,
+) -> list[CaseResult]:
+    """Run the cases that `folder` does not hold yet, or only as failed, and return all in the order of the plans.
+
+    Parameters
+    ----------
+    rig
+        As it is believed.
+    folder
+        Holds ``cases/NAME.json`` for each finished case; written one by one, so that an interruption loses only those
+        that are running.
+    workers
+        Local processes; one for each core if not given.
+    scheduler
+        Address of a Dask scheduler to use instead, such as ``tcp://host:8786``.
+    keep
+        Keep the recordings in ``recordings/NAME``; with a scheduler, on a file system that the workers share.
+    on_result
+        Told of each result as it comes, those of an earlier session first.
+
+    Raises
+    ------
+    InputError
+        If `folder` holds cases of another rig, a worker dies, or the scheduler cannot be reached.
+    """
+    earlier = {result.plan: result for result in read_results(folder) if not result.error}
+    done = {plan: earlier[plan] for plan in plans if plan in earlier}
+    for result in done.values():
+        if result.rig != rig.name:
+            raise InputError(folder, "", f"holds cases of the rig {result.rig}, not {rig.name}", "name another --out")
+        on_result(result)
+    todo = [plan for plan in plans if plan not in done]
+    (folder / CASES).mkdir(parents=True, exist_ok=True)
+    if todo:
+        with _executor(min(workers or os.cpu_count() or 1, len(todo)), scheduler) as executor:
+            recordings = {plan: (folder / RECORDINGS / plan.name).resolve() if keep else None for plan in todo}
+            futures = [executor.submit(run_case, plan, rig, recordings[plan]) for plan in todo]
+            for future in as_completed(futures):
+                try:
+                    result = future.result()
+                except BrokenProcessPool as error:
+                    reason = "a worker process died, perhaps for want of memory"
+                    hint = "give fewer --workers; the same command goes on where it ended"
+                    raise InputError(folder, "", reason, hint) from error
+                _write(result, folder)
+                done[result.plan] = result
+                on_result(result)
+    return [done[plan] for plan in plans]
+
+
+def read_results(folder: Path) -> list[CaseResult]:
+    """All finished cases of a campaign.
+
+    Raises
+    ------
+    InputError
+        If a file is not what :func:`run_campaign` writes.
+    """
+    results = []
+    for path in sorted((folder / CASES).glob("*.json")):
+        try:
+            results.append(CaseResult.from_dict(json.loads(path.read_text(encoding="utf-8"))))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InputError(path, "", f"is not a case of a campaign ({error})", "delete it to run it again") from error
+    return results
+
+
+def _write(result: CaseResult, folder: Path) -> None:
+    path = folder / CASES / f"{result.plan.name}.json"
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(result.to_dict(), indent=1, default=float) + "\n", encoding="utf-8")
+    part.replace(path)
+
+
+@contextmanager
+def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
+    if scheduler is not None:
+        with _dask(scheduler) as executor:
+            yield executor
+        return
+    # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
+    context = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_interrupts_to_the_parent)
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
+    executor.shutdown()
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _dask(scheduler: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError("--scheduler", "", "needs Dask", "install it with the extra 'cluster'") from error
+    try:
+        client = Client(scheduler, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise InputError("--scheduler", scheduler, f"cannot be reached: {error}", "start dask-scheduler") from error
+    with client:
+        executor = client.get_executor(pure=False, retries=1)
+        try:
+            yield executor
+        finally:
+            executor.shutdown(wait=False)

@@ -1,0 +1,192 @@
+"""A campaign in one table: what was named, how sure, how exactly, and from which size on."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from twin.campaign.case import CaseResult
+from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first
+
+__all__ = ["Calibration", "CampaignSummary", "CauseRow", "summarise"]
+
+FOUND: tuple[Outcome, ...] = ("right", "in a set")
+POWER = 0.9
+"""Share of cases in which an effect must be found for its size to count as detectable."""
+BINS = (0.0, 0.5, 0.8, 0.95, 0.99, 1.0)
+"""Edges of the classes of probability for the calibration."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CauseRow:
+    """All cases of one hidden cause at one strength.
+
+    Attributes
+    ----------
+    outcomes : dict
+        Number of cases by :data:`~twin.campaign.judgement.Outcome`.
+    found_95 : tuple of float
+        Wilson's 95 % interval of the share that was found.
+    extra : int
+        Cases with causes in the model that were not hidden.
+    inside, intervals : int
+        True parameters inside their 95 % intervals, and how many there were.
+    gain, oracle_ratio : float or None
+        Medians: error on the held-out sweep before over after, and after over the oracle's.
+    diagnosis_s : float or None
+        Median time of a diagnosis.
+    """
+
+    label: str
+    strength: float
+    cases: int
+    outcomes: dict[str, int]
+    found_95: tuple[float, float]
+    extra: int
+    inside: int
+    intervals: int
+    gain: float | None
+    oracle_ratio: float | None
+    diagnosis_s: float | None
+
+    @property
+    def found(self) -> int:
+        """Cases in which the hidden cause was first, or in the set that the verdict calls indistinguishable."""
+        return sum(self.outcomes.get(outcome, 0) for outcome in FOUND)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """Cases whose first cause was given a probability between two bounds."""
+
+    low: float
+    high: float
+    cases: int
+    mean_probability: float
+    right: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignSummary:
+    """The whole campaign.
+
+    Attributes
+    ----------
+    rows : tuple of CauseRow
+        By cause and strength.
+    confusion : dict
+        For each hidden cause (single ones, and none) at full strength, how often each name came first.
+    calibration : tuple of Calibration
+    parameters : dict
+        For each parameter, (inside, of) its 95 % intervals.
+    smallest : dict
+        For each cause, the smallest strength at and above which it is found in nine of ten cases; None where it is not
+        even at the largest.
+    """
+
+    rows: tuple[CauseRow, ...]
+    confusion: dict[str, dict[str, int]]
+    calibration: tuple[Calibration, ...]
+    parameters: dict[str, tuple[int, int]]
+    smallest: dict[str, float | None]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+def summarise(results: Sequence[CaseResult]) -> CampaignSummary:
+    """Count."""
+    groups: dict[tuple[str, float], list[CaseResult]] = {}
+    for result in results:
+        groups.setdefault((result.plan.label, result.plan.strength), []).append(result)
+    rows = tuple(_row(label, strength, groups[label, strength]) for label, strength in sorted(groups))
+    return CampaignSummary(
+        rows=rows,
+        confusion=_confusion(results),
+        calibration=_calibration(results),
+        parameters=_parameters(results),
+        smallest=_smallest(rows),
+    )
+
+
+def _row(label: str, strength: float, results: list[CaseResult]) -> CauseRow:
+    outcomes: Counter[str] = Counter(judge(result) for result in results)
+    found = sum(outcomes[outcome] for outcome in FOUND)
+    interval = binomtest(found, len(results)).proportion_ci(method="wilson")
+    inside = [ok for result in results for _, ok in covered(result)]
+    diagnosed = [result.found for result in results if result.found]
+    held = [(r, r.found["gain"]["held_out"]) for r in results if r.found and r.found["gain"]]
+    return CauseRow(
+        label=label,
+        strength=strength,
+        cases=len(results),
+        outcomes=dict(outcomes),
+        found_95=(float(interval.low), float(interval.high)),
+        extra=sum(_has_extra(result) for result in results),
+        inside=sum(inside),
+        intervals=len(inside),
+        gain=_median([h["before"] / h["after"] for _, h in held]),
+        oracle_ratio=_median([h["after"] / r.oracle_after for r, h in held if r.oracle_after]),
+        diagnosis_s=_median([found["seconds"] for found in diagnosed]),
+    )
+
+
+def _has_extra(result: CaseResult) -> bool:
+    named = {c["cause"] for c in (result.found or {"causes": []})["causes"] if c["in_model"]}
+    return bool(named - set(result.plan.causes))
+
+
+def _median(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None
+
+
+def _confusion(results: Sequence[CaseResult]) -> dict[str, dict[str, int]]:
+    counts: dict[str, Counter[str]] = {}
+    for result in results:
+        if len(result.plan.causes) < 2 and result.plan.strength == 1.0:
+            counts.setdefault(result.plan.label, Counter())[named_first(result)] += 1
+    return {label: dict(counts[label]) for label in sorted(counts)}
+
+
+def _calibration(results: Sequence[CaseResult]) -> tuple[Calibration, ...]:
+    """Of cases with one hidden cause or none: a clean rig's false name is a wrong one."""
+    pairs = [
+        (p, judge(r) == "right") for r in results if len(r.plan.causes) < 2 and (p := probability_first(r)) is not None
+    ]
+    out = []
+    for low, high in pairwise(BINS):
+        inside = [(p, right) for p, right in pairs if low < p <= high]
+        if inside:
+            mean, right = np.mean(inside, axis=0)
+            out.append(
+                Calibration(low=low, high=high, cases=len(inside), mean_probability=float(mean), right=float(right))
+            )
+    return tuple(out)
+
+
+def _parameters(results: Sequence[CaseResult]) -> dict[str, tuple[int, int]]:
+    counts: dict[str, list[bool]] = {}
+    for result in results:
+        for name, inside in covered(result):
+            counts.setdefault(name, []).append(inside)
+    return {name: (sum(counts[name]), len(counts[name])) for name in sorted(counts)}
+
+
+def _smallest(rows: Sequence[CauseRow]) -> dict[str, float | None]:
+    smallest: dict[str, float | None] = {}
+    for label in dict.fromkeys(row.label for row in rows):
+        if label == "none" or "+" in label:
+            continue
+        smallest[label] = None
+        for row in sorted((row for row in rows if row.label == label), key=lambda row: -row.strength):
+            if row.found < POWER * row.cases:
+                break
+            smallest[label] = row.strength
+    return smallest

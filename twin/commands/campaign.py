@@ -1,0 +1,147 @@
+"""``twin campaign``: many hidden cases, diagnosed blind, and one table of how well that went."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import console, json_option, print_json, progress_bar, write_json
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from twin.campaign import CampaignSummary, CaseResult
+
+__all__ = ["command"]
+
+SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png"
+
+
+@click.command(name="campaign", short_help="Hide causes in many virtual rigs and see how well they are found.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder of the cases and the table.")
+@click.option("--rig", "rig_name", default="steel-lap-joint", show_default=True, metavar="RIG", help="As believed.")
+@click.option("--cause", "causes", multiple=True, metavar="NAME", help="Hide this one, or none; repeatable. All.")
+@click.option(
+    "--seeds", default=10, show_default=True, type=click.IntRange(1), help="Cases of each cause and strength."
+)
+@click.option("--first-seed", default=1, show_default=True, type=click.IntRange(0, 2**31 - 1), help="Count from here.")
+@click.option(
+    "--strength", "strengths", multiple=True, default=(1.0,), show_default=True, type=click.FloatRange(0.01, 10.0),
+    help="Factor on the normal size; repeatable, for the detection map.",
+)  # fmt: skip
+@click.option("--pairs", default=0, show_default=True, type=click.IntRange(0), help="Cases with two causes at once.")
+@click.option("--workers", type=click.IntRange(1), help="Local processes; one for each core if left out.")
+@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
+@click.option("--keep", is_flag=True, help="Keep the recordings, some 40 MB a case.")
+@json_option
+def command(
+    out: Path,
+    rig_name: str,
+    causes: tuple[str, ...],
+    seeds: int,
+    first_seed: int,
+    strengths: tuple[float, ...],
+    pairs: int,
+    workers: int | None,
+    scheduler: str | None,
+    keep: bool,
+    as_json: bool,
+) -> None:
+    r"""Hide causes in virtual rigs, record them, diagnose from the recordings alone, and count.
+
+    Each case draws a cause's size and place, and what no experimenter knows of a rig anyway (E', G', damping, the
+    joint's law).  A case takes half a minute to a minute on one core.  Interrupted, the same command goes on where it
+    ended, and with more seeds or strengths it adds to what is there.
+
+    \b
+    Examples:
+      twin campaign --out campaign --seeds 2
+      twin campaign --out weak --cause added-mass --cause joint-friction --strength 1 --strength 0.3
+      twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786
+    """
+    from twin.bench import DRAWN_CAUSES
+    from twin.campaign import planned_cases, run_campaign, summarise
+    from twin.rigs import load_rig
+    from twin.views.campaign_figures import confusion_figure, detection_figure
+
+    known = (*DRAWN_CAUSES, "none")
+    for cause in causes:
+        if cause not in known:
+            raise InputError("--cause", "", f"no cause {cause!r}", f"one of {', '.join(known)}")
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "", "is not a folder", "name another --out")
+    rig = load_rig(rig_name)
+    chosen = causes or known
+    if pairs and len(set(chosen) - {"none"}) < 2:
+        raise InputError("--pairs", "", "needs two causes to draw from", "give more than one --cause, or none at all")
+    plans = planned_cases(causes=chosen, seeds=range(first_seed, first_seed + seeds), strengths=strengths, pairs=pairs)
+    with progress_bar() as progress:
+        task = progress.add_task(f"{len(plans)} cases", total=len(plans))
+
+        def on_result(result: CaseResult) -> None:
+            progress.console.print(_line(result), soft_wrap=True)
+            progress.advance(task)
+
+        try:
+            results = run_campaign(
+                plans, rig, out, workers=workers, scheduler=scheduler, keep=keep, on_result=on_result
+            )
+        except OSError as error:
+            raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error
+    summary = summarise(results)
+    data = summary.to_dict()
+    write_json(data, out / SUMMARY)
+    confusion_figure(summary).savefig(out / CONFUSION, dpi=110, facecolor="white")
+    detection_figure(summary).savefig(out / DETECTION, dpi=110, facecolor="white")
+    if as_json:
+        print_json(data)
+    else:
+        for table in _tables(summary):
+            console.print(table)
+        console.print(f"written: {out / SUMMARY}, {out / CONFUSION}, {out / DETECTION}")
+
+
+def _line(result: CaseResult) -> str:
+    from twin.campaign import judge, named_first
+
+    outcome = judge(result)
+    if result.found is None:
+        return f"{result.plan.name}: failed: {result.error}"
+    text = f"{result.plan.name}: {outcome}, {named_first(result)}"
+    if result.found["gain"]:
+        held = result.found["gain"]["held_out"]
+        text += f", held-out error {held['before']:.2g} before, {held['after']:.2g} after"
+    return f"{text}, {result.found['seconds']:.0f} s"
+
+
+def _tables(summary: CampaignSummary) -> list[Table]:
+    from rich.table import Table
+
+    headings = ("hidden", "strength", "cases", "right", "in a set", "else", "extra", "inside 95 %", "gain")
+    cases = Table(*headings, "of oracle's", "time", title="What was found")
+    for row in summary.rows:
+        other = {k: n for k, n in row.outcomes.items() if k not in ("right", "in a set")}
+        cases.add_row(
+            row.label, f"{row.strength:g}", str(row.cases), str(row.outcomes.get("right", 0)),
+            str(row.outcomes.get("in a set", 0)), ", ".join(f"{n} {k}" for k, n in other.items()) or "-",
+            str(row.extra), f"{row.inside}/{row.intervals}", _number(row.gain), _number(row.oracle_ratio),
+            f"{row.diagnosis_s:.0f} s" if row.diagnosis_s else "-",
+        )  # fmt: skip
+    calibration = Table("probability said", "cases", "mean", "right", title="Calibration")
+    for entry in summary.calibration:
+        calibration.add_row(
+            f"{entry.low:g} to {entry.high:g}", str(entry.cases), f"{entry.mean_probability:.2f}", f"{entry.right:.2f}"
+        )
+    wrong = Table("hidden", "named first", "cases", title="What was taken for what")
+    for label, names in summary.confusion.items():
+        for name, count in names.items():
+            if name != label:
+                wrong.add_row(label, name, str(count))
+    return [cases, calibration, *([wrong] if wrong.row_count else [])]
+
+
+def _number(value: Any) -> str:
+    return "-" if value is None else f"{value:.3g}"
