@@ -86,6 +86,10 @@ class Cause(ABC):
         """Values and standard deviations under the contract's names, where a search wants others."""
         return dict(values), dict(std)
 
+    def from_reported(self, values: Values) -> dict[str, float]:
+        """Return the inverse of :meth:`reported`, with what is not reported at its likeliest."""
+        return dict(values)
+
     @abstractmethod
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """What differs from the believed rig at these values."""

@@ -40,10 +40,11 @@ def effects_extension(evidence: Evidence, effects: Iterable[Effect], *, source: 
         if label not in labels:
             choices = "; ".join(", ".join(f"{k} = {v}" for k, v in known.items()) or "no names" for known in labels)
             raise InputError(source, place, f"{label or 'no names'} is not one of its choices", f"it takes {choices}")
-        expected = sorted(parameter.name for parameter in cause.parameters(evidence, label))
+        likely = {p.name: (*p.starts, p.null)[0] for p in cause.parameters(evidence, label)}
+        expected = sorted(cause.reported(likely, {})[0])
         if sorted(values) != expected:
             raise InputError(source, place, f"has the numbers {sorted(values)}", f"it takes {expected}")
-        whole = whole.merged(cause.extension(evidence, label, values))
+        whole = whole.merged(cause.extension(evidence, label, cause.from_reported(values)))
     return whole
 
 

@@ -167,12 +167,15 @@ def _tournament(
     for level in range(loosest, -1, -1):
         report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
         tolerance = 4.0 if level else 2.0
+        # While detunings explain nearly everything, a place would stray from where the scores saw it.
+        held = "position_m" if level > SIFTED + 1 else ""
         trials = []
         for unknowns, rival in field:
             begin = _with_own_law(evidence, harmonics, unknowns, rival, SLACKS[level])
-            trials.append(
-                fit_candidate(evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=tolerance)
+            trial = fit_candidate(
+                evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=tolerance, held=held
             )
+            trials.append(trial)
         trials.sort(key=lambda c: -c.log_evidence)
         # With all slack a rival may still be on its way; after that, one that does not follow at all never will.
         hopeful = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)

@@ -14,6 +14,9 @@ from twin.identify.extension import Extension, NonlinearForce
 
 __all__ = ["GroundFriction"]
 
+TRAVEL_m = 2e-6
+"""What contacts of metal give before they slip."""
+
 
 class GroundFriction(Cause):
     """Coulomb friction behind the little that every contact gives: a Jenkins element to ground.
@@ -30,13 +33,17 @@ class GroundFriction(Cause):
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,)),
             position(evidence, 8),
-            Parameter(name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(2e-6, 2e-7)),
+            Parameter(name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(TRAVEL_m, 0.1 * TRAVEL_m)),
         )
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Force and place."""
         names = ("force_N", "position_m")
         return {name: values[name] for name in names}, {name: std[name] for name in names if name in std}
+
+    def from_reported(self, values: Values) -> dict[str, float]:
+        """Return force and place, with a usual travel."""
+        return {**values, "travel_m": TRAVEL_m}
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A local force."""

@@ -53,6 +53,11 @@ class JointFriction(Cause):
             {"stiffness_N_per_m": std.get("stiffness_N_per_m", 0.0), "slip_force_N": float(k * slip * spread)},
         )
 
+    def from_reported(self, values: Values) -> dict[str, float]:
+        """Return the displacement at which slip begins in place of the slip force."""
+        k, force = values["stiffness_N_per_m"], values["slip_force_N"]
+        return {"stiffness_N_per_m": k, "slip_m": force / max(k, 1e-300)}
+
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The stuck spring everywhere, and what slipping takes off it."""
         slip = _rms_slip(evidence)

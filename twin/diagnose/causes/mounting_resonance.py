@@ -15,7 +15,10 @@ __all__ = ["MountingResonance"]
 
 
 class MountingResonance(Cause):
-    """The sensor's own resonance amplifies one channel."""
+    """The sensor's own resonance amplifies one channel.
+
+    Fitted by the compliance 1 / (2 pi f)^2, with which the effect grows from nothing; reported by its frequency.
+    """
 
     name = "mounting-resonance"
     summary = "a sensor rides on a soft mount and resonates"
@@ -25,19 +28,39 @@ class MountingResonance(Cause):
         return response_channels(evidence)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Frequency and damping; far above the band there is no effect."""
+        """Compliance and damping."""
         return (
-            Parameter(name="frequency_Hz", scale=5e3, lower=50.0, upper=1e5, null=1e5,
-                      starts=(3000.0, 1500.0, 800.0, 6000.0)),
+            Parameter(
+                name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
+                starts=(_compliance(3000.0),), negligible=1e-3,
+            ),
             Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1)),
         )  # fmt: skip
 
+    def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
+        """Frequency and damping ratio."""
+        softness = max(values["compliance_s2"], _compliance(1e6))
+        frequency = 1 / (2 * np.pi * np.sqrt(softness))
+        errors = {name: std[name] for name in std if name == "damping_ratio"}
+        if "compliance_s2" in std:
+            errors["frequency_Hz"] = 0.5 * frequency * std["compliance_s2"] / softness
+        return {"frequency_Hz": frequency, "damping_ratio": values["damping_ratio"]}, errors
+
+    def from_reported(self, values: Values) -> dict[str, float]:
+        """Return the compliance in place of the frequency."""
+        return {"compliance_s2": _compliance(values["frequency_Hz"]), "damping_ratio": values["damping_ratio"]}
+
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """Base excitation of a single degree of freedom."""
-        w, z = 2 * np.pi * values["frequency_Hz"], values["damping_ratio"]
+        inverse, z = np.sqrt(values["compliance_s2"]), values["damping_ratio"]
 
         def factor(omega: Any) -> Any:
-            r = omega / w
+            r = omega * inverse
             return 1 / (1 - r**2 + 2j * z * r)
 
         return Extension(channel_factor={label["channel"]: factor})
+
+
+def _compliance(frequency_Hz: float) -> float:
+    """Displacement per acceleration of the base, s^2."""
+    return float((2 * np.pi * frequency_Hz) ** -2)

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from twin.diagnose.cause import Cause, Parameter, Values, response_channels
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.extension import Attachment, Extension
+from twin.structure import Structure
 
 __all__ = ["SensorPosition"]
 
 
 class SensorPosition(Cause):
-    """Moves the place where one channel measures."""
+    """Moves the place where one channel measures, and the sensor's mass.
+
+    How much of the mass moved is fitted as well and not reported: a stud or the cable may have stayed, and the mass
+    itself is believed, not known.
+    """
 
     name = "sensor-position"
     summary = "a sensor sits at another place than was written down"
@@ -24,11 +31,34 @@ class SensorPosition(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
         x, L = _position(evidence, label), evidence.rig.length
-        return (Parameter(name="offset_m", scale=0.01, lower=-0.5 * x, upper=L - x, null=0.0, starts=(-0.001,)),)
+        return (
+            Parameter(name="offset_m", scale=0.01, lower=-0.5 * x, upper=L - x, null=0.0, starts=(-0.001,)),
+            Parameter(name="carried", scale=0.3, lower=0.0, upper=1.0, starts=(1.0, 0.0)),
+        )
+
+    def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
+        """The offset."""
+        return {"offset_m": values["offset_m"]}, {name: std[name] for name in std if name == "offset_m"}
+
+    def from_reported(self, values: Values) -> dict[str, float]:
+        """Return the offset, with all of the sensor's mass moved."""
+        return {**values, "carried": 1.0}
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """The channel read elsewhere; its mass is small enough to stay."""
-        return Extension(output_position_m={label["channel"]: _position(evidence, label) + values["offset_m"]})
+        """The channel read elsewhere, and the inertia of its sensor taken from here to there."""
+        here = _position(evidence, label)
+        there = here + values["offset_m"]
+        mass = values["carried"] * _mass(evidence, label) * np.array([-1.0, -1.0, 1.0, 1.0])
+
+        def rows(s: Structure) -> np.ndarray:
+            return np.array([s.deflection(here), s.axial(here), s.deflection(there), s.axial(there)])
+
+        moved = Attachment(rows, lambda omega: -mass * omega[:, None] ** 2)
+        return Extension(output_position_m={label["channel"]: there}, attachments=(moved,) if mass.any() else ())
+
+
+def _mass(evidence: Evidence, label: Mapping[str, str]) -> float:
+    return next((s.mass for s in evidence.rig.response_sensors if s.channel == label["channel"]), 0.0)
 
 
 def _position(evidence: Evidence, label: Mapping[str, str]) -> float:

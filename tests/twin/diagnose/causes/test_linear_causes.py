@@ -32,6 +32,7 @@ def compare(by_hand, unknowns, omega):
         evidence = by_hand.evidence(omega, expected, spacing_s=spacing_s)
         cause = CAUSES[name]
         assert label in [dict(known) for known in cause.labels(evidence)]
+        values = cause.from_reported(values)
         assert sorted(values) == sorted(p.name for p in cause.parameters(evidence, label))
         blamed, believed = (Predictor(evidence, cause.extension(evidence, label, values)), Predictor(evidence))
         found, unchanged = (p.responses(*p.step_receptance(unknowns)) for p in (blamed, believed))
@@ -198,12 +199,16 @@ def test_drive_position(compare, dense, structure, omega):
     compare("drive-position", moved.response(omega), {"offset_m": 0.004}, channel="force")
 
 
-@pytest.mark.parametrize(("index", "place"), [(0, 0.30), (1, 0.42), (2, 0.21)])
-def test_sensor_position(compare, by_hand, dense, structure, omega, index, place):
+@pytest.mark.parametrize(("index", "place", "mass_kg"), [(0, 0.30, 0.002), (1, 0.42, 0.022), (2, 0.21, 0.0)])
+def test_sensor_position(compare, by_hand, dense, structure, omega, index, place, mass_kg):
+    """It takes its mass along, which the rig file knows of the two accelerometers."""
     rows = dense.rows.copy()
     rows[index] = structure.deflection(place - 0.003)
+    here, there = (np.array([structure.deflection(x), structure.axial(x)]) for x in (place, place - 0.003))
+    extra = -(omega[:, None, None] ** 2) * mass_kg * (there.T @ there - here.T @ here)
     channel = by_hand.outputs[index].channel
-    compare("sensor-position", dense.having(rows=rows).response(omega), {"offset_m": -0.003}, channel=channel)
+    expected = dense.having(rows=rows).response(omega, extra=extra)
+    compare("sensor-position", expected, {"offset_m": -0.003}, channel=channel)
 
 
 def test_preload_loss(compare, by_hand, structure, unknowns, omega):
