@@ -19,7 +19,7 @@ from twin.diagnose.extended import extended_rig
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Report, Search, search_causes
-from twin.diagnose.signals import find_unsettled, inspect_signals, without_spoilt
+from twin.diagnose.signals import find_unsettled, inspect_signals, mended
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
 from twin.identify.evidence import Evidence, common_preload, gather_evidence
 from twin.identify.harmonics import harmonic_residuals
@@ -73,13 +73,11 @@ def diagnose(
     report("looking at the samples")
     findings = inspect_signals(runs)
     report("reducing recordings to harmonics and frequency responses")
-    evidence = gather_evidence([without_spoilt(run, findings) for run in runs], rig, preload=preload)
-    findings += find_unsettled([*evidence.steps.states, *evidence.unsettled])
+    evidence = gather_evidence([mended(run, findings) for run in runs], rig, preload=preload)
+    findings += find_unsettled([*evidence.steps.states, *evidence.unsettled], force=evidence.force)
     unseen: Evidence | None
     if held_out:
-        unseen = gather_evidence(
-            [without_spoilt(run, inspect_signals([run])) for run in held_out], rig, preload=preload
-        )
+        unseen = gather_evidence([mended(run, inspect_signals([run])) for run in held_out], rig, preload=preload)
         aside: tuple[str, ...] = ()
     else:
         kept, unseen, aside = _set_aside(evidence)
@@ -211,6 +209,8 @@ def _notes(evidence: Evidence) -> tuple[str, ...]:
     if evidence.unsettled:
         where = ", ".join(f"{s.sweep} at {s.frequency_Hz:g} Hz" for s in evidence.unsettled[:6])
         notes.append(f"{len(evidence.unsettled)} step(s) were still changing and were left out: {where}")
+    if evidence.dropped:
+        notes.append(f"{evidence.dropped} step(s) lack too many sound samples of a channel and were left out")
     lost = sum(state.lost for state in evidence.steps.states)
     if lost:
         notes.append(f"{lost} samples are missing in the measured steps")

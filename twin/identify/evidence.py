@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.run import Run
+from recordings.sweeps import sweeps
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
@@ -90,6 +91,7 @@ class Evidence:
     unsettled: tuple[SteadyState, ...]
     linear: LinearFit | None
     runs: tuple[Run, ...]
+    dropped: int = 0
 
     @cached_property
     def reference_omega(self) -> float:
@@ -156,7 +158,7 @@ def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None
             first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"
         )
     reference = int(np.argmax([output.position_m for output in outputs]))
-    settled = [state for state in states if not _unsettled(state, outputs[reference].channel)]
+    settled = [state for state in states if not _unsettled(state, outputs[reference].channel, force)]
     return Evidence(
         rig=rig,
         preload=preload,
@@ -166,9 +168,10 @@ def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None
         reference=reference,
         broadband=tuple(binned),
         steps=_arrays(settled, force, outputs, reference, float(model.basis.omega[0])),
-        unsettled=tuple(state for state in states if _unsettled(state, outputs[reference].channel)),
+        unsettled=tuple(state for state in states if _unsettled(state, outputs[reference].channel, force)),
         linear=fit,
         runs=tuple(runs),
+        dropped=sum(_measured_sines(run) for run in runs) - len(states),
     )
 
 
@@ -187,8 +190,12 @@ def common_preload(runs: Sequence[Run], rig: Rig) -> str:
     return next(iter(found), rig.preload_name(None))
 
 
-def _unsettled(state: SteadyState, channel: str) -> bool:
-    change, std = abs(state.drift[channel]), state.drift_std[channel]
+def _measured_sines(run: Run) -> int:
+    return sum(stretch.step.frequency_Hz > 0 for sweep in sweeps(run) for stretch in sweep.stretches)
+
+
+def _unsettled(state: SteadyState, channel: str, force: str) -> bool:
+    change, std = abs(state.change(channel, force=force)), state.drift_std[channel]
     return change > UNSETTLED_SIGMA * std and change > UNSETTLED_SHARE
 
 
@@ -210,5 +217,5 @@ def _arrays(
     # The joint's load follows the inertia outboard of it: amplitude times omega^2, expressed at the reference.
     amplitude = np.abs(A[:, reference, 0]) * omega ** (2 - power) / reference_omega**2
     time = np.array([state.time_s for state in states])
-    change = np.array([abs(state.drift[outputs[reference].channel]) for state in states])
+    change = np.array([abs(state.change(outputs[reference].channel, force=force)) for state in states])
     return StepArrays(omega, F, F_var, A, A_var, amplitude, time, change, tuple(states))

@@ -21,6 +21,8 @@ __all__ = ["SteadyState", "steady_states"]
 MOST_HARMONICS = 40
 NEIGHBOURS = 12
 """Spectral lines on each side of a harmonic from which its noise is estimated."""
+LEAST_SOUND = 0.75
+"""Share of a step's samples that must be there in every channel."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +76,13 @@ class SteadyState:
         """Drive frequency in rad/s."""
         return 2 * np.pi * self.frequency_Hz
 
+    def change(self, channel: str, *, force: str) -> complex:
+        """Relative change of a channel's fundamental over the stretch, without the force's own turn of phase.
+
+        Where the sampling clock is wrong all channels turn together, and nothing is unsettled by that.
+        """
+        return self.drift[channel] - 1j * self.drift[force].imag
+
 
 def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[SteadyState]:
     """Fit every measured sine step of `run`.
@@ -87,7 +96,8 @@ def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[St
 
     Notes
     -----
-    A step is dropped if less than two periods or fewer than sixteen sound samples of some channel remain.
+    A step is dropped if less than two periods, fewer than sixteen sound samples, or fewer than three in four of some
+    channel remain: what is missing in every period, as clipped peaks are, the others cannot make good.
     """
     names = list(channels or run.channels)
     measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
@@ -112,7 +122,11 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
         limit = run.channels[name].range
         if limit is not None:
             overloaded += int(np.sum(np.abs(samples[sound]) >= limit * (1 - 1e-6)))
-        if sound.sum() < 16 or (time[-1] - time[0]) * sound.mean() * step.frequency_Hz < 2:
+        if (
+            sound.sum() < 16
+            or sound.mean() < LEAST_SOUND
+            or (time[-1] - time[0]) * sound.mean() * step.frequency_Hz < 2
+        ):
             return None
         # The channels of one device share their instants, and with them the costly part of the fit.
         key = (device.device, first, last, sound.tobytes())

@@ -13,21 +13,22 @@ from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.lost_samples import find_lost_samples
 from twin.diagnose.signals.mains_hum import find_mains_hum
 from twin.diagnose.signals.quantisation import find_quantisation
+from twin.diagnose.signals.sample_clock import find_clock_error, with_clock
 from twin.diagnose.signals.unsettled import find_unsettled
 
-__all__ = ["Finding", "find_unsettled", "inspect_signals", "without_spoilt"]
+__all__ = ["Finding", "find_unsettled", "inspect_signals", "mended"]
 
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:
     """Everything that the samples show by themselves; dwells are judged after the sines are fitted."""
     findings = []
-    for find in (find_clipping, find_lost_samples, find_quantisation, find_mains_hum):
+    for find in (find_clipping, find_lost_samples, find_quantisation, find_mains_hum, find_clock_error):
         findings += find(runs)
     return findings
 
 
-def without_spoilt(run: Run, findings: Sequence[Finding]) -> Run:
-    """The run with spoilt samples marked as missing, so that no fit uses them."""
+def mended(run: Run, findings: Sequence[Finding]) -> Run:
+    """The run with spoilt samples marked as missing, so that no fit uses them, and its clock set right."""
     devices = dict(run.devices)
     for finding in findings:
         positions = finding.spoilt.get(run.path)
@@ -38,4 +39,8 @@ def without_spoilt(run: Run, findings: Sequence[Finding]) -> Run:
         samples = device.values[channel].copy()
         samples[positions] = np.nan
         devices[device.device] = replace(device, values={**device.values, channel: samples})
-    return replace(run, devices=devices)
+    whole = replace(run, devices=devices)
+    for finding in findings:
+        if finding.cause == "sample-clock":
+            whole = with_clock(whole, error_ppm=finding.values["error_ppm"])
+    return whole

@@ -22,6 +22,8 @@ LEAST_WIDTH, LEAST_TOPS = 8, 3
 """Samples between a peak's shoulders, and flat peaks, that are enough to judge by."""
 FLAT = 0.5
 """Width of a top over that between the shoulders: a whole sine has a quarter, one cut by a tenth three quarters."""
+RINGING = 2
+"""Samples on either side of a cut that a converter's filter still mixes with it."""
 
 
 def find_clipping(runs: Sequence[Run]) -> list[Finding]:
@@ -38,7 +40,8 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
                 positions = np.union1d(_flat_tops(x), _flat_tops(-x))
             if len(positions):
                 limits.append(float(np.median(np.abs(x[positions]))))
-                spoilt[run.path] = positions
+                beside = (positions[:, None] + np.arange(-RINGING, RINGING + 1)).ravel()
+                spoilt[run.path] = np.unique(beside[(beside >= 0) & (beside < len(x))])
         if limits:
             findings.append(
                 Finding(

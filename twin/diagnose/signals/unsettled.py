@@ -14,12 +14,12 @@ LEAST_SHARE = 0.25
 LEAST_CHANGE, LEAST_SIGMA = 3e-3, 6.0
 
 
-def find_unsettled(states: Sequence[SteadyState]) -> list[Finding]:
+def find_unsettled(states: Sequence[SteadyState], *, force: str) -> list[Finding]:
     """Sweeps in which many steps still change by more than a few thousandths within their measurement."""
     findings = []
     for sweep in dict.fromkeys(state.sweep for state in states):
         own = [state for state in states if state.sweep == sweep]
-        changing = [state for state in own if _changes(state)]
+        changing = [state for state in own if _changes(state, force)]
         if len(own) >= 8 and len(changing) > LEAST_SHARE * len(own):
             findings.append(
                 Finding(
@@ -31,5 +31,6 @@ def find_unsettled(states: Sequence[SteadyState]) -> list[Finding]:
     return findings
 
 
-def _changes(state: SteadyState) -> bool:
-    return any(abs(d) > LEAST_CHANGE and abs(d) > LEAST_SIGMA * state.drift_std[c] for c, d in state.drift.items())
+def _changes(state: SteadyState, force: str) -> bool:
+    changes = {channel: abs(state.change(channel, force=force)) for channel in state.drift}
+    return any(d > LEAST_CHANGE and d > LEAST_SIGMA * state.drift_std[c] for c, d in changes.items())

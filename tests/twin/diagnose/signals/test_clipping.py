@@ -25,9 +25,12 @@ def test_a_channel_that_limits_is_named_with_its_limit(synthetic, cut):
     assert f"{LIMIT:g}" in finding.summary
 
 
-def test_samples_on_the_limit_are_spoilt_and_no_others(synthetic, cut):
+def test_samples_on_the_limit_and_beside_it_are_spoilt_and_no_others(synthetic, cut):
     (finding,) = find_clipping([synthetic.run(cut, path="a.mcap")])
-    assert finding.spoilt["a.mcap"].tolist() == np.flatnonzero(np.abs(cut["acc2"]) >= LIMIT * (1 - 1e-6)).tolist()
+    on_the_limit = np.abs(cut["acc2"]) >= LIMIT * (1 - 1e-6)
+    # The converter's filter mixes a cut with its neighbours.
+    near = np.convolve(on_the_limit, np.ones(5), mode="same") > 0
+    assert finding.spoilt["a.mcap"].tolist() == np.flatnonzero(near).tolist()
 
 
 def test_the_run_that_limits_is_the_one_that_is_spoilt(synthetic, cut):

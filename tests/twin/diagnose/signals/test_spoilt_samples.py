@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from recordings import read_run
-from twin.diagnose.signals import Finding, inspect_signals, without_spoilt
+from twin.diagnose.signals import Finding, inspect_signals, mended
 
 
 def test_spoilt_samples_become_missing_in_their_channel_only(synthetic):
     run = synthetic.run(synthetic.converted(synthetic.stepped_sine(81)), path="a.mcap")
     spoilt = np.array([3, 4, 500])
     finding = Finding(cause="clipping", summary="", names={"channel": "acc1"}, spoilt={"a.mcap": spoilt})
-    cleaned = without_spoilt(run, [finding])
+    cleaned = mended(run, [finding])
     before, after = run.devices["daq"].values, cleaned.devices["daq"].values
     assert np.flatnonzero(np.isnan(after["acc1"])).tolist() == spoilt.tolist()
     sound = np.setdiff1d(np.arange(len(before["acc1"])), spoilt)
@@ -28,7 +28,7 @@ def test_findings_of_one_channel_add_up(synthetic):
         Finding(cause=cause, summary="", names={"channel": "acc2"}, spoilt={"a.mcap": np.array(positions)})
         for cause, positions in (("clipping", [10, 11]), ("lost-samples", [11, 12]))
     ]
-    assert np.flatnonzero(np.isnan(without_spoilt(run, findings).devices["daq"].values["acc2"])).tolist() == [
+    assert np.flatnonzero(np.isnan(mended(run, findings).devices["daq"].values["acc2"])).tolist() == [
         10,
         11,
         12,
@@ -38,7 +38,7 @@ def test_findings_of_one_channel_add_up(synthetic):
 def test_findings_of_other_runs_spoil_nothing(synthetic):
     run = synthetic.run(synthetic.converted(synthetic.stepped_sine(83)), path="a.mcap")
     finding = Finding(cause="clipping", summary="", names={"channel": "acc1"}, spoilt={"b.mcap": np.array([3])})
-    assert np.isfinite(without_spoilt(run, [finding]).devices["daq"].values["acc1"]).all()
+    assert np.isfinite(mended(run, [finding]).devices["daq"].values["acc1"]).all()
 
 
 def test_a_run_with_two_faults_has_both_found(synthetic):
