@@ -211,7 +211,7 @@ SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
         "gap_m": d.plain(3e-4, 1.2e-3),
         "stiffness_N_per_m": d.size(50.0, 200.0),
     },
-    "viscous-damper": lambda d: {"position_m": d.along(0.7, 1.0), "damping_Ns_per_m": d.size(0.03, 0.1)},
+    "viscous-damper": lambda d: {"position_m": d.along(0.7, 1.0), "damping_Ns_per_m": d.size(0.3, 1.0)},
     "air-drag": lambda d: {"coefficient_Ns2_per_m3": d.size(1.0, 3.0)},
     "joint-stiffness": lambda d: {
         "normal_factor": d.lost(0.2, 0.4),

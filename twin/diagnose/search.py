@@ -125,7 +125,11 @@ def search_causes(
             finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
             temper = finalists[0].chi2_per_dof
             finalists.sort(key=lambda c: -c.weight(temper))
-        accepted = bool(finalists) and _pays(evidence, finalists[0], model)
+        # One that follows the noise best may yet be too slight to be a cause; the next may not.
+        paying = [finalist for finalist in finalists if _pays(evidence, finalist, model)]
+        accepted = bool(paying)
+        if accepted:
+            finalists = finalists[finalists.index(paying[0]) :]
         stages.append(Stage(tuple(finalists), tuple(scores), accepted))
         if not accepted:
             break
@@ -256,7 +260,9 @@ def _pays(evidence: Evidence, candidate: Candidate, model: Candidate, blame: Bla
     """Whether a cause, the last one by default, is worth its parameters beside the model without it."""
     temper = candidate.chi2_per_dof
     gain = candidate.weight(temper) - model.weight(temper)
-    enough = candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
+    # What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.
+    strained = 0.5 * (model.solution.penalty - candidate.solution.penalty) > LEAST_GAIN
+    enough = strained or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
     return gain > LEAST_GAIN and enough and not _negligible(evidence, blame or candidate.blames[-1])
 
 

@@ -17,8 +17,11 @@ from twin.identify.spectrum import BroadbandRecord
 
 DETUNING_STD = 1e-4
 """Prior of what the finite elements and rounded dimensions leave wrong in a natural frequency."""
-MODULI_STD = 0.12
+MODULI_STD = 0.07
 """Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent."""
+DAMPING_STD, EACH_DAMPING_STD = 0.5, 0.15
+"""Prior of the logarithm of all damping ratios at once, and of each beside the others: what a structure's damping is
+like is known roughly, and one mode far out of line has a cause."""
 WIDE_DETUNING = 0.03
 """Prior of a detuning while a fit finds its way."""
 LARGEST_ALIGNMENT = 0.2
@@ -51,7 +54,7 @@ class LinearFit:
 def base_prior(
     believed: BaseParameters, *, detuning_std: float = DETUNING_STD, moduli_std: float = MODULI_STD
 ) -> tuple[Real, Real]:
-    """Mean and standard deviation of ``base.vector`` before any data: what an experimenter may be wrong about.
+    """Mean and precision (u, u) of ``base.vector`` before any data: what an experimenter may be wrong about.
 
     Parameters
     ----------
@@ -65,8 +68,11 @@ def base_prior(
     detuning = np.full(DAMPED_MODES, detuning_std)
     # The last of these modes lies above the band: nothing measured would hold a wide detuning of it in place.
     detuning[-1] = min(detuning_std, DETUNING_STD)
-    std = np.concatenate([[moduli_std, moduli_std, 0.05, 0.2], np.full(DAMPED_MODES, 1.0), detuning])
-    return believed.vector, std
+    damping = slice(4, 4 + DAMPED_MODES)
+    std = np.concatenate([[moduli_std, moduli_std, 0.05, 0.2], np.full(DAMPED_MODES, EACH_DAMPING_STD), detuning])
+    covariance = np.diag(std**2)
+    covariance[damping, damping] += DAMPING_STD**2
+    return believed.vector, np.linalg.inv(covariance)
 
 
 def whiten(covariance: Complex, values: Complex) -> Complex:
@@ -110,7 +116,7 @@ def fit_linear(
         Relative error of the model's responses, beside the data's noise.
     """
     covariance = data.relative_covariance + model_error**2 * np.eye(len(data.channels))
-    mean, std = base_prior(believed, detuning_std=detuning_std, moduli_std=moduli_std)
+    mean, precision = base_prior(believed, detuning_std=detuning_std, moduli_std=moduli_std)
     omega = data.omega
 
     def evaluate(vector: Real) -> tuple[Real, Real]:
@@ -126,7 +132,7 @@ def fit_linear(
         evaluate,
         start.vector,
         mean=mean,
-        precision=np.diag(1 / std**2),
+        precision=precision,
         bounds=base_bounds(),
         iterations=iterations,
         largest_step=largest,

@@ -84,7 +84,7 @@ class Predictor:
 
     def prior(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
-        mean, std = base_prior(
+        mean, base = base_prior(
             believed_parameters(self.evidence.rig, self.evidence.preload),
             detuning_std=self.slack.detuning_std,
             moduli_std=self.slack.moduli_std,
@@ -93,7 +93,7 @@ class Predictor:
         E = self.moduli[0]
         size = len(mean) + 2 * k + 2
         precision = np.zeros((size, size))
-        precision[np.arange(len(mean)), np.arange(len(mean))] = 1 / std**2
+        precision[: len(mean), : len(mean)] = base
         # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a loss in all of E' does.
         for part, scale in enumerate((E, 0.1 * E / self.shear_share)):
             block = slice(len(mean) + part * k, len(mean) + (part + 1) * k)

@@ -109,7 +109,9 @@ def test_what_the_unknowns_can_explain_is_no_causes_gain(having, unknowns):
     evidence = having(at=replace(unknowns, base=replace(base, E=1.01 * base.E)))
     chi2 = Predictor(evidence).evaluate(unknowns, sensitivities=False).chi2
     (score,) = scored(evidence, unknowns, "joint-stiffness")
-    extension = CAUSES["joint-stiffness"].extension(evidence, {}, {"normal_factor": 1.01, "shear_factor": 1.0})
+    extension = CAUSES["joint-stiffness"].extension(
+        evidence, {}, {"log_normal_factor": np.log(1.01), "log_shear_factor": 0.0}
+    )
     assert Predictor(evidence, extension).evaluate(unknowns, sensitivities=False).chi2 < 1e-3 * chi2
     assert chi2 > 100
     assert score.gain < 1e-3 * chi2

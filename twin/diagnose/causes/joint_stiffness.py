@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -12,18 +13,32 @@ __all__ = ["JointStiffness"]
 
 
 class JointStiffness(Cause):
-    """Factors on E' and G' beyond the ten per cent that no experimenter knows."""
+    """Factors on E' and G' beyond the ten per cent that no experimenter knows.
+
+    Fitted by their logarithms, as the moduli themselves are: the data hold the products, and along a straight line in
+    logarithms a fit can move from one to the other.
+    """
 
     name = "joint-stiffness"
     summary = "the joint's E' and G' are not those that were believed"
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Factors on both moduli."""
+        """Logarithms of the factors on both moduli."""
         return (
-            Parameter(name="normal_factor", scale=0.7, lower=0.02, upper=20.0, null=1.0, starts=(0.8,)),
-            Parameter(name="shear_factor", scale=0.7, lower=0.02, upper=20.0, null=1.0, starts=(1.0,)),
+            Parameter(name="log_normal_factor", scale=0.7, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
+            Parameter(name="log_shear_factor", scale=0.7, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
         )
+
+    def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
+        """Return the factors themselves."""
+        factors = {name.removeprefix("log_"): math.exp(value) for name, value in values.items()}
+        errors = {name.removeprefix("log_"): math.exp(values[name]) * error for name, error in std.items()}
+        return factors, errors
+
+    def from_reported(self, values: Values) -> dict[str, float]:
+        """Return the logarithms of the factors."""
+        return {f"log_{name}": math.log(value) for name, value in values.items()}
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """Scaled moduli."""
-        return Extension(moduli_factor=(values["normal_factor"], values["shear_factor"]))
+        return Extension(moduli_factor=(math.exp(values["log_normal_factor"]), math.exp(values["log_shear_factor"])))
