@@ -101,7 +101,7 @@ def diagnose(
         extended = "extended.toml"
         save_rig(extended_rig(evidence, replace(search, model=after)), out / extended)
         if verdict == "ambiguous":
-            next_test = plan_next_test(runs, evidence, last_stage(search).finalists, out)
+            next_test = plan_next_test(runs, search.evidence, last_stage(search).finalists, out)
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
@@ -114,7 +114,7 @@ def diagnose(
         gain=gain,
         next_test=next_test,
         seconds=time.perf_counter() - started,
-        evidence=evidence,
+        evidence=search.evidence,
         search=search,
         sweeps=compare_sweeps(evidence, search.base, after) if len(evidence.steps) else (),
         held_out=compare_sweeps(unseen, search.base, after) if unseen is not None and len(unseen.steps) else (),

@@ -17,6 +17,7 @@ from twin.identify.base_fit import fit_base, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
+from twin.identify.rebinning import rebinned
 from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
@@ -71,6 +72,8 @@ class Search:
     stages : tuple of Stage
     temper : float
         Variance factor by which the best model's residual exceeds its noise; evidence is weighed with it.
+    evidence : Evidence
+        What `model` was fitted to: broadband runs may have been binned anew against what was found.
     """
 
     base: Candidate
@@ -78,6 +81,7 @@ class Search:
     stages: tuple[Stage, ...]
     temper: float
     harmonics: HarmonicResiduals | None
+    evidence: Evidence
 
 
 def search_causes(
@@ -134,12 +138,17 @@ def search_causes(
         if not accepted:
             break
         model = finalists[0]
+        if evidence.broadband and model.chi2_per_dof >= EXPLAINED:
+            report("binning the broadband runs against the model found")
+            evidence = rebinned(evidence, extension_of(evidence, model.blames), model.unknowns)
+            thinner, thin_harmonics = thin_evidence(evidence, harmonics)
+            model = fit_candidate(evidence, harmonics, model.unknowns, model.blames, tolerance=0.3)
         slack = next((slack for slack in SLACKS if model.chi2_per_dof < FOLLOWS * slack.error_scale**2), SLACKS[-1])
         start = fit_candidate(evidence, harmonics, model.unknowns, model.blames, slack=LOOSE, iterations=8).unknowns
     if len(model.blames) > 1:
         report("asking whether every cause is needed")
         model = _pruned(evidence, harmonics, model)
-    return Search(base, model, tuple(stages), max(1.0, model.chi2_per_dof), harmonics)
+    return Search(base, model, tuple(stages), max(1.0, model.chi2_per_dof), harmonics, evidence)
 
 
 def _least_slack(

@@ -17,7 +17,7 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import SteadyState, steady_states
-from twin.identify.spectrum import broadband_records
+from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Rig, nearest_preload, recorded_preload
 
 __all__ = ["Evidence", "StepArrays", "common_preload", "gather_evidence"]
@@ -102,6 +102,11 @@ class Evidence:
     def origin_s(self) -> float:
         """Time of the first step of all runs, on the recordings' time base."""
         return min(step.time_ns for run in self.runs for step in run.steps) * 1e-9
+
+    def records(self) -> list[BroadbandRecord]:
+        """The samples behind `broadband`, in its order."""
+        used = [self.force, *self.channels]
+        return [record for run in self.runs for record in broadband_records(run, channels=used)]
 
     @property
     def channels(self) -> tuple[str, ...]:

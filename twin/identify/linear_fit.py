@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ WIDE_DETUNING = 0.03
 LARGEST_ALIGNMENT = 0.2
 """A resonance farther off than this, as a logarithm, is not taken for the model's."""
 
-__all__ = ["LinearFit", "base_bounds", "base_prior", "fit_linear", "reduce_broadband", "whiten"]
+__all__ = ["LinearFit", "base_bounds", "base_prior", "bin_broadband", "fit_linear", "reduce_broadband", "whiten"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
@@ -154,30 +154,69 @@ def reduce_broadband(
     the difference to it is smooth away from those, a wrong belief costs accuracy, which the following rounds give back.
     The detuning stays wide here: what explains the resonances is for later to say.
     """
-    channels = tuple(output.channel for output in model.outputs)
-    resonances, band = find_resonances(record, force=force, channels=channels)
-    # Beyond the modes whose damping is identified the model is not meant to hold.
-    band[1] = min(band[1], 0.95 * model.basis.omega[DAMPED_MODES - 1] / (2 * np.pi))
-    resonances = resonances[resonances < band[1]]
+    resonances, band = _resonances_and_band(model, record, force)
     base = replace(believed, detuning=_aligned(_complex_modes(model, believed)[0], resonances))
     for _ in range(rounds):
-        reference, poles_omega, zeta = _reference(model, base)
-        inside = poles_omega < 2 * np.pi * 1.3 * band[1]
-        poles = (-zeta + 1j) * poles_omega
-        data = bin_response(
-            record,
-            force=force,
-            channels=channels,
-            reference=reference,
-            poles=poles[inside],
-            resonances_Hz=np.concatenate([resonances, poles_omega[inside] / (2 * np.pi)]),
-            band_Hz=band,
-        )
+        reference, *modes = _reference(model, base)
+        data = _binned(model, record, modes, force=force, resonances=resonances, band=band, reference=reference)
         fit = fit_linear(
             model, data, base, believed=believed, detuning_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
         )
         base = fit.base
     return data, fit
+
+
+def bin_broadband(
+    model: LinearModel,
+    record: BroadbandRecord,
+    base: BaseParameters,
+    *,
+    force: str,
+    reference: Callable[[Real], Complex],
+) -> BinnedResponse:
+    """Bin a broadband record against a reference that is better than the linear model.
+
+    Parameters
+    ----------
+    base
+        Detuned to the record's resonances, as :func:`reduce_broadband` leaves it: for the decays of the record's ends.
+    reference
+        Responses (f, o) at omega.
+    """
+    resonances, band = _resonances_and_band(model, record, force)
+    _, *modes = _reference(model, base)
+    return _binned(model, record, modes, force=force, resonances=resonances, band=band, reference=reference)
+
+
+def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str) -> tuple[Real, Real]:
+    """What the record shows, up to where the model is meant to hold: the modes whose damping is identified."""
+    channels = tuple(output.channel for output in model.outputs)
+    resonances, band = find_resonances(record, force=force, channels=channels)
+    band[1] = min(band[1], 0.95 * model.basis.omega[DAMPED_MODES - 1] / (2 * np.pi))
+    return resonances[resonances < band[1]], band
+
+
+def _binned(
+    model: LinearModel,
+    record: BroadbandRecord,
+    modes: Sequence[Real],
+    *,
+    force: str,
+    resonances: Real,
+    band: Real,
+    reference: Callable[[Real], Complex],
+) -> BinnedResponse:
+    omega, zeta = modes
+    inside = omega < 2 * np.pi * 1.3 * band[1]
+    return bin_response(
+        record,
+        force=force,
+        channels=tuple(output.channel for output in model.outputs),
+        reference=reference,
+        poles=((-zeta + 1j) * omega)[inside],
+        resonances_Hz=np.concatenate([resonances, omega[inside] / (2 * np.pi)]),
+        band_Hz=band,
+    )
 
 
 def _aligned(values: Complex, resonances_Hz: Real) -> Real:

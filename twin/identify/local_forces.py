@@ -58,6 +58,19 @@ class LocalForces:
         up, down = (self.stiffness(amplitude * (1 + side * DIFFERENCE), omega) for side in (1, -1))
         return np.asarray((up - down) / (2 * DIFFERENCE))
 
+    @property
+    def act_in_noise(self) -> bool:
+        """Whether any of them is felt in a broadband run."""
+        return any(force.random is not None for force in self.forces)
+
+    def substitutes(self, displacement: Array, velocity: Array, omega: Array) -> Array:
+        """Dynamic stiffness (f, n) of the forces' best linear substitutes under noise of these rms motions (n,)."""
+        Z = np.zeros((len(omega), len(self.forces)), complex)
+        for i, force in enumerate(self.forces):
+            if force.random is not None:
+                Z[:, i] = force.random(float(displacement[i]), float(velocity[i]), omega)
+        return Z
+
     def balance(
         self, omega: Array, free: Array, attach: Callable[[Array], Array], motion: Callable[[Array], tuple[Array, Any]]
     ) -> Array:

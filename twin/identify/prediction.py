@@ -21,7 +21,7 @@ from twin.identify.extension import Extension, JointState
 from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import BaseParameters, believed_parameters
 from twin.identify.local_forces import Influence, LocalForces
-from twin.identify.receptance import update_receptance
+from twin.identify.receptance import attach
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
 
@@ -152,7 +152,7 @@ class Predictor:
         for attachment in self.extension.attachments:
             Z = attachment.stiffness(omega)
             width = Z.shape[1]
-            R = _attach(R, slice(at, at + width), Z)
+            R = attach(R, slice(at, at + width), Z)
             at += width
         return R
 
@@ -181,11 +181,9 @@ class Predictor:
 
     def _broadband(self, index: int, unknowns: Unknowns, sensitivities: bool) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
-        time = np.full(len(data.omega), data.time_s - self.evidence.origin_s)
-        omega = self.clock(data.omega, time)
-        dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
-        R = self.receptance(omega, unknowns.base, dE, dG, inner=sensitivities)
-        R = self._with_random_motion(R, omega, data)
+        R, omega = self.broadband_receptance(data, unknowns, data.omega, inner=sensitivities)
+        if self.local.act_in_noise:
+            R = self.in_noise(R, omega, self.noise_motion(R, omega, data))
         H = self.responses(R, omega)
         common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
         covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
@@ -195,29 +193,36 @@ class Predictor:
         jacobian = np.zeros((len(residual), len(unknowns.vector)))
         if sensitivities:
             p, into = self.model.ports, self._driven(R, omega)
+            time = np.full(len(omega), data.time_s - self.evidence.origin_s)
             change = self._base_change(R, omega, unknowns, time, np.arange(R.shape[1])[p.outputs], into)
             change = self._measured_change(change, omega)
             J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
-    def _with_random_motion(self, R: Array, omega: Array, data: BinnedResponse) -> Array:
-        """Receptances with what local nonlinearities amount to under the broadband run's own motion.
+    def broadband_receptance(
+        self, data: BinnedResponse, unknowns: Unknowns, omega: Array, *, inner: bool = False
+    ) -> tuple[Array, Array]:
+        """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
+        time = np.full(len(omega), data.time_s - self.evidence.origin_s)
+        omega = self.clock(omega, time)
+        dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
+        return self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega
+
+    def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[Array, Array]:
+        """Rms displacement and velocity (n,) at the ports of local nonlinear forces under a broadband run.
 
         As with steps, the motion is that of the measured channels, carried to the ports by the model's shapes.
         """
-        forces = self.extension.nonlinear
-        if not any(force.random for force in forces):
-            return R
-        H, ports = self.responses(R, omega), self.nonlinear_ports
+        H = self.responses(R, omega)
         measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
-        power = np.abs(self._driven(R, omega)[:, ports] * measured[:, None]) ** 2 * data.force_power[:, None]
-        displacement, velocity = np.sqrt(power.sum(axis=0)), np.sqrt((omega[:, None] ** 2 * power).sum(axis=0))
-        Z = np.zeros((len(omega), len(forces)), complex)
-        for i, force in enumerate(forces):
-            if force.random is not None:
-                Z[:, i] = force.random(float(displacement[i]), float(velocity[i]), omega)
-        return _attach(R, ports, Z)
+        motion = self._driven(R, omega)[:, self.nonlinear_ports] * measured[:, None]
+        power = np.abs(motion) ** 2 * data.force_power[:, None]
+        return np.sqrt(power.sum(axis=0)), np.sqrt((omega[:, None] ** 2 * power).sum(axis=0))
+
+    def in_noise(self, R: Array, omega: Array, motion: tuple[Array, Array]) -> Array:
+        """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
+        return attach(R, self.nonlinear_ports, self.local.substitutes(*motion, omega))
 
     def step_receptance(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""
@@ -373,7 +378,7 @@ class Predictor:
         return self.local.balance(
             omega,
             R,
-            attach=lambda stiffness: _attach(R, self.nonlinear_ports, stiffness),
+            attach=lambda stiffness: attach(R, self.nonlinear_ports, stiffness),
             motion=lambda R: self._port_motion(R, omega),
         )
 
@@ -406,12 +411,3 @@ class Predictor:
         p = self.model.ports
         inertia = R[:, p.outputs, p.extra.stop - 1] * omega[:, None] ** 2
         return self.extension.base_receptance * (1 + inertia) * self.model.to_quantity(omega)
-
-
-def _attach(R: Array, ports: slice, Z: Array) -> Array:
-    """Receptances after attaching dynamic stiffness Z, (f, p) or (f, p, p), to `ports`."""
-    if Z.ndim == 2:
-        return update_receptance(R, ports, Z)
-    A = np.eye(Z.shape[1]) + R[:, ports, ports] @ Z
-    T = Z @ np.linalg.solve(A, np.broadcast_to(np.eye(Z.shape[1]), A.shape))
-    return R - R[:, :, ports] @ T @ R[:, ports, :]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from twin.structure import Modes, Structure, normal_modes
 
-__all__ = ["ModalBasis", "layer_ports", "lowest_modes_basis", "update_receptance", "update_receptance_numpy"]
+__all__ = ["ModalBasis", "attach", "layer_ports", "lowest_modes_basis", "update_receptance", "update_receptance_numpy"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
@@ -178,3 +178,12 @@ def _compress(B: Real) -> Real:
 def _extend(zeta: Real, count: int) -> Real:
     zeta = np.asarray(zeta, float)[:count]
     return np.concatenate([zeta, np.full(count - len(zeta), zeta[-1])])
+
+
+def attach(R: Complex, ports: slice, Z: Complex) -> Complex:
+    """Receptances after attaching dynamic stiffness Z, (f, p) or (f, p, p), to `ports`."""
+    if Z.ndim == 2:
+        return update_receptance(R, ports, Z)
+    A = np.eye(Z.shape[1]) + R[:, ports, ports] @ Z
+    T = Z @ np.linalg.solve(A, np.broadcast_to(np.eye(Z.shape[1]), A.shape))
+    return R - R[:, :, ports] @ T @ R[:, ports, :]
