@@ -24,6 +24,7 @@ BAD = {
     "identify": ["missing.mcap", *RIG, "--out", "out.toml"],
     "predict": ["missing.toml", "--drive", "missing.csv", "--out", "out.csv"],
     "diagnose": ["missing.mcap", *RIG, "--out", "out"],
+    "campaign": ["--cause", "gremlins", "--out", "out"],
     "reproduce": ["no-such-paper"],
     "view": ["missing.mcap", "--save", "out.rrd"],
     "speed": ["--no-such-option"],
@@ -37,6 +38,7 @@ RUBBISH = {
     "identify": ["rubbish.mcap", *RIG, "--out", "out.toml"],
     "predict": ["rubbish.toml", "--drive", "rubbish.csv", "--out", "out.csv"],
     "diagnose": ["rubbish.mcap", *RIG, "--out", "out"],
+    "campaign": ["--rig", "rubbish.toml", "--out", "out"],
     "view": ["rubbish.mcap", "--save", "out.rrd"],
 }
 

@@ -2,11 +2,12 @@
 
 from twin.campaign.case import CasePlan, CaseResult, record_case, run_case
 from twin.campaign.judgement import Outcome, covered, judge, named_first
-from twin.campaign.plan import planned_cases
+from twin.campaign.plan import CAMPAIGN_CAUSES, planned_cases
 from twin.campaign.runner import read_results, run_campaign
 from twin.campaign.summary import CampaignSummary, CauseRow, summarise
 
 __all__ = [
+    "CAMPAIGN_CAUSES",
     "CampaignSummary",
     "CasePlan",
     "CaseResult",

@@ -6,9 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from twin.bench import DRAWN_CAUSES
 from twin.campaign.case import CasePlan
 
-__all__ = ["planned_cases"]
+__all__ = ["CAMPAIGN_CAUSES", "planned_cases"]
+
+CAMPAIGN_CAUSES = tuple(name for name in DRAWN_CAUSES if name != "unsettled-dwell")
+"""What can be hidden in a rig.  A dwell too short is a mistake of the procedure, and these procedures wait until the
+response has settled."""
 
 
 def planned_cases(

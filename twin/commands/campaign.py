@@ -62,12 +62,11 @@ def command(
       twin campaign --out weak --cause added-mass --cause joint-friction --strength 1 --strength 0.3
       twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786
     """
-    from twin.bench import DRAWN_CAUSES
-    from twin.campaign import planned_cases, run_campaign, summarise
+    from twin.campaign import CAMPAIGN_CAUSES, planned_cases, run_campaign, summarise
     from twin.rigs import load_rig
     from twin.views.campaign_figures import confusion_figure, detection_figure
 
-    known = (*DRAWN_CAUSES, "none")
+    known = (*CAMPAIGN_CAUSES, "none")
     for cause in causes:
         if cause not in known:
             raise InputError("--cause", "", f"no cause {cause!r}", f"one of {', '.join(known)}")

@@ -55,5 +55,5 @@ def progress_bar() -> Progress:
     """A progress bar with the time left, on standard error."""
     return Progress(
         TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(),
-        console=console, transient=True,
+        console=console, transient=True, disable=not console.is_terminal,
     )  # fmt: skip

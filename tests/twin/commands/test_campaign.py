@@ -37,7 +37,7 @@ def test_a_clean_rig_is_run_once_and_counted(tmp_path, capsys):
     [
         (["--cause", "gremlin"], "--cause: no cause 'gremlin'; one of "),
         (["--cause", "added-mass", "--pairs", "2"], "--pairs: needs two causes"),
-        (["--rig", "nowhere.toml"], "nowhere.toml: neither a file nor a shipped rig"),
+        (["--rig", "nowhere.toml"], "nowhere.toml: no such file"),
         (["--scheduler", "nonsense://"], "--scheduler"),
         (["--strength", "0"], "--strength"),
     ],
