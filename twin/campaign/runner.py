@@ -62,9 +62,10 @@ def run_campaign(
             raise InputError(folder, "", f"holds cases of the rig {result.rig}, not {rig.name}", "name another --out")
         on_result(result)
     todo = [plan for plan in plans if plan not in done]
-    (folder / CASES).mkdir(parents=True, exist_ok=True)
     if todo:
         with _executor(min(workers or os.cpu_count() or 1, len(todo)), scheduler) as executor:
+            # Before the first case has run for a minute, but not where no one would run it.
+            (folder / CASES).mkdir(parents=True, exist_ok=True)
             recordings = {plan: (folder / RECORDINGS / plan.name).resolve() if keep else None for plan in todo}
             futures = [executor.submit(run_case, plan, rig, recordings[plan]) for plan in todo]
             for future in as_completed(futures):
