@@ -21,6 +21,8 @@ from twin.rigs import Rig, preload_record
 
 __all__ = ["CasePlan", "CaseResult", "record_case", "run_case"]
 
+DRIFTS = ("preload-loss", "temperature-drift")
+
 
 @dataclass(frozen=True, order=True)
 class CasePlan:
@@ -106,8 +108,11 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])
     case = draw_case(rng, rig=rig, causes=names, number=len(names), strength=plan.strength)
     aborted = []
+    # A drift's rate is per second of the rig's time, which a recording without its waits does not have.
+    store = {"store": "all"} if set(plan.causes) & set(DRIFTS) else {}
 
     def record(name: str, procedure: Procedure) -> Path:
+        procedure = procedure.model_copy(update=store)
         acquisition = DirectAcquisition(case.open_bench(seed=int(rng.integers(2**31))))
         info = {"source": "simulated", "rig": rig.name, "procedure": procedure.procedure, "stored": procedure.store}
         info |= preload_record(rig.preload_name(None))

@@ -28,6 +28,7 @@ from twin.rigs import Rig, foreign_preload, save_rig
 
 __all__ = ["diagnose"]
 
+DRIFTS = ("preload-loss", "temperature-drift")
 BEYOND = 1.05
 """Amplitude over the largest one learnt from up to which a law is taken to hold."""
 
@@ -102,6 +103,9 @@ def diagnose(
         save_rig(extended_rig(evidence, replace(search, model=after)), out / extended)
         if verdict == "ambiguous":
             next_test = plan_next_test(runs, search.evidence, last_stage(search).finalists, out)
+    causes_named = named_causes(search, findings, verdict)
+    if any(cause.cause in DRIFTS and cause.in_model for cause in causes_named) and _waits_left_out(runs):
+        notes += ("the waits between steps were not stored: the rate is per second of the recordings' own time",)
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
@@ -110,7 +114,7 @@ def diagnose(
             threshold=THRESHOLD,
             where=_where(evidence, search),
         ),
-        causes=named_causes(search, findings, verdict),
+        causes=causes_named,
         gain=gain,
         next_test=next_test,
         seconds=time.perf_counter() - started,
@@ -201,6 +205,10 @@ def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:
         {"run": run, "channel": channel, "harmonic": harmonic, "share": value / total}
         for (run, channel, harmonic), value in ranked
     )
+
+
+def _waits_left_out(runs: Sequence[Run]) -> bool:
+    return any(run.info.get("stored") == "settled" and any(step.frequency_Hz for step in run.steps) for run in runs)
 
 
 def _notes(evidence: Evidence) -> tuple[str, ...]:
