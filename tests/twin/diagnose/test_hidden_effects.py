@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recordings import RunWriter, read_run
-from twin.bench import FIRST_CAUSES, open_bench
-from twin.demo import broadband, draw_demo_case, planned_sweeps
+from recordings import read_run
+from twin.bench import FIRST_CAUSES
+from twin.campaign import CasePlan, record_case
+from twin.demo import BROADBAND, HELD_OUT, SWEEPS
 from twin.diagnose import Diagnosis, diagnose
-from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import load_rig
 
 RIG = "steel-lap-joint"
@@ -22,22 +22,17 @@ PLACES = ("position_m", "gap_m", "slip_force_N", "stiffness_N_per_m3")
 def hide_and_diagnose(folder: Path, cause: str, seed: int) -> tuple[dict[str, float | str], Diagnosis]:
     """The hidden parameters, and what the diagnosis makes of the recordings."""
     believed = load_rig(RIG)
-    case = draw_demo_case(believed, seed=seed, cause=cause)
-    procedures = {"broadband.mcap": broadband()} | planned_sweeps(26.3)
-    for number, (name, procedure) in enumerate(procedures.items()):
-        acquisition = DirectAcquisition(open_bench(case.rig, seed=100 * seed + number))
-        info = {"source": "simulated", "rig": RIG, "preload_N": "120", "stored": procedure.store}
-        with RunWriter(folder / name, info=info, channels=acquisition.channels) as writer:
-            # A joint that opens may rattle at the largest force, and the guard then ends the sweep, as it should.
-            assert run_procedure(procedure, acquisition, writer).state in ("done", "aborted")
-    learn, held_out = [*procedures][:2], [*procedures][2:]
+    case, _ = record_case(CasePlan(seed, () if cause == "none" else (cause,)), believed, folder)
     found = diagnose(
-        [read_run(folder / name) for name in learn],
+        [read_run(folder / name) for name in (BROADBAND, SWEEPS)],
         believed,
-        held_out=[read_run(folder / name) for name in held_out],
+        held_out=[read_run(folder / HELD_OUT)],
         out=folder / "found",
     )
-    return case.hidden["parameters"], found
+    hidden: dict[str, float | str] = {}
+    for effect in case.effects:
+        hidden.update(effect.parameters)
+    return hidden, found
 
 
 def check(cause: str, hidden: dict[str, float | str], found: Diagnosis, folder: Path) -> None:
