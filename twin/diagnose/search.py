@@ -101,7 +101,8 @@ def search_causes(
     harmonics = harmonic_residuals(Predictor(evidence), aligned) if len(evidence.steps) else None
     base, slack = _least_slack(evidence, harmonics, aligned, ())
     model = base
-    start = aligned
+    # A base family that follows the data tightly has settled; else its detunings say best where the resonances are.
+    start = base.unknowns if slack is TIGHT else aligned
     thinner, thin_harmonics = thin_evidence(evidence, harmonics)
     stages: list[Stage] = []
     for turn in range(most):
