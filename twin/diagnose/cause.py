@@ -40,8 +40,9 @@ class Parameter:
         Share of the scale below which a strength is no cause, however clearly a long record shows it: the finite
         elements and the modal damping of the model are themselves no better.
     model_error : float
-        Relative error of what is found, beyond what noise makes, where the cause's model is a simplification: of the
-        distance from `null`, or of the value itself where that places an effect.
+        Relative error of what is found, beyond what noise makes: of the distance from `null`, or of the value itself
+        where that places an effect.  The model's mesh and modes, and for some causes its simplifications; as large as
+        blind cases on the finer bench showed it to be.
     """
 
     name: str
@@ -101,11 +102,12 @@ def along_beam(evidence: Evidence, count: int = 14) -> tuple[float, ...]:
     return tuple(float(x) for x in np.linspace(length, length / count, count))
 
 
-def position(evidence: Evidence, count: int = 14) -> Parameter:
+def position(evidence: Evidence, count: int = 14, *, model_error: float = 2e-3) -> Parameter:
     """The parameter `position_m` along the whole structure."""
     length = evidence.rig.length
     starts = along_beam(evidence, count)
-    return Parameter(name="position_m", scale=length, lower=0.01 * length, upper=length, starts=starts)
+    limits = {"lower": 0.01 * length, "upper": length}
+    return Parameter(name="position_m", scale=length, **limits, starts=starts, model_error=model_error)
 
 
 def point(position_m: float) -> Callable[[Structure], Array]:

@@ -25,7 +25,9 @@ class AcCoupling(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The corner frequency."""
-        return (Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,)),)
+        return (
+            Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,), model_error=0.0025),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """J omega / (j omega + omega_c)."""

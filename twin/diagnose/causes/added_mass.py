@@ -23,7 +23,7 @@ class AddedMass(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass and where it sits."""
         return (
-            Parameter(name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,)),
+            Parameter(name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,), model_error=0.002),
             position(evidence),
         )
 

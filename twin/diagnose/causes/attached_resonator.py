@@ -25,9 +25,11 @@ class AttachedResonator(Cause):
         high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
         frequencies = tuple(float(f) for f in np.geomspace(12.0, high, 14))
         return (
-            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,)),
-            Parameter(name="frequency_Hz", scale=high, lower=5.0, upper=1.5 * high, starts=frequencies),
-            Parameter(name="damping_ratio", scale=0.2, lower=1e-3, upper=0.7, starts=(0.03,)),
+            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
+            Parameter(
+                name="frequency_Hz", scale=high, lower=5.0, upper=1.5 * high, starts=frequencies, model_error=0.0015
+            ),
+            Parameter(name="damping_ratio", scale=0.2, lower=1e-3, upper=0.7, starts=(0.03,), model_error=0.2),
             position(evidence, 3),
         )
 

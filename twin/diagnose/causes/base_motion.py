@@ -19,7 +19,17 @@ class BaseMotion(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Motion of the clamp per force."""
-        return (Parameter(name="receptance_m_per_N", scale=3e-7, lower=-1e-4, upper=1e-4, null=0.0, starts=(1e-8,)),)
+        return (
+            Parameter(
+                name="receptance_m_per_N",
+                scale=3e-7,
+                lower=-1e-4,
+                upper=1e-4,
+                null=0.0,
+                starts=(1e-8,),
+                model_error=0.015,
+            ),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A moving clamp."""

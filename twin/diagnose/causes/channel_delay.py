@@ -25,7 +25,11 @@ class ChannelDelay(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The lag."""
-        return (Parameter(name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,)),)
+        return (
+            Parameter(
+                name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,), model_error=0.0015
+            ),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """exp(-j omega delay)."""

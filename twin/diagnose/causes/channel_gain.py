@@ -25,7 +25,9 @@ class ChannelGain(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Measured over true."""
-        return (Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,)),)
+        return (
+            Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,), model_error=0.001),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A constant factor."""

@@ -24,7 +24,9 @@ class CrossTalk(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The part that leaks, in units of channel per source."""
-        return (Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,)),)
+        return (
+            Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,), model_error=0.015),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The leak."""

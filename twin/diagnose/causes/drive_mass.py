@@ -19,7 +19,9 @@ class DriveMass(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The mass."""
-        return (Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,)),)
+        return (
+            Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A mass at the drive point, across the beam only."""

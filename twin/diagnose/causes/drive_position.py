@@ -24,7 +24,17 @@ class DrivePosition(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
         x, L = evidence.rig.drive.position, evidence.rig.length
-        return (Parameter(name="offset_m", scale=0.01, lower=-0.8 * x, upper=0.9 * (L - x), null=0.0, starts=(0.001,)),)
+        return (
+            Parameter(
+                name="offset_m",
+                scale=0.01,
+                lower=-0.8 * x,
+                upper=0.9 * (L - x),
+                null=0.0,
+                starts=(0.001,),
+                model_error=0.001,
+            ),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The same structure, driven elsewhere."""

@@ -19,7 +19,9 @@ class JointUneven(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
-        return (Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,)),)
+        return (
+            Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.05),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The structure with its strain operators weighted along the overlap."""

@@ -32,7 +32,9 @@ class SensorPosition(Cause):
         """Offset towards the tip."""
         x, L = _position(evidence, label), evidence.rig.length
         return (
-            Parameter(name="offset_m", scale=0.01, lower=-0.5 * x, upper=L - x, null=0.0, starts=(-0.001,)),
+            Parameter(
+                name="offset_m", scale=0.01, lower=-0.5 * x, upper=L - x, null=0.0, starts=(-0.001,), model_error=0.001
+            ),
             Parameter(name="carried", scale=0.3, lower=0.0, upper=1.0, starts=(1.0, 0.0)),
         )
 

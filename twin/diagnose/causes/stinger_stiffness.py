@@ -21,7 +21,11 @@ class StingerStiffness(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The spring."""
-        return (Parameter(name="stiffness_N_per_m", scale=2e4, lower=-1e5, upper=1e7, null=0.0, starts=(2000.0,)),)
+        return (
+            Parameter(
+                name="stiffness_N_per_m", scale=2e4, lower=-1e5, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
+            ),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A constant stiffness at the drive point."""

@@ -23,7 +23,11 @@ class TransverseShear(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """E over kappa G: about 3 for a metal, tens for laminates."""
-        return (Parameter(name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,)),)
+        return (
+            Parameter(
+                name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,), model_error=0.08
+            ),
+        )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The structure with one beam of Timoshenko elements."""
