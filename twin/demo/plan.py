@@ -42,7 +42,8 @@ def first_resonance(run: Run, *, force: str, response: str) -> float:
         raise InputError(run.path, "", "holds no broadband stretch")
     shown = h1(records[0], force=force, resolution_Hz=0.1)
     inside = np.flatnonzero((shown.frequency_Hz > MODE_1_Hz[0]) & (shown.frequency_Hz < MODE_1_Hz[1]))
-    peak = inside[np.argmax(np.abs(shown.H[response][inside]))]
+    # A line of mains hum is no response to the force, and incoherent with it.
+    peak = inside[np.argmax((np.abs(shown.H[response]) * shown.coherence[response])[inside])]
     return float(shown.frequency_Hz[peak])
 
 
