@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -117,24 +117,29 @@ def _line(result: CaseResult) -> str:
 
 
 def _tables(summary: CampaignSummary) -> list[Table]:
+    from rich.box import SIMPLE
     from rich.table import Table
 
-    headings = ("hidden", "strength", "cases", "right", "in a set", "else", "extra", "inside 95 %", "gain")
-    cases = Table(*headings, "of oracle's", "time", title="What was found")
+    cases = Table(title="What was found", box=SIMPLE, padding=(0, 1, 0, 0), title_justify="left")
+    cases.add_column("hidden", no_wrap=True)
+    for heading in ("size", "cases", "found"):
+        cases.add_column(heading, justify="right")
+    cases.add_column("otherwise")
+    for heading in ("extra", "in 95 %", "gain", "/ oracle", "s"):
+        cases.add_column(heading, justify="right")
     for row in summary.rows:
         other = {k: n for k, n in row.outcomes.items() if k not in ("right", "in a set")}
         cases.add_row(
-            row.label, f"{row.strength:g}", str(row.cases), str(row.outcomes.get("right", 0)),
-            str(row.outcomes.get("in a set", 0)), ", ".join(f"{n} {k}" for k, n in other.items()) or "-",
-            str(row.extra), f"{row.inside}/{row.intervals}", _number(row.gain), _number(row.oracle_ratio),
-            f"{row.diagnosis_s:.0f} s" if row.diagnosis_s else "-",
+            row.label, f"{row.strength:g}", str(row.cases), str(row.found),
+            ", ".join(f"{n} {k}" for k, n in other.items()), str(row.extra), f"{row.inside}/{row.intervals}",
+            _number(row.gain), _number(row.oracle_ratio), _number(row.diagnosis_s),
         )  # fmt: skip
-    calibration = Table("probability said", "cases", "mean", "right", title="Calibration")
+    calibration = Table("probability said", "cases", "mean", "right", title="Calibration", box=SIMPLE)
     for entry in summary.calibration:
         calibration.add_row(
             f"{entry.low:g} to {entry.high:g}", str(entry.cases), f"{entry.mean_probability:.2f}", f"{entry.right:.2f}"
         )
-    wrong = Table("hidden", "named first", "cases", title="What was taken for what")
+    wrong = Table("hidden", "named first", "cases", title="What was taken for what", box=SIMPLE)
     for label, names in summary.confusion.items():
         for name, count in names.items():
             if name != label:
@@ -142,5 +147,5 @@ def _tables(summary: CampaignSummary) -> list[Table]:
     return [cases, calibration, *([wrong] if wrong.row_count else [])]
 
 
-def _number(value: Any) -> str:
-    return "-" if value is None else f"{value:.3g}"
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}" if value >= 10 else f"{value:.2g}"

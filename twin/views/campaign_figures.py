@@ -46,7 +46,7 @@ def detection_figure(summary: CampaignSummary) -> Figure:
         axes.text(j, i, f"{row.found}/{row.cases}", ha="center", va="center", fontsize=8, color=colour)
     if shares.size:
         axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-    _labelled(axes, rows, [f"{strength:g}" for strength in columns])
+    _labelled(axes, rows, [f"{strength:g}" for strength in columns], rotation=0)
     axes.set(xlabel="strength, of normal", ylabel="hidden", title="Found (first, or in the set)")
     return figure
 
@@ -57,7 +57,7 @@ def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
     return figure, figure.add_subplot()
 
 
-def _labelled(axes: Any, rows: list[str], columns: list[str]) -> None:
-    axes.set_xticks(range(len(columns)), columns, rotation=90, fontsize=8)
+def _labelled(axes: Any, rows: list[str], columns: list[str], *, rotation: int = 90) -> None:
+    axes.set_xticks(range(len(columns)), columns, rotation=rotation, fontsize=8)
     axes.set_yticks(range(len(rows)), rows, fontsize=8)
     axes.tick_params(length=0)
