@@ -42,6 +42,8 @@ RIVAL = 1.5
 """Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
 """Chi2 per degree of freedom at which an extended model needs no further cause."""
+REDUCED_ANEW = 2
+"""Times that the recordings are reduced against a model and it is fitted to them, while it does not explain them."""
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
 noise, and there is always something that would follow a twentieth of that."""
@@ -72,6 +74,8 @@ class Search:
     stages : tuple of Stage
     temper : float
         Variance factor by which the best model's residual exceeds its noise; evidence is weighed with it.
+    harmonics : HarmonicResiduals, optional
+        Of the steps, as `base` was fitted to them.
     evidence : Evidence
         What `model` was fitted to: broadband runs may have been binned anew against what was found.
     """
@@ -99,6 +103,7 @@ def search_causes(
     report("fitting moduli, damping and the joint's law")
     aligned, _ = fit_base(evidence, slacks=(LOOSE,))
     harmonics = harmonic_residuals(Predictor(evidence), aligned) if len(evidence.steps) else None
+    first_harmonics = harmonics
     base, slack = _least_slack(evidence, harmonics, aligned, ())
     model = base
     # A base family that follows the data tightly has settled; else its detunings say best where the resonances are.
@@ -139,9 +144,11 @@ def search_causes(
         if not accepted:
             break
         model = finalists[0]
-        if evidence.broadband and model.chi2_per_dof >= EXPLAINED:
-            report("binning the broadband runs against the model found")
-            evidence = rebinned(evidence, extension_of(evidence, model.blames), model.unknowns)
+        for _ in range(REDUCED_ANEW):
+            if model.chi2_per_dof < EXPLAINED:
+                break
+            report("reducing the recordings anew, against the model found")
+            evidence, harmonics = _reduced_anew(evidence, harmonics, model)
             thinner, thin_harmonics = thin_evidence(evidence, harmonics)
             model = fit_candidate(evidence, harmonics, model.unknowns, model.blames, tolerance=0.3)
         slack = next((slack for slack in SLACKS if model.chi2_per_dof < FOLLOWS * slack.error_scale**2), SLACKS[-1])
@@ -149,7 +156,20 @@ def search_causes(
     if len(model.blames) > 1:
         report("asking whether every cause is needed")
         model = _pruned(evidence, harmonics, model)
-    return Search(base, model, tuple(stages), max(1.0, model.chi2_per_dof), harmonics, evidence)
+    return Search(base, model, tuple(stages), max(1.0, model.chi2_per_dof), first_harmonics, evidence)
+
+
+def _reduced_anew(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate
+) -> tuple[Evidence, HarmonicResiduals | None]:
+    """Broadband runs binned, and the force's own harmonics carried to the channels, with the model found so far."""
+    extension = extension_of(evidence, model.blames)
+    if evidence.broadband:
+        evidence = rebinned(evidence, extension, model.unknowns)
+    if harmonics is not None:
+        # What local nonlinear forces add is the prediction's matter.
+        harmonics = harmonic_residuals(Predictor(evidence, replace(extension, nonlinear=())), model.unknowns)
+    return evidence, harmonics
 
 
 def _least_slack(
@@ -163,7 +183,8 @@ def _least_slack(
         follows = follows and trial.chi2_per_dof < FOLLOWS
         least = slack if follows else least
         start, blames = trial.unknowns, trial.blames
-    return trial, least
+    # With slack the moduli are held, and a fit may have to wait for the last to move them.
+    return trial, TIGHT if trial.chi2_per_dof < FOLLOWS else least
 
 
 def _tournament(

@@ -179,11 +179,12 @@ def bin_broadband(
     Parameters
     ----------
     base
-        Detuned to the record's resonances, as :func:`reduce_broadband` leaves it: for the decays of the record's ends.
+        Detuned to the record's resonances here: for the decays of the record's ends.
     reference
         Responses (f, o) at omega.
     """
     resonances, band = _resonances_and_band(model, record, force)
+    base = replace(base, detuning=_aligned(_complex_modes(model, base)[0], resonances))
     _, *modes = _reference(model, base)
     return _binned(model, record, modes, force=force, resonances=resonances, band=band, reference=reference)
 

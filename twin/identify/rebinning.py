@@ -29,16 +29,14 @@ LINES_AT_ONCE = 4096
 
 def rebinned(evidence: Evidence, extension: Extension, unknowns: Unknowns) -> Evidence:
     """The evidence with its broadband runs binned against the extended model."""
-    if evidence.linear is None:
-        return evidence
-    predictor, base = Predictor(evidence, extension), evidence.linear.base
+    predictor = Predictor(evidence, extension)
     anew = []
     for record, data in zip(evidence.records(), evidence.broadband, strict=True):
 
         def reference(omega: Array, data: BinnedResponse = data) -> Array:
             return _responses(predictor, data, unknowns, omega)
 
-        anew.append(bin_broadband(evidence.model, record, base, force=evidence.force, reference=reference))
+        anew.append(bin_broadband(evidence.model, record, unknowns.base, force=evidence.force, reference=reference))
     return replace(evidence, broadband=tuple(anew))
 
 
