@@ -95,7 +95,7 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     rig
         As it is believed.
     folder
-        Gets the three recordings.
+        Gets the three recordings, in place of those that an interrupted campaign may have left there.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
         acquisition = DirectAcquisition(case.open_bench(seed=int(rng.integers(2**31))))
         info = {"source": "simulated", "rig": rig.name, "procedure": procedure.procedure, "stored": procedure.store}
         info |= preload_record(rig.preload_name(None))
-        with RunWriter(folder / name, info=info, channels=acquisition.channels) as writer:
+        with RunWriter(folder / name, info=info, channels=acquisition.channels, overwrite=True) as writer:
             if run_procedure(procedure, acquisition, writer).state != "done":
                 aborted.append(name)
         return folder / name
