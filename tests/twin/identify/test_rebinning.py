@@ -1,0 +1,62 @@
+"""A broadband run that was binned against a wrong model is binned anew against the right one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from recordings import RunWriter, read_run
+from twin.bench import open_bench
+from twin.demo import BROADBAND, broadband
+from twin.diagnose.candidate import Blame, extension_of, fit_candidate
+from twin.diagnose.causes import CAUSES
+from twin.identify.evidence import gather_evidence
+from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.linear_model import believed_parameters
+from twin.identify.rebinning import rebinned
+from twin.identify.unknowns import Unknowns
+from twin.procedures import DirectAcquisition, run_procedure
+from twin.rigs import Effect, load_rig
+
+RIG = load_rig("steel-lap-joint")
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    """Of a rig whose tip sensor, which weighs 22 g, sits 14 mm from where it is believed to be."""
+    path = tmp_path_factory.mktemp("run") / BROADBAND
+    moved = Effect(cause="sensor-position", parameters={"channel": "acc2", "offset_m": -0.014})
+    acquisition = DirectAcquisition(open_bench(RIG, seed=4, effects=[moved]))
+    with RunWriter(path, info={"source": "simulated"}, channels=acquisition.channels) as writer:
+        run_procedure(broadband(), acquisition, writer)
+    return gather_evidence([read_run(path)], RIG)
+
+
+def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
+    unknowns = Unknowns(believed_parameters(RIG), SplineLaw.zero(choose_knots([1e-4, 1e-3], 3)))
+    label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}
+    blames = (Blame(CAUSES["sensor-position"], label, values, {}),)
+    bent = fit_candidate(evidence, None, unknowns, blames)
+    anew = rebinned(evidence, extension_of(evidence, bent.blames), bent.unknowns)
+    straight = fit_candidate(anew, None, bent.unknowns, bent.blames)
+    assert bent.chi2_per_dof > 10
+    assert straight.chi2_per_dof < 1.5
+    assert straight.blames[0].values["offset_m"] == pytest.approx(-0.014, abs=5e-5)
+    # What is seen of each run stays: its noise, and the force's power.
+    for old, new in zip(evidence.broadband, anew.broadband, strict=True):
+        assert new.force_power.sum() == pytest.approx(old.force_power.sum(), rel=0.05)
+        assert new.noise_density["force"] < 2 * old.noise_density["force"]
+
+
+def test_bins_of_a_right_model_stay(evidence):
+    """Against its own reference a sound run's bins do not move beyond their noise."""
+    unknowns = Unknowns(believed_parameters(RIG), SplineLaw.zero(choose_knots([1e-4, 1e-3], 3)))
+    label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}
+    model = fit_candidate(evidence, None, unknowns, (Blame(CAUSES["sensor-position"], label, values, {}),))
+    for _ in range(2):
+        evidence = rebinned(evidence, extension_of(evidence, model.blames), model.unknowns)
+        model = fit_candidate(evidence, None, model.unknowns, model.blames)
+    again = rebinned(evidence, extension_of(evidence, model.blames), model.unknowns)
+    moved = fit_candidate(replace(evidence, broadband=again.broadband), None, model.unknowns, model.blames)
+    assert abs(moved.chi2_per_dof - model.chi2_per_dof) < 0.1
