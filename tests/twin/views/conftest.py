@@ -121,7 +121,7 @@ def diagnosis(run: Run) -> Diagnosis:
         next_test=None,
         seconds=21.0,
         evidence=evidence,
-        search=Search(base, true, (), 1.0, None),
+        search=Search(base, true, (), 1.0, None, evidence),
         sweeps=sweeps,
         held_out=sweeps[1:],
         notes=("2 step(s) were still changing and were left out",),
