@@ -61,10 +61,13 @@ def test_a_damaged_case_is_named(tmp_path, text):
         read_results(tmp_path)
 
 
+# A busy machine's disk is no matter of this test's.
+@pytest.mark.filterwarnings("ignore:Creating scratch directories")
 def test_a_dask_cluster_runs_the_cases(tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra 'cluster')")
     monkeypatch.setattr(runner, "run_case", quick_case)
     options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
+    options["local_directory"] = str(tmp_path / "scratch")
     with distributed.LocalCluster(protocol="tcp", host="127.0.0.1", **options) as cluster:
         results = run_campaign(PLANS, RIG, tmp_path, scheduler=cluster.scheduler_address)
     assert [result.plan for result in results] == PLANS
