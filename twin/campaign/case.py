@@ -15,16 +15,14 @@ from recordings import RunWriter, read_run
 from twin.bench import HiddenCase, draw_case
 from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
 from twin.diagnose import diagnose
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.rigs import Rig, preload_record
 
-__all__ = ["CasePlan", "CaseResult", "record_case", "run_case"]
-
-DRIFTS = ("preload-loss", "temperature-drift")
+__all__ = ["CasePlan", "CaseResult", "in_model", "record_case", "run_case"]
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True)
 class CasePlan:
     """What is to be hidden: nothing, one cause, or several at once."""
 
@@ -108,7 +106,6 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])
     case = draw_case(rng, rig=rig, causes=names, number=len(names), strength=plan.strength)
     aborted = []
-    # A drift's rate is per second of the rig's time, which a recording without its waits does not have.
     store = {"store": "all"} if set(plan.causes) & set(DRIFTS) else {}
 
     def record(name: str, procedure: Procedure) -> Path:
@@ -183,7 +180,11 @@ def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> fl
     """The error that is left when only the hidden causes may be blamed."""
     if not found["gain"] or not set(plan.causes) <= set(CAUSES):
         return None
-    named = sorted(cause["cause"] for cause in found["causes"] if cause["in_model"])
-    if named != sorted(plan.causes):
+    if sorted(cause["cause"] for cause in in_model(found)) != sorted(plan.causes):
         found = _diagnosed(folder, rig, list(plan.causes))
     return float(found["gain"]["held_out"]["after"])
+
+
+def in_model(found: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """The causes that a diagnosis put into its model, the most probable first; none where there is no diagnosis."""
+    return [cause for cause in found["causes"] if cause["in_model"]] if found else []

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
-from twin.campaign.case import CaseResult
+from twin.campaign.case import CaseResult, in_model
 
 __all__ = ["Outcome", "covered", "judge", "named_first", "probability_first"]
 
@@ -24,7 +24,7 @@ def judge(result: CaseResult) -> Outcome:
     found = result.found
     if found is None:
         return "failed"
-    hidden, named = set(result.plan.causes), [cause["cause"] for cause in _in_model(found)]
+    hidden, named = set(result.plan.causes), [cause["cause"] for cause in in_model(found)]
     if found["verdict"] == "unknown":
         return "unknown"
     if not hidden:
@@ -35,7 +35,7 @@ def judge(result: CaseResult) -> Outcome:
         return "right" if hidden <= set(named) else "partly" if hidden & set(named) else "wrong"
     if named[0] in hidden:
         return "right"
-    suspects = {name for cause in _in_model(found) for name in cause["confused_with"]}
+    suspects = {name for cause in in_model(found) for name in cause["confused_with"]}
     return "in a set" if found["verdict"] == "ambiguous" and hidden & (suspects | set(named)) else "wrong"
 
 
@@ -43,13 +43,13 @@ def named_first(result: CaseResult) -> str:
     """The cause that was named first, or the verdict where none was."""
     if result.found is None:
         return "failed"
-    named = _in_model(result.found)
+    named = in_model(result.found)
     return str(named[0]["cause"]) if named else str(result.found["verdict"])
 
 
 def probability_first(result: CaseResult) -> float | None:
     """Probability that the diagnosis gave to the first cause."""
-    named = _in_model(result.found) if result.found else []
+    named = in_model(result.found)
     return float(named[0]["probability"]) if named else None
 
 
@@ -57,14 +57,10 @@ def covered(result: CaseResult) -> list[tuple[str, bool]]:
     """Numeric parameters of the hidden causes that were named: whether the truth lies inside the 95 % interval."""
     out = []
     for effect in result.hidden:
-        named = [c for c in _in_model(result.found or {"causes": []}) if c["cause"] == effect["cause"]]
+        named = [c for c in in_model(result.found) if c["cause"] == effect["cause"]]
         for name, truth in effect["parameters"].items():
             estimate = named[0]["parameters"].get(name) if named else None
             if isinstance(estimate, dict) and not isinstance(truth, str):
                 inside = abs(estimate["value"] - truth) <= WITHIN_STD * estimate["std"]
                 out.append((f"{effect['cause']} {name}", bool(inside)))
     return out
-
-
-def _in_model(found: dict[str, Any]) -> list[dict[str, Any]]:
-    return [cause for cause in found["causes"] if cause["in_model"]]

@@ -29,6 +29,11 @@ def planned_cases(
         Contract names; ``none`` is a clean rig, and is run once for each seed whatever the strengths.
     pairs
         How many pairs of different causes, each hidden at once at the first strength.
+
+    Raises
+    ------
+    ValueError
+        If there are not two causes for a pair.
     """
     plans = []
     for seed in seeds:
@@ -39,7 +44,7 @@ def planned_cases(
                 plans += [CasePlan(seed, (cause,), strength) for strength in dict.fromkeys(strengths)]
     real = [cause for cause in dict.fromkeys(causes) if cause != "none"]
     if pairs and len(real) < 2:
-        raise ValueError("a pair needs two causes to be drawn from")
+        raise ValueError("needs two causes to draw from")
     for number in range(pairs):
         rng = np.random.default_rng([seeds[0], number])
         chosen = tuple(sorted(str(name) for name in rng.choice(real, size=2, replace=False)))

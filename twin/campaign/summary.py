@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from twin.campaign.case import CaseResult
+from twin.campaign.case import CaseResult, in_model
 from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first
 
 __all__ = ["Calibration", "CampaignSummary", "CauseRow", "summarise"]
@@ -139,7 +139,7 @@ def _row(label: str, strength: float, results: list[CaseResult]) -> CauseRow:
 
 
 def _has_extra(result: CaseResult) -> bool:
-    named = {c["cause"] for c in (result.found or {"causes": []})["causes"] if c["in_model"]}
+    named = {cause["cause"] for cause in in_model(result.found)}
     return bool(named - set(result.plan.causes))
 
 

@@ -74,9 +74,11 @@ def command(
         raise InputError(out, "", "is not a folder", "name another --out")
     rig = load_rig(rig_name)
     chosen = causes or known
-    if pairs and len(set(chosen) - {"none"}) < 2:
-        raise InputError("--pairs", "", "needs two causes to draw from", "give more than one --cause, or none at all")
-    plans = planned_cases(causes=chosen, seeds=range(first_seed, first_seed + seeds), strengths=strengths, pairs=pairs)
+    seeds_used = range(first_seed, first_seed + seeds)
+    try:
+        plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs)
+    except ValueError as error:
+        raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
     with progress_bar() as progress:
         task = progress.add_task(f"{len(plans)} cases", total=len(plans))
 

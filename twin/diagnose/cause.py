@@ -106,8 +106,9 @@ def position(evidence: Evidence, count: int = 14, *, model_error: float = 2e-3) 
     """The parameter `position_m` along the whole structure."""
     length = evidence.rig.length
     starts = along_beam(evidence, count)
-    limits = {"lower": 0.01 * length, "upper": length}
-    return Parameter(name="position_m", scale=length, **limits, starts=starts, model_error=model_error)
+    return Parameter(
+        name="position_m", scale=length, lower=0.01 * length, upper=length, starts=starts, model_error=model_error
+    )
 
 
 def point(position_m: float) -> Callable[[Structure], Array]:

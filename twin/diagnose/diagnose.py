@@ -13,7 +13,7 @@ import numpy as np
 from recordings.run import Run
 from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.next_test import plan_next_test
@@ -28,7 +28,6 @@ from twin.rigs import Rig, foreign_preload, save_rig
 
 __all__ = ["diagnose"]
 
-DRIFTS = ("preload-loss", "temperature-drift")
 BEYOND = 1.05
 """Amplitude over the largest one learnt from up to which a law is taken to hold."""
 

@@ -31,7 +31,7 @@ from twin.diagnose.causes.temperature_drift import TemperatureDrift
 from twin.diagnose.causes.transverse_shear import TransverseShear
 from twin.diagnose.causes.viscous_damper import ViscousDamper
 
-__all__ = ["CAUSES"]
+__all__ = ["CAUSES", "DRIFTS"]
 
 CAUSES: dict[str, Cause] = {
     cause.name: cause
@@ -68,3 +68,6 @@ CAUSES: dict[str, Cause] = {
     )
 }
 """By name."""
+
+DRIFTS = (PreloadLoss.name, TemperatureDrift.name)
+"""Causes whose rate is per second of the rig's time, which a recording without its waits does not have."""
