@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_genlaguerre
 
-__all__ = ["RIPPLES", "jenkins_harmonics", "jenkins_under_random_motion", "slipping_harmonics"]
+__all__ = [
+    "RIPPLES",
+    "jenkins_harmonics",
+    "jenkins_under_random_motion",
+    "slipping_harmonics",
+    "slipping_harmonics_numpy",
+]
 
 Array = NDArray[Any]
 
@@ -62,6 +69,14 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     -------
     ndarray, (s, 4)
     """
+    a = np.atleast_1d(np.asarray(amplitude, float))
+    alone, both = np.empty((len(a), 4), complex), np.empty((len(a), 4, 6), complex)
+    _by_ripples(a, float(k), float(slip_force), alone, both)
+    return _balanced(alone, both, compliance)
+
+
+def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compliance: Array) -> Array:
+    """Plain numpy twin of :func:`slipping_harmonics`."""
     a = np.asarray(amplitude, float)[:, None]
     orders = np.array([1, *RIPPLES])
     alone = jenkins_harmonics(amplitude, k, slip_force, orders[-1])[:, orders - 1]
@@ -75,9 +90,46 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     start = integral(orders)[:, :, None]
     by_ripple = k / np.pi * (integral(orders[:, None] - ripples) - start)
     by_conjugate = k / np.pi * (integral(orders[:, None] + ripples) - start)
-    # X = -C (F + A X + B X*), in real and imaginary parts.
-    by_real, by_imaginary = by_ripple + by_conjugate, 1j * (by_ripple - by_conjugate)
-    both = np.concatenate([by_real, by_imaginary], axis=2)
+    both = np.concatenate([by_ripple + by_conjugate, 1j * (by_ripple - by_conjugate)], axis=2)
+    return _balanced(alone, both, compliance)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _by_ripples(amplitude: Array, k: float, slip_force: float, alone: Array, both: Array) -> None:
+    """Fill in the harmonics (s, 4) without ripples, and what the ripples' real and imaginary parts (s, 4, 6) add."""
+    highest = 7
+    integrals = np.empty(3 * highest + 1, np.complex128)
+    for s in range(len(amplitude)):
+        a = amplitude[s]
+        top = min(slip_force, k * a)
+        cosine = min(max(1 - 2 * top / max(k * a, 1e-300), -1.0), 1.0)
+        t = np.arccos(cosine)
+        turn = complex(cosine, -np.sin(t))
+        power = 1.0 + 0j
+        integrals[highest] = t
+        for n in range(1, 2 * highest + 1):
+            power = power * turn
+            value = 1j * (power - 1) / n
+            integrals[highest + n] = value
+            if n <= highest:
+                integrals[highest - n] = value.conjugate()
+        for i in range(4):
+            h = 2 * i + 1
+            start = integrals[highest + h]
+            # exp(-j h pi) = -1, for all of these are odd.
+            whole = -2j / h
+            sticking = (top - k * a) * start + k * a / 2 * (integrals[highest + h - 1] + integrals[highest + h + 1])
+            alone[s, i] = 2 / np.pi * (sticking - top * (whole - start))
+            for j in range(3):
+                r = 2 * j + 3
+                ripple = k / np.pi * (integrals[highest + h - r] - start)
+                conjugate = k / np.pi * (integrals[highest + h + r] - start)
+                both[s, i, j] = ripple + conjugate
+                both[s, i, j + 3] = 1j * (ripple - conjugate)
+
+
+def _balanced(alone: Array, both: Array, compliance: Array) -> Array:
+    """Harmonics with the ripples X = -C (F + A X + B X*) that they make, in real and imaginary parts."""
     moved = compliance[:, :, None] * both[:, 1:]
     moved[:, :, :3] += np.eye(3)
     moved[:, :, 3:] += 1j * np.eye(3)
@@ -85,7 +137,7 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     X = np.linalg.solve(
         np.concatenate([moved.real, moved.imag], axis=1), np.concatenate([given.real, given.imag], axis=1)[:, :, None]
     )
-    return alone + (both @ X)[:, :, 0]
+    return np.asarray(alone + (both @ X)[:, :, 0])
 
 
 def _sticks_until(a: Array, k: float, slip_force: float) -> tuple[Array, Array]:

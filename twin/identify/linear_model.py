@@ -6,12 +6,14 @@ Base parameters, which no experimenter knows well: the layer's E', G' and their 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis, update_receptance
+from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
+from twin.identify.softened import PortPairs
 from twin.rigs import Rig
 from twin.structure import Structure, assemble
 
@@ -150,9 +152,18 @@ class LinearModel:
         ndarray, (f, p, p)
         """
         basis = self.basis.with_damping(base.zeta, base.detuning)
-        R = basis.receptance(self.ports.rows, omega)
-        wanted = None if inner else np.arange(self.ports.drive, R.shape[1])
-        return update_receptance(R, self.ports.soft, self._soft_stiffness(omega, base, dE, dG), wanted=wanted)
+        pairs = self._all_pairs if inner else self._outer_pairs
+        return pairs.receptance(basis, omega, self._soft_stiffness(omega, base, dE, dG), inner=inner)
+
+    @cached_property
+    def _all_pairs(self) -> PortPairs:
+        return PortPairs.of(self.basis, self.ports.rows, self.ports.soft.stop, np.arange(len(self.ports.rows)))
+
+    @cached_property
+    def _outer_pairs(self) -> PortPairs:
+        """Without the modal coordinates, which nothing is attached to."""
+        count, soft = len(self.ports.rows), self.ports.soft.stop
+        return PortPairs.of(self.basis, self.ports.rows, soft, np.r_[:soft, self.ports.drive : count])
 
     def _soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
         """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""

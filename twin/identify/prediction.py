@@ -172,7 +172,7 @@ class Predictor:
             (f"broadband {i}", self._broadband(i, unknowns, sensitivities)) for i in range(len(self.evidence.broadband))
         ]
         if len(self.evidence.steps):
-            R, omega = self.step_receptance(unknowns)
+            R, omega = self.step_receptance(unknowns, inner=sensitivities or self._factor is None)
             change = self._step_changes(unknowns, R, omega) if sensitivities else None
             out.append(("steps", self._steps(unknowns, R, omega, change)))
             if self.harmonics is not None:
@@ -224,13 +224,13 @@ class Predictor:
         """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
         return attach(R, self.nonlinear_ports, self.local.substitutes(*motion, omega))
 
-    def step_receptance(self, unknowns: Unknowns) -> tuple[Array, Array]:
+    def step_receptance(self, unknowns: Unknowns, *, inner: bool = True) -> tuple[Array, Array]:
         """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""
         steps = self.evidence.steps
         time = steps.time_s - self.evidence.origin_s
         omega = self.clock(steps.omega, time)
-        R = self.receptance(omega, unknowns.base, *self.moduli_changes(unknowns, steps.amplitude_m, time))
-        return self.with_nonlinear(R, omega), omega
+        dE, dG = self.moduli_changes(unknowns, steps.amplitude_m, time)
+        return self.with_nonlinear(self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega), omega
 
     def _steps(
         self, unknowns: Unknowns, R: Array, omega: Array, change: tuple[Array, Array] | None

@@ -104,21 +104,16 @@ def layer_ports(structure: Structure) -> tuple[Real, Real]:
     return _compress(structure.B_E), _compress(structure.B_G)
 
 
-def update_receptance(R: Complex, layer: slice, S: Complex, *, wanted: NDArray[np.intp] | None = None) -> Complex:
+def update_receptance(R: Complex, layer: slice, S: Complex) -> Complex:
     """Receptances after adding stiffness S (f, r) on the ports of `layer`, one diagonal for each frequency.
 
     Parameters
     ----------
     R : ndarray, (f, p, p)
         Symmetric.
-    wanted
-        Ports between which receptances are wanted; all by default.  Those of others come out as NaN.
     """
-    count = R.shape[1]
-    kept = np.full(count, wanted is None)
-    kept[np.arange(count) if wanted is None else wanted] = True
     out = np.array(R, complex)
-    _eliminate(out, np.arange(count)[layer], np.ascontiguousarray(S, complex), kept)
+    _eliminate(out, np.arange(R.shape[1])[layer], np.ascontiguousarray(S, complex))
     return out
 
 
@@ -131,17 +126,12 @@ def update_receptance_numpy(R: Complex, layer: slice, S: Complex) -> Complex:
 
 
 @numba.njit(cache=True)
-def _eliminate(R: Complex, ports: Real, S: Complex, kept: Real) -> None:
+def _eliminate(R: Complex, ports: Real, S: Complex) -> None:
     """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place.
 
-    Only below the diagonal; a row that is not kept is left alone once its own spring is in.
+    Only below the diagonal, then mirrored.
     """
     count = R.shape[1]
-    done = np.empty(count, np.int64)
-    for i in range(count):
-        done[i] = len(ports) if kept[i] else -1
-    for k in range(len(ports)):
-        done[ports[k]] = max(done[ports[k]], k)
     column = np.empty(count, R.dtype)
     for f in range(R.shape[0]):
         A = R[f]
@@ -153,7 +143,7 @@ def _eliminate(R: Complex, ports: Real, S: Complex, kept: Real) -> None:
                 column[i] = A[i, port] if i >= port else A[port, i]
             own = 1.0 / (1.0 + spring * column[port])
             for i in range(count):
-                if i != port and done[i] >= k:
+                if i != port:
                     scaled = spring * own * column[i]
                     for j in range(i + 1):
                         A[i, j] -= scaled * column[j]
@@ -163,9 +153,7 @@ def _eliminate(R: Complex, ports: Real, S: Complex, kept: Real) -> None:
             for i in range(port, count):
                 A[i, port] = own * column[i]
         for i in range(count):
-            for j in range(i + 1):
-                if not (kept[i] and kept[j]):
-                    A[i, j] = np.nan
+            for j in range(i):
                 A[j, i] = A[i, j]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.slipping import jenkins_harmonics, slipping_harmonics
+from twin.diagnose.slipping import jenkins_harmonics, slipping_harmonics, slipping_harmonics_numpy
 from twin.joint import jenkins
 
 STIFFNESS, SLIP_FORCE = 2.5e6, 1.5
@@ -97,3 +97,14 @@ def test_in_a_rigid_structure_and_below_its_slip_a_slider_is_alone():
     compliant = slipping_harmonics(AMPLITUDES[:2], STIFFNESS, SLIP_FORCE, np.full((2, 3), 0.4 / STIFFNESS))
     assert compliant[:, 0] == pytest.approx(STIFFNESS * AMPLITUDES[:2])
     assert np.max(np.abs(compliant[:, 1:])) < 1e-9 * SLIP_FORCE
+
+
+def test_compiled_and_plain_agree():
+    """From a slider that sticks to one that hardly does, in a structure as compliant as the slider itself."""
+    rng = np.random.default_rng(5)
+    size = (len(AMPLITUDES), 3)
+    compliance = (rng.standard_normal(size) + 1j * rng.standard_normal(size)) / STIFFNESS
+    compiled, plain = (
+        twin(AMPLITUDES, STIFFNESS, SLIP_FORCE, compliance) for twin in (slipping_harmonics, slipping_harmonics_numpy)
+    )
+    assert compiled == pytest.approx(plain, abs=1e-10 * np.max(np.abs(plain)))

@@ -1,0 +1,55 @@
+"""Receptances with a softer or stiffer layer in one pass, against a plain twin and matrices inverted whole."""
+
+import numpy as np
+import pytest
+
+from twin.identify.softened import PortPairs, softened_receptance_numpy
+
+OMEGA = 2 * np.pi * np.array([5.0, 26.4, 100.0, 157.0, 300.0, 471.0, 700.0, 895.0, 1000.0])
+
+
+def springs(model, base, share):
+    """Stiffness (f, r) on the layer's strains: a share of E' with little loss, and a G' that is mostly loss."""
+    S = np.empty((len(OMEGA), model.ports.soft.stop), complex)
+    S[:, model.ports.normal] = share * base.E * (1 + 0.01j)
+    S[:, model.ports.shear] = 1e8 + 2e8j
+    return S
+
+
+def relative(found, expected):
+    return np.abs(found - expected) / np.max(np.abs(expected), axis=(1, 2), keepdims=True)
+
+
+@pytest.mark.parametrize("share", [-0.999, -0.66, 0.0, 0.05, 30.0])
+def test_compiled_and_plain_agree(steel_model, other_base, share):
+    """Over the whole range of stiffness that a joint may lose or gain, at a resonance and away from it."""
+    rows, S = steel_model.ports.rows, springs(steel_model, other_base, share)
+    basis = steel_model.basis.with_damping(other_base.zeta, other_base.detuning)
+    pairs = PortPairs.of(steel_model.basis, rows, S.shape[1], np.arange(len(rows)))
+    plain = softened_receptance_numpy(basis, rows, OMEGA, S)
+    assert np.max(relative(pairs.receptance(basis, OMEGA, S, inner=True), plain)) < 1e-10
+
+
+def test_no_springs_are_the_modal_sum(steel_model):
+    rows = steel_model.ports.rows
+    pairs = PortPairs.of(steel_model.basis, rows, 3, np.arange(len(rows)))
+    found = pairs.receptance(steel_model.basis, OMEGA, np.zeros((len(OMEGA), 3)), inner=True)
+    assert np.max(relative(found, steel_model.basis.receptance(rows, OMEGA))) < 1e-14
+
+
+def test_only_the_wanted_receptances_come_out(steel_model, other_base):
+    """Without the layer's strains and the modal coordinates the others are the same, and those are not a number."""
+    ports = steel_model.ports
+    whole = steel_model.receptance(OMEGA, other_base, dE=-0.5 * other_base.E)
+    part = steel_model.receptance(OMEGA, other_base, dE=-0.5 * other_base.E, inner=False)
+    outer = slice(ports.drive, None)
+    np.testing.assert_allclose(part[:, outer, outer], whole[:, outer, outer], rtol=1e-9)
+    assert np.isfinite(part).sum() == part[:, outer, outer].size
+
+
+def test_springs_are_springs_in_the_dense_matrices(steel_model, steel_dense, other_base):
+    dE, dG = -0.5 * other_base.E, 3e8j
+    P = steel_model.ports.rows
+    dense = steel_dense.field(P, OMEGA, other_base, dE, dG) @ P.T
+    found = steel_model.receptance(OMEGA, other_base, dE=dE, dG=dG)
+    assert np.max(relative(found, dense)) < 2e-6
