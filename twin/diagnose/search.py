@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -117,7 +118,7 @@ def search_causes(
         left = {name: cause for name, cause in causes.items() if name not in {b.cause.name for b in model.blames}}
         at = replace(model, unknowns=start)
         scores = score_causes(thinner, thin_harmonics, at, left)
-        best = [(*model.blames, blame) for blame in _shortlist(scores)]
+        best = [(*model.blames, blame) for blame in _shortlist(thinner, scores)]
         trials = _tournament(thinner, thin_harmonics, start, best, slack, report)
         trials = _at_the_best_place(thinner, thin_harmonics, trials, scores)
         finalists = []
@@ -217,7 +218,7 @@ def _tournament(
         stay = max(
             FINALISTS, len(trials) // 2 if level <= SIFTED else hopeful if level < len(SLACKS) - 1 else len(trials)
         )
-        field = [(trial.unknowns, trial.blames) for trial in trials[:stay]]
+        field = [(trial.unknowns, trial.blames) for trial in _two_of_each(trials)[:stay]]
     return _one_of_each(trials)[:FINALISTS]
 
 
@@ -267,6 +268,17 @@ def _with_own_law(
     return anew if then < now else start
 
 
+def _two_of_each(trials: list[Candidate]) -> list[Candidate]:
+    """The two best fits of each cause and label."""
+    seen: Counter[str] = Counter()
+    kept = []
+    for trial in trials:
+        seen[trial.blames[-1].key] += 1
+        if seen[trial.blames[-1].key] <= 2:
+            kept.append(trial)
+    return kept
+
+
 def _one_of_each(trials: list[Candidate]) -> list[Candidate]:
     """The best fit of each cause and label."""
     seen: dict[str, Candidate] = {}
@@ -302,15 +314,28 @@ def _negligible(evidence: Evidence, blame: Blame) -> bool:
     return bool(strengths) and all(abs(blame.values[p.name] - p.null) < p.negligible * p.scale for p in strengths)
 
 
-def _shortlist(scores: list[Score]) -> list[Blame]:
-    """The best causes with their labels, each at its best place and at the best one well apart from that."""
+def _shortlist(evidence: Evidence, scores: list[Score]) -> list[Blame]:
+    """The best causes with their labels, each at its best place and at the best one well apart from that.
+
+    Where anything promises a gain, causes that must be tried at their full size are, from every place.
+    """
     places: dict[str, list[Score]] = {}
     for score in scores:
         chosen = places.setdefault(score.blame.key, [])
         if not chosen or (len(chosen) == 1 and _apart(score.blame, chosen[0].blame)):
             chosen.append(score)
     leading = [chosen for chosen in places.values() if chosen[0].gain > LEAST_SCORE][:SHORTLIST]
-    return [score.blame for chosen in leading for score in chosen]
+    if not leading:
+        return []
+    missed = [s.blame for s in scores if s.blame.cause.tried_at_full_size and places[s.blame.key] not in leading]
+    return [score.blame for chosen in leading for score in chosen] + [_at_full_size(evidence, b) for b in missed]
+
+
+def _at_full_size(evidence: Evidence, blame: Blame) -> Blame:
+    """The same with the strength that such an effect usually has."""
+    main = next(p for p in blame.cause.parameters(evidence, blame.label) if not p.places)
+    full = main.null + np.copysign(main.scale, blame.values[main.name] - main.null)
+    return replace(blame, values={**blame.values, main.name: float(np.clip(full, main.lower, main.upper))})
 
 
 def _apart(one: Blame, two: Blame) -> bool:

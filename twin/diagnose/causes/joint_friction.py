@@ -21,6 +21,7 @@ class JointFriction(Cause):
 
     name = "joint-friction"
     summary = "the joint sticks up to a force and slips beyond it"
+    tried_at_full_size = True
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness while sticking, and the displacement at which slip begins.
