@@ -200,8 +200,12 @@ def _tournament(
     # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
     loosest = 0 if slack in (TIGHT, STIFF) else len(SLACKS) - 1
     field = [(start, rival) for rival in blames]
+    report(f"comparing {len(field)} models, {SLACKS[loosest].detuning_std:g} of natural frequencies left open")
+    if loosest == 0:
+        field = [_through_slack(evidence, harmonics, *each) for each in field]
     for level in range(loosest, -1, -1):
-        report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
+        if level < loosest:
+            report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
         tolerance = 4.0 if level else 2.0
         # While detunings explain nearly everything, a place would stray from where the scores saw it.
         held = "position_m" if level > SIFTED + 1 else ""
@@ -220,6 +224,23 @@ def _tournament(
         )
         field = [(trial.unknowns, trial.blames) for trial in _two_of_each(trials)[:stay]]
     return _one_of_each(trials)[:FINALISTS]
+
+
+def _through_slack(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...]
+) -> tuple[Unknowns, tuple[Blame, ...]]:
+    """Where a cause that acts by its amplitude comes to rest as slack is taken away; another stays as it is.
+
+    Its thresholds have false minima even beside a base family that follows the data.
+    """
+    blame = rival[-1]
+    if not blame.cause.extension(evidence, blame.label, blame.values).nonlinear:
+        return start, rival
+    for level in range(SIFTED, 0, -1):
+        begin = _with_own_law(evidence, harmonics, start, rival, SLACKS[level])
+        trial = fit_candidate(evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=4.0)
+        start, rival = trial.unknowns, trial.blames
+    return start, rival
 
 
 def _at_the_best_place(

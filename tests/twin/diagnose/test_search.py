@@ -1,0 +1,52 @@
+"""Which causes a search tries, and from which values."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from recordings import read_run
+from twin.diagnose.candidate import Blame
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.score import Score
+from twin.diagnose.search import LEAST_SCORE, _shortlist
+from twin.identify.evidence import gather_evidence
+from twin.rigs import load_rig
+
+
+@pytest.fixture(scope="module")
+def evidence(campaign):
+    return gather_evidence(
+        [read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps")], load_rig("steel-lap-joint")
+    )
+
+
+def score(name, gain, values):
+    return Score(Blame(CAUSES[name], {}, values, {}), gain, np.zeros(3))
+
+
+def friction(gain, stiffness=1.0):
+    return [score("joint-friction", gain, {"stiffness_N_per_m": stiffness, "slip_m": slip}) for slip in (1e-7, 3e-7)]
+
+
+MASS = score("added-mass", 50 * LEAST_SCORE, {"mass_kg": 0.01, "position_m": 0.2})
+
+
+def test_friction_is_tried_at_its_usual_size_where_first_order_promises_nothing(evidence):
+    """The base family's law imitates it: beside that law a little more of it may have the wrong sign."""
+    tried = _shortlist(evidence, [MASS, *friction(0.0)])
+    (usual,) = (p.scale for p in CAUSES["joint-friction"].parameters(evidence, {}) if p.name == "stiffness_N_per_m")
+    assert [blame.cause.name for blame in tried] == ["added-mass", "joint-friction", "joint-friction"]
+    assert [blame.values["stiffness_N_per_m"] for blame in tried[1:]] == [usual, usual]
+    assert [blame.values["slip_m"] for blame in tried[1:]] == [1e-7, 3e-7]
+
+
+def test_friction_that_promises_a_gain_is_tried_as_its_score_says(evidence):
+    tried = _shortlist(evidence, [MASS, *friction(20 * LEAST_SCORE, stiffness=5e6)])
+    assert [blame.values.get("stiffness_N_per_m") for blame in tried] == [None, 5e6, 5e6]
+
+
+def test_nothing_is_tried_where_nothing_promises_a_gain(evidence):
+    """A clean rig costs no search, and gives chance nothing to find."""
+    slight = score("added-mass", 0.5 * LEAST_SCORE, {"mass_kg": 1e-4, "position_m": 0.2})
+    assert _shortlist(evidence, [slight, *friction(0.0)]) == []
