@@ -18,8 +18,9 @@ from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_erro
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
-from twin.diagnose.search import Report, Search, search_causes
+from twin.diagnose.search import Search, search_causes
 from twin.diagnose.signals import find_unsettled, inspect_signals, mended
+from twin.diagnose.tournament import Report
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
 from twin.identify.evidence import Evidence, common_preload, gather_evidence
 from twin.identify.harmonics import harmonic_residuals

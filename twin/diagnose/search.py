@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,34 +10,23 @@ import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause
-from twin.diagnose.profile import along_profile, refined
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
-from twin.identify.base_fit import fit_base, stepwise_law
+from twin.diagnose.thresholds import refined
+from twin.diagnose.tournament import LEAST_SCORE, SLACKS, Report, at_the_best_place, tournament, with_own_law
+from twin.identify.base_fit import fit_base
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
 from twin.identify.rebinning import rebinned
-from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
+from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Search", "Stage", "search_causes"]
 
-SHORTLIST, FINALISTS = 12, 3
-LEAST_SCORE = 8.0
-"""First-order gain of chi2 below which a cause is not tried."""
+SHORTLIST = 12
 LEAST_GAIN = 8.0
 """Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
-SLACKS = tuple(
-    replace(slack, law_bend=STIFF.law_bend)
-    for slack in (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03), LOOSE)
-)
-"""Least to most slack while causes are sought: each step turns a part of the detunings, through which a fit follows the
-resonances, into whatever physical parameters explain them.  Larger steps overshoot into false minima."""
-SIFTED = 2
-"""Place of the slack from which on rivals are compared; with more, those that fit best are not yet the right ones."""
-HOPELESS = 20.0
-"""Chi2 over the best rival's beyond which one is dropped early."""
 RIVAL = 1.5
 """Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
@@ -50,7 +38,6 @@ LEAST_SHARE = 0.08
 noise, and there is always something that would follow a twentieth of that."""
 FOLLOWS = 4.0
 """Chi2 per degree of freedom up to which a model follows the data roughly."""
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -119,20 +106,17 @@ def search_causes(
         at = replace(model, unknowns=start)
         scores = score_causes(thinner, thin_harmonics, at, left)
         best = [(*model.blames, blame) for blame in _shortlist(thinner, scores)]
-        trials = _tournament(thinner, thin_harmonics, start, best, slack, report)
-        trials = _at_the_best_place(thinner, thin_harmonics, trials, scores)
+        trials = tournament(thinner, thin_harmonics, start, best, slack, report)
+        trials = at_the_best_place(thinner, thin_harmonics, trials, scores)
         finalists = []
         for trial in trials:
             if trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
                 continue
             report(f"refitting {trial.blames[-1].key} to all evidence")
-            begin = partial(_with_own_law, thinner, thin_harmonics, slack=STIFF)
-            valleys = along_profile(thinner, thin_harmonics, trial, begin=begin)
-            fits = [fit_candidate(evidence, harmonics, v.unknowns, v.blames, tolerance=0.3) for v in valleys]
-            finalists.append(max(fits, key=lambda fit: fit.log_evidence))
+            finalists.append(fit_candidate(evidence, harmonics, trial.unknowns, trial.blames, tolerance=0.3))
         finalists.sort(key=lambda c: -c.log_evidence)
         if finalists:
-            begin = partial(_with_own_law, evidence, harmonics, slack=TIGHT)
+            begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)
             finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
             temper = finalists[0].chi2_per_dof
             finalists.sort(key=lambda c: -c.weight(temper))
@@ -186,126 +170,6 @@ def _least_slack(
         start, blames = trial.unknowns, trial.blames
     # With slack the moduli are held, and a fit may have to wait for the last to move them.
     return trial, TIGHT if trial.chi2_per_dof < FOLLOWS else least
-
-
-def _tournament(
-    evidence: Evidence,
-    harmonics: HarmonicResiduals | None,
-    start: Unknowns,
-    blames: list[tuple[Blame, ...]],
-    slack: Slack,
-    report: Report,
-) -> list[Candidate]:
-    """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
-    # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
-    loosest = 0 if slack in (TIGHT, STIFF) else len(SLACKS) - 1
-    field = [(start, rival) for rival in blames]
-    report(f"comparing {len(field)} models, {SLACKS[loosest].detuning_std:g} of natural frequencies left open")
-    if loosest == 0:
-        field = [_through_slack(evidence, harmonics, *each) for each in field]
-    for level in range(loosest, -1, -1):
-        if level < loosest:
-            report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
-        tolerance = 4.0 if level else 2.0
-        # While detunings explain nearly everything, a place would stray from where the scores saw it.
-        held = "position_m" if level > SIFTED + 1 else ""
-        trials = []
-        for unknowns, rival in field:
-            begin = _with_own_law(evidence, harmonics, unknowns, rival, SLACKS[level])
-            trial = fit_candidate(
-                evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=tolerance, held=held
-            )
-            trials.append(trial)
-        trials.sort(key=lambda c: -c.log_evidence)
-        # With all slack a rival may still be on its way; after that, one that does not follow at all never will.
-        hopeful = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
-        stay = max(
-            FINALISTS, len(trials) // 2 if level <= SIFTED else hopeful if level < len(SLACKS) - 1 else len(trials)
-        )
-        field = [(trial.unknowns, trial.blames) for trial in _two_of_each(trials)[:stay]]
-    return _one_of_each(trials)[:FINALISTS]
-
-
-def _through_slack(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...]
-) -> tuple[Unknowns, tuple[Blame, ...]]:
-    """Where a cause that acts by its amplitude comes to rest as slack is taken away; another stays as it is.
-
-    Its thresholds have false minima even beside a base family that follows the data.
-    """
-    blame = rival[-1]
-    if not blame.cause.extension(evidence, blame.label, blame.values).nonlinear:
-        return start, rival
-    for level in range(SIFTED, 0, -1):
-        begin = _with_own_law(evidence, harmonics, start, rival, SLACKS[level])
-        trial = fit_candidate(evidence, harmonics, begin, rival, slack=SLACKS[level], iterations=6, tolerance=4.0)
-        start, rival = trial.unknowns, trial.blames
-    return start, rival
-
-
-def _at_the_best_place(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, trials: list[Candidate], scores: list[Score]
-) -> list[Candidate]:
-    """The best models, after every other cause has been tried where the best one is.
-
-    One that came to rest in a false minimum along the structure is not beaten fairly: a resonator tuned far above the
-    band is a mass.
-    """
-    if not trials or "position_m" not in trials[0].blames[-1].values:
-        return trials
-    *before, best = trials[0].blames
-    place = best.values["position_m"]
-    nearest: dict[str, Score] = {}
-    for score in scores:
-        values, key = score.blame.values, score.blame.key
-        if "position_m" in values and key != best.key and score.gain > LEAST_SCORE:
-            rival = nearest.setdefault(key, score)
-            if abs(values["position_m"] - place) < abs(rival.blame.values["position_m"] - place):
-                nearest[key] = score
-    there = list(trials)
-    for score in nearest.values():
-        blame = replace(score.blame, values={**score.blame.values, "position_m": place})
-        start = _with_own_law(evidence, harmonics, trials[0].unknowns, (*before, blame), STIFF)
-        fit = fit_candidate(evidence, harmonics, start, (*before, blame), slack=STIFF, iterations=6, tolerance=2.0)
-        there.append(fit)
-    there.sort(key=lambda c: -c.log_evidence)
-    chosen = {trial.blames[-1].key for trial in trials}
-    return [c for rank, c in enumerate(_one_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
-
-
-def _with_own_law(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...], slack: Slack
-) -> Unknowns:
-    """Unknowns to begin from: with the law that the steps ask for beside this rival, where that fits better.
-
-    Sharp resonances make a law that was found beside another model a trap.
-    """
-    if not len(evidence.steps):
-        return start
-    extension = extension_of(evidence, rival)
-    predictor = Predictor(evidence, extension, harmonics, slack=slack)
-    anew = stepwise_law(predictor, start)
-    now, then = (predictor.evaluate(u, sensitivities=False).chi2 for u in (start, anew))
-    return anew if then < now else start
-
-
-def _two_of_each(trials: list[Candidate]) -> list[Candidate]:
-    """The two best fits of each cause and label."""
-    seen: Counter[str] = Counter()
-    kept = []
-    for trial in trials:
-        seen[trial.blames[-1].key] += 1
-        if seen[trial.blames[-1].key] <= 2:
-            kept.append(trial)
-    return kept
-
-
-def _one_of_each(trials: list[Candidate]) -> list[Candidate]:
-    """The best fit of each cause and label."""
-    seen: dict[str, Candidate] = {}
-    for trial in trials:
-        seen.setdefault(trial.blames[-1].key, trial)
-    return list(seen.values())
 
 
 def _pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate) -> Candidate:

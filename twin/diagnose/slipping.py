@@ -94,7 +94,7 @@ def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compli
     return _balanced(alone, both, compliance)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", nogil=True)
 def _by_ripples(amplitude: Array, k: float, slip_force: float, alone: Array, both: Array) -> None:
     """Fill in the harmonics (s, 4) without ripples, and what the ripples' real and imaginary parts (s, 4, 6) add."""
     highest = 7

@@ -125,7 +125,7 @@ def update_receptance_numpy(R: Complex, layer: slice, S: Complex) -> Complex:
     return np.asarray(R - RL @ T @ R[:, layer, :])
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _eliminate(R: Complex, ports: Real, S: Complex) -> None:
     """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place.
 

@@ -88,7 +88,7 @@ def softened_receptance_numpy(basis: ModalBasis, rows: Real, omega: Real, S: Com
     return update_receptance_numpy(basis.receptance(rows, omega), slice(0, S.shape[1]), S)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", nogil=True)
 def _receptance(
     out: Complex,
     omega: Real,

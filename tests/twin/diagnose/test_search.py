@@ -9,7 +9,8 @@ from recordings import read_run
 from twin.diagnose.candidate import Blame
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.score import Score
-from twin.diagnose.search import LEAST_SCORE, _shortlist
+from twin.diagnose.search import _shortlist
+from twin.diagnose.tournament import LEAST_SCORE
 from twin.identify.evidence import gather_evidence
 from twin.rigs import load_rig
 

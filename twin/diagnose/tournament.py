@@ -1,0 +1,176 @@
+"""Rivals for a cause, fitted side by side with less and less slack, the better ones staying."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import TypeVar
+
+from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
+from twin.diagnose.score import Score
+from twin.identify.base_fit import stepwise_law
+from twin.identify.evidence import Evidence
+from twin.identify.prediction import Predictor
+from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
+from twin.identify.whitening import HarmonicResiduals
+
+__all__ = ["LEAST_SCORE", "SLACKS", "Report", "at_the_best_place", "tournament", "with_own_law"]
+
+FINALISTS = 3
+THREADS = 2
+"""More would wait for the interpreter."""
+LEAST_SCORE = 8.0
+"""First-order gain of chi2 below which a cause is not tried."""
+SLACKS = tuple(
+    replace(slack, law_bend=STIFF.law_bend)
+    for slack in (TIGHT, Slack(2e-4, 4.0), Slack(7e-4, 20.0), Slack(3e-3, 20.0, 0.1), Slack(1e-2, 40.0, 0.03), LOOSE)
+)
+"""Least to most slack while causes are sought: each step turns a part of the detunings, through which a fit follows the
+resonances, into whatever physical parameters explain them.  Larger steps overshoot into false minima."""
+SIFTED = 2
+"""Place of the slack from which on rivals are compared; with more, those that fit best are not yet the right ones."""
+HOPELESS = 20.0
+"""Chi2 over the best rival's beyond which one is dropped early."""
+Report = Callable[[str], None]
+Found = TypeVar("Found")
+
+
+def tournament(
+    evidence: Evidence,
+    harmonics: HarmonicResiduals | None,
+    start: Unknowns,
+    blames: list[tuple[Blame, ...]],
+    slack: Slack,
+    report: Report,
+) -> list[Candidate]:
+    """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
+    # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
+    loosest = 0 if slack in (TIGHT, STIFF) else len(SLACKS) - 1
+    field = [(start, rival) for rival in blames]
+    report(f"comparing {len(field)} models, {SLACKS[loosest].detuning_std:g} of natural frequencies left open")
+    if loosest == 0:
+        field = _side_by_side(partial(_through_slack, evidence, harmonics), field)
+    for level in range(loosest, -1, -1):
+        if level < loosest:
+            report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
+        tolerance = 4.0 if level else 2.0
+        # While detunings explain nearly everything, a place would stray from where the scores saw it.
+        held = "position_m" if level > SIFTED + 1 else ""
+        fit = partial(_less_slack, evidence, harmonics, slack=SLACKS[level], tolerance=tolerance, held=held)
+        trials = _side_by_side(fit, field)
+        trials.sort(key=lambda c: -c.log_evidence)
+        # With all slack a rival may still be on its way; after that, one that does not follow at all never will.
+        stay = len(trials)
+        if level <= SIFTED:
+            stay = len(trials) // 2
+        elif level < len(SLACKS) - 1:
+            stay = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
+        field = [(trial.unknowns, trial.blames) for trial in _two_of_each(trials)[: max(stay, FINALISTS)]]
+    return _one_of_each(trials)[:FINALISTS]
+
+
+def at_the_best_place(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, trials: list[Candidate], scores: list[Score]
+) -> list[Candidate]:
+    """The best models, after every other cause has been tried where the best one is.
+
+    One that came to rest in a false minimum along the structure is not beaten fairly: a resonator tuned far above the
+    band is a mass.
+    """
+    if not trials or "position_m" not in trials[0].blames[-1].values:
+        return trials
+    *before, best = trials[0].blames
+    place = best.values["position_m"]
+    nearest: dict[str, Score] = {}
+    for score in scores:
+        values, key = score.blame.values, score.blame.key
+        if "position_m" in values and key != best.key and score.gain > LEAST_SCORE:
+            rival = nearest.setdefault(key, score)
+            if abs(values["position_m"] - place) < abs(rival.blame.values["position_m"] - place):
+                nearest[key] = score
+    there = list(trials)
+    for score in nearest.values():
+        blame = replace(score.blame, values={**score.blame.values, "position_m": place})
+        start = with_own_law(evidence, harmonics, trials[0].unknowns, (*before, blame), STIFF)
+        fit = fit_candidate(evidence, harmonics, start, (*before, blame), slack=STIFF, iterations=6, tolerance=2.0)
+        there.append(fit)
+    there.sort(key=lambda c: -c.log_evidence)
+    chosen = {trial.blames[-1].key for trial in trials}
+    return [c for rank, c in enumerate(_one_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
+
+
+def with_own_law(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...], slack: Slack
+) -> Unknowns:
+    """Unknowns to begin from: with the law that the steps ask for beside this rival, where that fits better.
+
+    Sharp resonances make a law that was found beside another model a trap.
+    """
+    if not len(evidence.steps):
+        return start
+    extension = extension_of(evidence, rival)
+    predictor = Predictor(evidence, extension, harmonics, slack=slack)
+    anew = stepwise_law(predictor, start)
+    now, then = (predictor.evaluate(u, sensitivities=False).chi2 for u in (start, anew))
+    return anew if then < now else start
+
+
+def _less_slack(
+    evidence: Evidence,
+    harmonics: HarmonicResiduals | None,
+    start: Unknowns,
+    rival: tuple[Blame, ...],
+    *,
+    slack: Slack,
+    tolerance: float,
+    held: str = "",
+) -> Candidate:
+    """A rival fitted roughly with this slack, from its own law."""
+    begin = with_own_law(evidence, harmonics, start, rival, slack)
+    return fit_candidate(evidence, harmonics, begin, rival, slack=slack, iterations=6, tolerance=tolerance, held=held)
+
+
+def _through_slack(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...]
+) -> tuple[Unknowns, tuple[Blame, ...]]:
+    """Where a cause that acts by its amplitude comes to rest as slack is taken away; another stays as it is.
+
+    Its thresholds have false minima even beside a base family that follows the data.
+    """
+    blame = rival[-1]
+    if not blame.cause.extension(evidence, blame.label, blame.values).nonlinear:
+        return start, rival
+    for level in range(SIFTED, 0, -1):
+        trial = _less_slack(evidence, harmonics, start, rival, slack=SLACKS[level], tolerance=4.0)
+        start, rival = trial.unknowns, trial.blames
+    return start, rival
+
+
+def _side_by_side(
+    fit: Callable[[Unknowns, tuple[Blame, ...]], Found], field: list[tuple[Unknowns, tuple[Blame, ...]]]
+) -> list[Found]:
+    """The fit of every rival; threads gain what the compiled kernels take, for these let go of the interpreter."""
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(lambda each: fit(*each), field))
+
+
+def _one_of_each(trials: list[Candidate]) -> list[Candidate]:
+    """The best fit of each cause and label."""
+    seen: dict[str, Candidate] = {}
+    for trial in trials:
+        seen.setdefault(trial.blames[-1].key, trial)
+    return list(seen.values())
+
+
+def _two_of_each(trials: list[Candidate]) -> list[Candidate]:
+    """The two best fits of each cause and label."""
+    seen: Counter[str] = Counter()
+    kept = []
+    for trial in trials:
+        seen[trial.blames[-1].key] += 1
+        if seen[trial.blames[-1].key] <= 2:
+            kept.append(trial)
+    return kept
