@@ -14,7 +14,7 @@ from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.prediction import Predictor
+from twin.identify.prediction import Prediction, Predictor
 from twin.identify.unknowns import STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
@@ -51,6 +51,8 @@ class Candidate:
         What it blames; empty for the base family.
     log_evidence : float
         Laplace's approximation of the log marginal likelihood, up to a constant that all models share.
+    blocks : tuple of (name, slice)
+        Parts of the residual, as in :class:`~twin.identify.prediction.Prediction`.
     """
 
     blames: tuple[Blame, ...]
@@ -58,11 +60,17 @@ class Candidate:
     solution: Solution
     log_evidence: float
     dof: int
+    blocks: tuple[tuple[str, slice], ...] = ()
 
     @property
     def chi2_per_dof(self) -> float:
         """Of all evidence."""
         return self.solution.chi2 / max(1, self.dof)
+
+    def chi2_of(self, block: str) -> float:
+        """Of the parts of the evidence with this name."""
+        parts = [self.solution.residual[part] for name, part in self.blocks if name == block]
+        return float(sum(part @ part for part in parts))
 
     def weight(self, temper: float) -> float:
         """Log evidence with chi2 divided by `temper`, the variance by which the best model misses its noise."""
@@ -131,21 +139,21 @@ def fit_candidate(
             tables[i][p.name] = float(x[count + k] * scales[k])
         return tuple(replace(blame, values=table) for blame, table in zip(blames, tables, strict=True))
 
-    def residual(x: Array, *, sensitivities: bool) -> tuple[Array, Array]:
+    def predict(x: Array, *, sensitivities: bool) -> Prediction:
         extension = extension_of(evidence, with_values(x))
         predictor = Predictor(evidence, extension, harmonics, slack=slack, step_factor=factor)
-        prediction = predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
-        return prediction.residual, prediction.jacobian
+        return predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
 
     def evaluate(x: Array) -> tuple[Array, Array]:
-        r, J = residual(x, sensitivities=True)
+        here = predict(x, sensitivities=True)
+        r = here.residual
         columns = np.zeros((len(r), len(slots)))
         for k, (_, p) in enumerate(slots):
             step = _difference_step(p, x[count + k] * scales[k]) / p.scale
             moved = x.copy()
             moved[count + k] += step
-            columns[:, k] = (r - residual(moved, sensitivities=False)[0]) / step
-        return r, np.hstack([J, columns])
+            columns[:, k] = (r - predict(moved, sensitivities=False).residual) / step
+        return r, np.hstack([here.jacobian, columns])
 
     x, factor = x0, None
     # With slack the weights hardly depend on the law; a fit at a held value is one of many to choose from.
@@ -161,7 +169,7 @@ def fit_candidate(
             iterations=iterations,
             tolerance=tolerance,
             largest_step=largest,
-            residual_alone=lambda x: residual(x, sensitivities=False)[0],
+            residual_alone=lambda x: predict(x, sensitivities=False).residual,
         )
         x = solution.x
     std = np.sqrt(np.diag(solution.covariance))[count:] * scales
@@ -175,6 +183,7 @@ def fit_candidate(
         solution=solution,
         log_evidence=log_evidence(solution, base_precision, [p for _, p in slots]),
         dof=len(solution.residual) - _free_count(solution),
+        blocks=predict(solution.x, sensitivities=False).blocks,
     )
 
 

@@ -36,6 +36,8 @@ REDUCED_ANEW = 2
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
 noise, and there is always something that would follow a twentieth of that."""
+LEAST_SHARE_OF_HARMONICS = 0.15
+"""The same of the steps' higher harmonics, where a stop or a slap shows while the broadband runs know nothing of it."""
 FOLLOWS = 4.0
 """Chi2 per degree of freedom up to which a model follows the data roughly."""
 
@@ -98,10 +100,11 @@ def search_causes(
     start = base.unknowns if slack is TIGHT else aligned
     thinner, thin_harmonics = thin_evidence(evidence, harmonics)
     stages: list[Stage] = []
-    for turn in range(most):
-        if turn and model.chi2_per_dof < EXPLAINED:
+    settled = False
+    while len(model.blames) < most:
+        if model.blames and model.chi2_per_dof < EXPLAINED:
             break
-        report("scoring causes" if turn == 0 else f"looking for a further cause beside {model.blames[-1].key}")
+        report(f"looking for a further cause beside {model.blames[-1].key}" if model.blames else "scoring causes")
         left = {name: cause for name, cause in causes.items() if name not in {b.cause.name for b in model.blames}}
         at = replace(model, unknowns=start)
         scores = score_causes(thinner, thin_harmonics, at, left)
@@ -122,6 +125,15 @@ def search_causes(
             finalists.sort(key=lambda c: -c.weight(temper))
         # One that follows the noise best may yet be too slight to be a cause; the next may not.
         paying = [finalist for finalist in finalists if _pays(evidence, finalist, model)]
+        if not paying and not settled and finalists:
+            settled = True
+            anew = fit_candidate(evidence, harmonics, finalists[0].unknowns, model.blames, tolerance=0.3)
+            if anew.log_evidence > model.log_evidence + LEAST_GAIN:
+                # The model without a cause had come to rest in a false minimum, and was scored there.
+                base = base if model.blames else anew
+                model, start = anew, anew.unknowns
+                slack = TIGHT if anew.chi2_per_dof < FOLLOWS else slack
+                continue
         accepted = bool(paying)
         if accepted:
             finalists = finalists[finalists.index(paying[0]) :]
@@ -190,7 +202,11 @@ def _pays(evidence: Evidence, candidate: Candidate, model: Candidate, blame: Bla
     gain = candidate.weight(temper) - model.weight(temper)
     # What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.
     strained = 0.5 * (model.solution.penalty - candidate.solution.penalty) > LEAST_GAIN
-    enough = strained or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
+    enough = (
+        strained
+        or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
+        or candidate.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
+    )
     return gain > LEAST_GAIN and enough and not _negligible(evidence, blame or candidate.blames[-1])
 
 
