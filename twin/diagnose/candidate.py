@@ -40,6 +40,10 @@ class Blame:
         """Name and label, such as ``channel-gain acc1``."""
         return " ".join([self.cause.name, *self.label.values()])
 
+    def nonlinear(self, evidence: Evidence) -> bool:
+        """Whether its effect depends on the amplitude of the place where it acts."""
+        return bool(self.cause.extension(evidence, self.label, self.values).nonlinear)
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -139,14 +143,17 @@ def fit_candidate(
             tables[i][p.name] = float(x[count + k] * scales[k])
         return tuple(replace(blame, values=table) for blame, table in zip(blames, tables, strict=True))
 
+    blocks: tuple[tuple[str, slice], ...] = ()
+
     def predict(x: Array, *, sensitivities: bool) -> Prediction:
         extension = extension_of(evidence, with_values(x))
         predictor = Predictor(evidence, extension, harmonics, slack=slack, step_factor=factor)
         return predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
 
     def evaluate(x: Array) -> tuple[Array, Array]:
+        nonlocal blocks
         here = predict(x, sensitivities=True)
-        r = here.residual
+        r, blocks = here.residual, here.blocks
         columns = np.zeros((len(r), len(slots)))
         for k, (_, p) in enumerate(slots):
             step = _difference_step(p, x[count + k] * scales[k]) / p.scale
@@ -183,7 +190,7 @@ def fit_candidate(
         solution=solution,
         log_evidence=log_evidence(solution, base_precision, [p for _, p in slots]),
         dof=len(solution.residual) - _free_count(solution),
-        blocks=predict(solution.x, sensitivities=False).blocks,
+        blocks=blocks,
     )
 
 

@@ -99,6 +99,11 @@ class Cause(ABC):
         """What differs from the believed rig at these values."""
 
 
+def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
+    """The first parameter that has a null value; None where an effect has no strength."""
+    return next((p for p in parameters if not p.places), None)
+
+
 def along_beam(evidence: Evidence, count: int = 14) -> tuple[float, ...]:
     """Positions to begin a search from, m: evenly along the structure, tip first, the clamp left out."""
     length = evidence.rig.length

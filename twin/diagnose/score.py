@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of
-from twin.diagnose.cause import Cause, Parameter
+from twin.diagnose.cause import Cause, Parameter, main_strength
 from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.gauss_newton import not_held_back
@@ -95,7 +95,7 @@ def _score(
 ) -> Score:
     if not np.isfinite(changed).all():
         return Score(blame, 0.0, np.zeros(len(r)))
-    main = next((p for p in parameters if not p.places), None)
+    main = main_strength(parameters)
     if main is None:
         return Score(blame, float(r @ r - changed @ changed), np.zeros(len(r)))
     column = project((r - changed) * main.scale / strength)
@@ -115,7 +115,7 @@ def _score(
 
 def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
     """Every combination of starting values; further strengths keep their first."""
-    main = next((p for p in parameters if not p.places), None)
+    main = main_strength(parameters)
     names = [p.name for p in parameters]
     lists = [p.starts if p.places else (p.starts if p is main else p.starts[:1]) for p in parameters]
     for combination in product(*lists):
@@ -124,7 +124,7 @@ def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
 
 def _at_small_strength(parameters: tuple[Parameter, ...], start: dict[str, float]) -> tuple[dict[str, float], float]:
     """Values at a strength small enough for first order, on the side of the start, and the strength's distance."""
-    main = next((p for p in parameters if not p.places), None)
+    main = main_strength(parameters)
     if main is None:
         return start, 1.0
     step = np.copysign(min(abs(start[main.name] - main.null), SMALL * main.scale), start[main.name] - main.null)

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
-from twin.diagnose.cause import Cause
+from twin.diagnose.cause import Cause, main_strength
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.thresholds import refined
@@ -234,7 +234,9 @@ def _shortlist(evidence: Evidence, scores: list[Score]) -> list[Blame]:
 
 def _at_full_size(evidence: Evidence, blame: Blame) -> Blame:
     """The same with the strength that such an effect usually has."""
-    main = next(p for p in blame.cause.parameters(evidence, blame.label) if not p.places)
+    main = main_strength(blame.cause.parameters(evidence, blame.label))
+    if main is None:
+        return blame
     full = main.null + np.copysign(main.scale, blame.values[main.name] - main.null)
     return replace(blame, values={**blame.values, main.name: float(np.clip(full, main.lower, main.upper))})
 

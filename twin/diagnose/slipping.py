@@ -70,7 +70,8 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     ndarray, (s, 4)
     """
     a = np.atleast_1d(np.asarray(amplitude, float))
-    alone, both = np.empty((len(a), 4), complex), np.empty((len(a), 4, 6), complex)
+    count = len(RIPPLES)
+    alone, both = np.empty((len(a), 1 + count), complex), np.empty((len(a), 1 + count, 2 * count), complex)
     _by_ripples(a, float(k), float(slip_force), alone, both)
     return _balanced(alone, both, compliance)
 
@@ -97,7 +98,7 @@ def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compli
 @numba.njit(cache=True, error_model="numpy", nogil=True)
 def _by_ripples(amplitude: Array, k: float, slip_force: float, alone: Array, both: Array) -> None:
     """Fill in the harmonics (s, 4) without ripples, and what the ripples' real and imaginary parts (s, 4, 6) add."""
-    highest = 7
+    highest = RIPPLES[-1]
     integrals = np.empty(3 * highest + 1, np.complex128)
     for s in range(len(amplitude)):
         a = amplitude[s]
@@ -113,26 +114,26 @@ def _by_ripples(amplitude: Array, k: float, slip_force: float, alone: Array, bot
             integrals[highest + n] = value
             if n <= highest:
                 integrals[highest - n] = value.conjugate()
-        for i in range(4):
-            h = 2 * i + 1
+        for i in range(1 + len(RIPPLES)):
+            h = RIPPLES[i - 1] if i else 1
             start = integrals[highest + h]
             # exp(-j h pi) = -1, for all of these are odd.
             whole = -2j / h
             sticking = (top - k * a) * start + k * a / 2 * (integrals[highest + h - 1] + integrals[highest + h + 1])
             alone[s, i] = 2 / np.pi * (sticking - top * (whole - start))
-            for j in range(3):
-                r = 2 * j + 3
-                ripple = k / np.pi * (integrals[highest + h - r] - start)
-                conjugate = k / np.pi * (integrals[highest + h + r] - start)
+            for j in range(len(RIPPLES)):
+                ripple = k / np.pi * (integrals[highest + h - RIPPLES[j]] - start)
+                conjugate = k / np.pi * (integrals[highest + h + RIPPLES[j]] - start)
                 both[s, i, j] = ripple + conjugate
-                both[s, i, j + 3] = 1j * (ripple - conjugate)
+                both[s, i, j + len(RIPPLES)] = 1j * (ripple - conjugate)
 
 
 def _balanced(alone: Array, both: Array, compliance: Array) -> Array:
     """Harmonics with the ripples X = -C (F + A X + B X*) that they make, in real and imaginary parts."""
     moved = compliance[:, :, None] * both[:, 1:]
-    moved[:, :, :3] += np.eye(3)
-    moved[:, :, 3:] += 1j * np.eye(3)
+    count = len(RIPPLES)
+    moved[:, :, :count] += np.eye(count)
+    moved[:, :, count:] += 1j * np.eye(count)
     given = -compliance * alone[:, 1:]
     X = np.linalg.solve(
         np.concatenate([moved.real, moved.imag], axis=1), np.concatenate([given.real, given.imag], axis=1)[:, :, None]

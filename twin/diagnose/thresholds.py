@@ -38,7 +38,7 @@ def refined(
         Gives the unknowns to begin from beside the causes at their values.
     """
     blame = candidate.blames[-1]
-    if not blame.cause.extension(evidence, blame.label, blame.values).nonlinear:
+    if not blame.nonlinear(evidence):
         return candidate
     best = candidate
     for parameter in blame.cause.parameters(evidence, blame.label):

@@ -68,8 +68,8 @@ def tournament(
             stay = len(trials) // 2
         elif level < len(SLACKS) - 1:
             stay = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
-        field = [(trial.unknowns, trial.blames) for trial in _two_of_each(trials)[: max(stay, FINALISTS)]]
-    return _one_of_each(trials)[:FINALISTS]
+        field = [(trial.unknowns, trial.blames) for trial in _best_of_each(trials, 2)[: max(stay, FINALISTS)]]
+    return _best_of_each(trials)[:FINALISTS]
 
 
 def at_the_best_place(
@@ -99,7 +99,7 @@ def at_the_best_place(
         there.append(fit)
     there.sort(key=lambda c: -c.log_evidence)
     chosen = {trial.blames[-1].key for trial in trials}
-    return [c for rank, c in enumerate(_one_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
+    return [c for rank, c in enumerate(_best_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
 
 
 def with_own_law(
@@ -140,8 +140,7 @@ def _through_slack(
 
     Its thresholds have false minima even beside a base family that follows the data.
     """
-    blame = rival[-1]
-    if not blame.cause.extension(evidence, blame.label, blame.values).nonlinear:
+    if not rival[-1].nonlinear(evidence):
         return start, rival
     for level in range(SIFTED, 0, -1):
         trial = _less_slack(evidence, harmonics, start, rival, slack=SLACKS[level], tolerance=4.0)
@@ -157,20 +156,12 @@ def _side_by_side(
         return list(pool.map(lambda each: fit(*each), field))
 
 
-def _one_of_each(trials: list[Candidate]) -> list[Candidate]:
-    """The best fit of each cause and label."""
-    seen: dict[str, Candidate] = {}
-    for trial in trials:
-        seen.setdefault(trial.blames[-1].key, trial)
-    return list(seen.values())
-
-
-def _two_of_each(trials: list[Candidate]) -> list[Candidate]:
-    """The two best fits of each cause and label."""
+def _best_of_each(trials: list[Candidate], count: int = 1) -> list[Candidate]:
+    """The first `count` fits of each cause and label."""
     seen: Counter[str] = Counter()
     kept = []
     for trial in trials:
         seen[trial.blames[-1].key] += 1
-        if seen[trial.blames[-1].key] <= 2:
+        if seen[trial.blames[-1].key] <= count:
             kept.append(trial)
     return kept

@@ -153,19 +153,19 @@ class LinearModel:
         """
         basis = self.basis.with_damping(base.zeta, base.detuning)
         pairs = self._all_pairs if inner else self._outer_pairs
-        return pairs.receptance(basis, omega, self._soft_stiffness(omega, base, dE, dG), inner=inner)
+        return pairs.receptance(basis, omega, self.soft_stiffness(omega, base, dE, dG), inner=inner)
 
     @cached_property
     def _all_pairs(self) -> PortPairs:
-        return PortPairs.of(self.basis, self.ports.rows, self.ports.soft.stop, np.arange(len(self.ports.rows)))
+        return PortPairs.of(self.basis, self.ports.rows, np.arange(len(self.ports.rows)))
 
     @cached_property
     def _outer_pairs(self) -> PortPairs:
         """Without the modal coordinates, which nothing is attached to."""
         count, soft = len(self.ports.rows), self.ports.soft.stop
-        return PortPairs.of(self.basis, self.ports.rows, soft, np.r_[:soft, self.ports.drive : count])
+        return PortPairs.of(self.basis, self.ports.rows, np.r_[:soft, self.ports.drive : count])
 
-    def _soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
+    def soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
         """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
         p = self.ports
         # The sine convention exp(+j omega t) makes a loss a positive imaginary stiffness.
@@ -182,7 +182,7 @@ class LinearModel:
         """Displacement of the outputs per unit force on every degree of freedom, (f, o, n)."""
         p, basis = self.ports, self.basis.with_damping(base.zeta, base.detuning)
         R = basis.receptance(self.ports.rows[: p.outputs.stop], omega)
-        S = self._soft_stiffness(omega, base, dE, dG)
+        S = self.soft_stiffness(omega, base, dE, dG)
         T = S[:, :, None] * np.linalg.inv(np.eye(S.shape[1]) + R[:, p.soft, p.soft] * S[:, None, :])
         # By reciprocity: the reference structure driven by the outputs' rows less what the soft ports hold back.
         effective = self.ports.rows[p.outputs] - (R[:, p.outputs, p.soft] @ T) @ self.ports.rows[p.soft]

@@ -34,8 +34,6 @@ class PortPairs:
         Remainder of the other modes, and its part that grows with omega^2.
     places : ndarray, (p,)
         Which ports of the stack they are; the softened ones come first.
-    springs : int
-        Number of softened ports.
     stack : int
         Number of all ports.
     """
@@ -44,21 +42,20 @@ class PortPairs:
     static: Real
     static2: Real
     places: NDArray[np.intp]
-    springs: int
     stack: int
 
     @classmethod
-    def of(cls, basis: ModalBasis, rows: Real, springs: int, places: NDArray[np.intp]) -> PortPairs:
-        """Pairs of the ports at `places` in the stack of `rows`, the first `springs` of which are softened."""
+    def of(cls, basis: ModalBasis, rows: Real, places: NDArray[np.intp]) -> PortPairs:
+        """Pairs of the ports at `places` in the stack of `rows`."""
         some = rows[places]
         P = some @ basis.Phi
         below = np.tril_indices(len(some))
         static, static2 = (some @ F @ some.T for F in (basis.flexibility, basis.flexibility2))
         shapes = np.ascontiguousarray((P[below[0]] * P[below[1]]).T)
-        return cls(shapes, static[below], static2[below], places, springs, len(rows))
+        return cls(shapes, static[below], static2[below], places, len(rows))
 
     def receptance(self, basis: ModalBasis, omega: Real, S: Complex, *, inner: bool) -> Complex:
-        """Receptances with stiffness S (f, springs) on the softened ports.
+        """Receptances with stiffness S (f, r) on the first r of the ports, those that are softened.
 
         Parameters
         ----------
@@ -73,13 +70,12 @@ class PortPairs:
             NaN between ports that are not among :attr:`places`.
         """
         out = np.empty((len(omega), self.stack, self.stack), complex)
-        if len(self.places) < self.stack or not inner:
+        first = 0 if inner else S.shape[1]
+        if len(self.places) - first < self.stack:
             out.fill(np.nan)
         modes = (basis.omega, basis.zeta)
         springs = np.ascontiguousarray(S, complex)
-        _receptance(
-            out, omega, *modes, self.shapes, self.static, self.static2, springs, self.places, 0 if inner else S.shape[1]
-        )
+        _receptance(out, omega, *modes, self.shapes, self.static, self.static2, springs, self.places, first)
         return out
 
 
