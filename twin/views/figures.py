@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,6 +20,7 @@ from twin.views.curves import broadband_responses, law_band, mode_shapes, recept
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
 __all__ = [
+    "Drawing",
     "broadband_figure",
     "dressed",
     "law_figure",
@@ -32,6 +34,7 @@ __all__ = [
 Array = NDArray[Any]
 
 WIDTH_IN = 9.0
+NOTEBOOK_DPI = 100
 MOST_PANELS = 4
 """Sweeps that get a panel of their own: those with the largest residuals."""
 STYLES: dict[str, dict[str, Any]] = {
@@ -39,6 +42,15 @@ STYLES: dict[str, dict[str, Any]] = {
     "before": {"linestyle": (0, (4, 2.5)), "linewidth": 1.2},
     "after": {"linestyle": "-", "linewidth": 1.6},
 }
+
+
+class Drawing(Figure):
+    """A figure that a notebook shows by itself: :mod:`matplotlib.pyplot` need not be imported, nor a backend chosen."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=NOTEBOOK_DPI, facecolor="white")
+        return buffer.getvalue()
 
 
 def sweeps_figure(
@@ -69,7 +81,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
     worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:MOST_PANELS]
     shown = [sweep for sweep in sweeps if sweep in worst]
     channels = sweeps[0].channels
-    figure = Figure(figsize=(WIDTH_IN, 0.6 + 2.1 * len(channels)), layout="constrained")
+    figure = Drawing(figsize=(WIDTH_IN, 0.6 + 2.1 * len(channels)), layout="constrained")
     grid = figure.subplots(len(channels), len(shown), sharex="col", sharey=True, squeeze=False)
     for o, channel in enumerate(channels):
         for axes, sweep in zip(grid[o], shown, strict=True):
@@ -124,7 +136,7 @@ def modes_figure(evidence: Evidence, model: Candidate, *, count: int = 4) -> Fig
     """Deflection lines of both beams in the first modes, with the overlap shaded and the sensors marked."""
     shapes = mode_shapes(evidence, model, count=count)
     rows = -(-len(shapes) // 2)
-    figure = Figure(figsize=(WIDTH_IN, 1.9 * rows + 0.4), layout="constrained")
+    figure = Drawing(figsize=(WIDTH_IN, 1.9 * rows + 0.4), layout="constrained")
     grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
     for axes, shape in zip(grid.ravel(), shapes, strict=False):
         axes.axvspan(1e3 * shape.upper_x[0], 1e3 * shape.lower_x[-1], color="#000000", alpha=0.08, linewidth=0)
@@ -162,7 +174,7 @@ def broadband_figure(evidence: Evidence, models: dict[str, Candidate], index: in
     units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
     predicted = {kind: broadband_responses(evidence, model, index) for kind, model in models.items()}
     count = len(data.channels)
-    figure = Figure(figsize=(WIDTH_IN, 4.8), layout="constrained")
+    figure = Drawing(figsize=(WIDTH_IN, 4.8), layout="constrained")
     grid = figure.subplots(2, count, sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2])
     for o, channel in enumerate(data.channels):
         upper, lower = grid[0][o], grid[1][o]
@@ -186,7 +198,7 @@ def broadband_figure(evidence: Evidence, models: dict[str, Candidate], index: in
 
 def panels(count: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
     """A figure with `count` axes beside each other."""
-    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    figure = Drawing(figsize=(WIDTH_IN, height_in), layout="constrained")
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
 
 

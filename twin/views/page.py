@@ -6,27 +6,17 @@ import base64
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
-import jinja2
 from matplotlib.figure import Figure
 
 from recordings.errors import InputError
+from twin.views.table import Table
+from twin.views.templates import template
 
 __all__ = ["Picture", "Section", "Table", "picture", "require_folder", "write_page"]
 
 DPI = 130
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """A table; the columns whose numbers are in `numbers` are set to the right."""
-
-    caption: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    numbers: Sequence[int] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,13 +82,7 @@ def write_page(
     InputError
         If `path` cannot be written.
     """
-    source = resources.files("twin.views").joinpath("report.html").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    text = environment.from_string(source).render(
-        title=title, answer=answer, facts=facts, sections=sections, accent=accent
-    )
+    text = template("report.html").render(title=title, answer=answer, facts=facts, sections=sections, accent=accent)
     partial = path.with_name(f".{path.name}.part")
     try:
         partial.write_text(text, encoding="utf-8")

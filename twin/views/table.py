@@ -1,0 +1,40 @@
+"""A table of words and numbers: as plain text, and as HTML for notebooks and pages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from twin.views.templates import template
+
+__all__ = ["Table", "table_html", "table_text"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table; the columns whose numbers are in `numbers` are set to the right."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+
+
+def table_text(table: Table) -> str:
+    """The caption, and below it the columns two spaces apart under a rule."""
+    widths = [max(map(len, column)) for column in zip(table.head, *table.rows, strict=True)]
+
+    def line(cells: Sequence[str]) -> str:
+        padded = (
+            cell.rjust(width) if place in table.numbers else cell.ljust(width)
+            for place, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        )
+        return "  ".join(padded).rstrip()
+
+    rule = "  ".join("─" * width for width in widths)
+    return "\n".join([table.caption, line(table.head), rule, *map(line, table.rows)])
+
+
+def table_html(table: Table) -> str:
+    """The table as the pages have it, without their style."""
+    return str(template("table.html").module.drawn(table))  # type: ignore[attr-defined]
