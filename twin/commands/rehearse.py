@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import sys
 import time
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json, progress_bar, write_json
+from twin.commands.output import console, json_option, plain, print_json, progress_bar, write_json
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource
@@ -42,9 +43,9 @@ def command(
 ) -> int:
     """Rehearse PROCEDURE (a shipped procedure's name or a TOML file) on the twin of RIG.
 
-    Writes run.mcap, result.json with every step and warning, and procedure.toml: the procedure improved until its
-    rehearsal (improved.mcap) raises no warning, or unchanged where there was none.  Ends with status 1 if the procedure
-    must not be run as it is: a guard ended it, or a converter was overloaded.
+    Writes run.mcap, report.html, result.json with every step and warning, and procedure.toml: the procedure improved
+    until its rehearsal (improved.mcap) raises no warning, or unchanged where there was none.  Ends with status 1 if the
+    procedure must not be run as it is: a guard ended it, or a converter was overloaded.
     """
     jobs = [
         _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=folder)
@@ -101,6 +102,7 @@ class _Job:
         from twin.procedures import save_procedure
         from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
         from twin.rigs import preload_record
+        from twin.views import write_rehearsal_report
 
         asked, rig, source = self.prepare()
         believed = Believed(
@@ -137,8 +139,17 @@ class _Job:
             "branches": [] if first.rehearsal.result.state == "interrupted" else _branches(rig, self.preload, asked),
             "improved": rehearsed_table(better) if better is not None else None,
         }
+        result = plain(result)
         write_json(result, self.out / "result.json")
+        write_rehearsal_report(result, self.out / "report.html", commands=[self.command])
         return result
+
+    @property
+    def command(self) -> str:
+        """What to type to get the same again."""
+        preload = ["--preload", self.preload] if self.preload else []
+        words = ["twin", "rehearse", self.procedure, "--rig", self.rig, *preload, "--seed", str(self.seed)]
+        return shlex.join([*words, "--rounds", str(self.rounds), "--out", str(self.out)])
 
 
 def _folders(out: Path, preloads: tuple[str, ...]) -> list[tuple[str | None, Path]]:

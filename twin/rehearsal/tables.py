@@ -8,6 +8,7 @@ from typing import Any
 
 from twin.procedures import StepResult
 from twin.rehearsal.branches import Branch
+from twin.rehearsal.checks.dwell import transient_left
 from twin.rehearsal.rehearse import Rehearsed
 
 __all__ = ["branch_table", "rehearsed_table"]
@@ -16,7 +17,8 @@ __all__ = ["branch_table", "rehearsed_table"]
 def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
     """Everything a reader of ``result.json`` needs; phasors as amplitude and phase relative to the force.
 
-    Per step also: the force's error, the use of each channel's range and of each limit (1 is all of it).
+    Per step also: the force's error, the transient left in the measurement as a part of the response, the use of each
+    channel's range and of each limit (1 is all of it).
     """
     rehearsal = rehearsed.rehearsal
     result = rehearsal.result
@@ -30,11 +32,14 @@ def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
         "recording": rehearsed.recording.name,
         "warnings": [asdict(caution) for caution in rehearsed.cautions],
         "sweeps": [asdict(summary) for summary in rehearsal.summaries()],
-        "steps": [_step(rehearsed, step) for step in result.steps],
+        "steps": [
+            _step(rehearsed, step, before if before is not None and before.sweep == step.sweep else None)
+            for before, step in zip([None, *result.steps], result.steps, strict=False)
+        ],
     }
 
 
-def _step(rehearsed: Rehearsed, step: StepResult) -> dict[str, Any]:
+def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> dict[str, Any]:
     rehearsal = rehearsed.rehearsal
     limits = rehearsal.procedure.limits
     ranges = {name: channel.range for name, channel in rehearsal.channels.items() if channel.range}
@@ -51,6 +56,7 @@ def _step(rehearsed: Rehearsed, step: StepResult) -> dict[str, Any]:
         "measure_s": step.measure_s,
         "settled": step.settled,
         "remaining": step.remaining,
+        "transient": step.remaining if step.settled else transient_left(rehearsal, step, before),
         "drift": step.drift,
         "phasors": {
             name: {"amplitude": abs(phasor), "phase_rad": cmath.phase(phasor), "std": step.std.get(name)}

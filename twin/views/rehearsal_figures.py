@@ -37,17 +37,20 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
         for rows in by_sweep.values():
             x = [row["frequency_Hz"] for row in rows]
             size = [_amplitude(row, channel) / (_amplitude(row, force) if force else 1.0) for row in rows]
-            axes.plot(x, size, "o", color=level_colour(levels.index(rows[0]["target_amplitude"])), markersize=3.2)
+            colour = level_colour(levels.index(rows[0]["target_amplitude"]))
+            axes.plot(x, size, _marker(rows[0]["sweep"]), color=colour, markersize=3.6)
         axes.set(
             title=channel, xlabel="frequency, Hz", ylabel=f"|{channel}|" + (f" / |{force}|, SI units" if force else "")
         )
         axes.set_ylim(bottom=0)
         dressed(axes)
     entries = [
-        Line2D([], [], color=level_colour(levels.index(rows[0]["target_amplitude"])), linewidth=4, label=sweep)
+        Line2D(
+            [], [], color=level_colour(levels.index(rows[0]["target_amplitude"])), linestyle="none",
+            marker=_marker(sweep), markersize=5, label=f"{sweep}, each step",
+        )
         for sweep, rows in by_sweep.items()
-    ]
-    entries.append(Line2D([], [], color=INK, linestyle="none", marker="o", markersize=3.2, label="rehearsed step"))
+    ]  # fmt: skip
     if branches:
         entries.append(Line2D([], [], color=INK, linewidth=1.2, label="predicted branch"))
     legend(figure, entries)
@@ -75,6 +78,11 @@ def range_figure(steps: Rows) -> Figure | None:
         dressed(axes)
         axes.legend(frameon=False, fontsize=9)
     return figure
+
+
+def _marker(sweep: str) -> str:
+    """Which way a sweep went: both ways lie on each other where all is well."""
+    return "^" if sweep.endswith("-up") else "v" if sweep.endswith("-down") else "o"
 
 
 def _amplitude(step: Mapping[str, Any], channel: str) -> float:

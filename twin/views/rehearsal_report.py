@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from twin.views.page import Section, Table, picture, require_folder, write_page
+from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
 from twin.views.rehearsal_figures import range_figure, responses_figure
+from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE
 
 __all__ = ["rehearsal_sentence", "write_rehearsal_report"]
@@ -63,7 +64,7 @@ def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Se
     yield _sweeps(result)
     yield _resources(result)
     if result.get("improved"):
-        yield _improved(result["improved"])
+        yield _improved(result["improved"], result.get("branches") or [])
     yield Section(
         title="What was assumed",
         items=[
@@ -73,6 +74,9 @@ def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Se
     )
     if commands:
         yield Section(title="To get this again", commands=commands)
+    yield steps_section(result["steps"], "Every step")
+    if result.get("improved"):
+        yield steps_section(result["improved"]["steps"], "Every step of the improved procedure")
 
 
 def _warnings(result: Mapping[str, Any], title: str) -> Section:
@@ -93,9 +97,7 @@ def _warnings(result: Mapping[str, Any], title: str) -> Section:
     return Section(title=title, tables=[Table(caption="Gravest first", head=head, rows=rows, numbers=(3,))])
 
 
-def _sweeps(result: Mapping[str, Any]) -> Section | None:
-    if not result["sweeps"]:
-        return None
+def _sweep_table(result: Mapping[str, Any]) -> Table:
     rows = [
         (
             s["sweep"],
@@ -111,22 +113,37 @@ def _sweeps(result: Mapping[str, Any]) -> Section | None:
         for s in result["sweeps"]
     ]
     head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units", "channel", "Q")
-    seen = dict.fromkeys(name for step in result["steps"] for name in step["phasors"])
+    return Table(caption="Each sweep at a glance", head=head, rows=rows, numbers=(1, 2, 3, 4, 6))
+
+
+def _sweeps(result: Mapping[str, Any]) -> Section | None:
+    if not result["sweeps"]:
+        return None
+    return Section(
+        title="Sweeps",
+        tables=[_sweep_table(result)],
+        pictures=_responses(result["steps"], result["sweeps"], result.get("branches") or []),
+    )
+
+
+def _responses(
+    steps: Sequence[Mapping[str, Any]], sweeps: Sequence[Mapping[str, Any]], branches: Sequence[Mapping[str, Any]]
+) -> list[Picture]:
+    seen = dict.fromkeys(name for step in steps for name in step["phasors"])
     force = next((name for name in seen if name == "force" or name.startswith("force")), None)
     channels = [name for name in seen if name not in (force, "voltage", "current")][:MOST_CHANNELS]
-    figure = responses_figure(result["steps"], result.get("branches") or [], channels, force)
-    pictures = []
-    if figure is not None:
-        peaks = "; ".join(f"{row[0]} peaks at {row[3]} Hz" for row in rows)
-        pictures.append(
-            picture(
-                figure,
-                alt=f"Response per force against frequency at every step, over the predicted branches. {peaks}.",
-                caption="Every step (points) over the branches that harmonic balance predicts (lines).",
-            )
+    figure = responses_figure(steps, branches, channels, force)
+    if figure is None:
+        return []
+    peaks = "; ".join(f"{sweep['sweep']} peaks at {sweep['peak_frequency_Hz']:.6g} Hz" for sweep in sweeps)
+    over = ", over the predicted branches" if branches else ""
+    return [
+        picture(
+            figure,
+            alt=f"Response per force against frequency at every step{over}. {peaks}.",
+            caption="Every step (points)" + (", over the branches of harmonic balance (lines)." if branches else "."),
         )
-    table = Table(caption="Each sweep at a glance", head=head, rows=rows, numbers=(1, 2, 3, 4, 6))
-    return Section(title="Sweeps", tables=[table], pictures=pictures)
+    ]
 
 
 def _resources(result: Mapping[str, Any]) -> Section | None:
@@ -151,7 +168,13 @@ def _resources(result: Mapping[str, Any]) -> Section | None:
     )
 
 
-def _improved(better: Mapping[str, Any]) -> Section:
-    section = _warnings(better, "The improved procedure")
+def _improved(better: Mapping[str, Any], branches: Sequence[Mapping[str, Any]]) -> Section:
     took = f"{len(better['steps'])} steps in {better['duration_s'] / 60:.1f} min of the rig's time."
-    return Section(title=section.title, texts=[took, *section.texts], tables=section.tables)
+    warned = _warnings(better, "The improved procedure")
+    tables = [*warned.tables, *([_sweep_table(better)] if better["sweeps"] else [])]
+    return Section(
+        title=warned.title,
+        texts=[took, *(f"Warnings: {text}" for text in warned.texts)],
+        tables=tables,
+        pictures=_responses(better["steps"], better["sweeps"], branches),
+    )

@@ -43,7 +43,9 @@ def test_results_say_what_was_rehearsed(tmp_path, capsys):
     run = read_run(out / "run.mcap")
     assert run.info["preload_N"] == "120"
     assert set(run.attachments) == {"rig.toml", "procedure.toml"}
+    assert step["transient"] < 0.005
     assert load_procedure(out / "procedure.toml").amplitudes == [0.2]
+    assert "The procedure can be run as it is" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_procedure_that_must_not_be_run_ends_with_status_1(tmp_path):
@@ -78,7 +80,8 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
     try:
         recording = tmp_path / "run.mcap"
         until = time.monotonic() + 120
-        while time.monotonic() < until and not _steps_on_disk(recording, tmp_path / "so-far.mcap"):
+        # settling and measuring of the first step, settling of the second: one step at least is whole
+        while time.monotonic() < until and _states_on_disk(recording, tmp_path / "so-far.mcap") < 3:
             time.sleep(0.05)
         running.send_signal(signal.SIGINT)
         _, error = running.communicate(timeout=30)
@@ -92,8 +95,8 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
     assert len(result["steps"]) > 0
 
 
-def _steps_on_disk(recording, scratch):
-    """How many steps a file that is still being written holds; kernels may be compiling before the first."""
+def _states_on_disk(recording, scratch):
+    """How many states of steps a file that is still being written holds; kernels may be compiling before the first."""
     if not recording.exists():
         return 0
     scratch.unlink(missing_ok=True)

@@ -66,6 +66,8 @@ def rehearsal() -> dict[str, Any]:
         {
             "sweep": "1.5N-up", "index": i, "frequency_Hz": 25.0 + i, "target_channel": "force",
             "target_amplitude": 1.5, "settle_s": 5.0, "measure_s": 2.0,
+            "amplitude_error": -0.002, "transient": None if i == 0 else 0.0004,
+            "distortion": {"force": 0.0021, "acc1": 0.008}, "limit_use": {"voltage": 0.31},
             "range_use": {"force": 0.03, "acc1": 0.2 + i / 10},
             "phasors": {"force": phasor, "acc1": {"amplitude": 3.0 + i, "phase_rad": 1.0, "std": None}},
         }
@@ -175,6 +177,9 @@ def test_a_rehearsal_that_misleads_says_how(rehearsal: dict[str, Any], tmp_path:
         page.texts["td"]
     )
     assert len(page.named("img")) == 2
+    head = page.texts["th"]
+    assert {"error", "transient", "distortion: force / acc1", "range: force / acc1", "distance: voltage"} <= set(head)
+    assert {"-0.2", "0.04", "0.21 / 0.8", "3 / 40", "69"} <= set(page.texts["td"])
 
 
 @pytest.mark.usefixtures("coarse")
