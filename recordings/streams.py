@@ -65,7 +65,7 @@ class SlowSource(Protocol):
 
     @property
     def channels(self) -> Sequence[Channel]:
-        """What there is, in order; each with a range."""
+        """What there is, in order; without a range where values come as they are, not from a converter."""
         ...
 
     def read(self, time_s: float) -> Sequence[float]:

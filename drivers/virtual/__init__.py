@@ -7,7 +7,7 @@ from drivers.virtual.faults import FaultPlan, parse_fault
 from drivers.virtual.feed import SampleFeed
 from drivers.virtual.meter import Meter
 from drivers.virtual.ports import Port, PtyPort, SerialPort, TcpPort
-from drivers.virtual.recorded import RecordedSource
+from drivers.virtual.recorded import RecordedMeter, RecordedSource
 from drivers.virtual.server import serve
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Meter",
     "Port",
     "PtyPort",
+    "RecordedMeter",
     "RecordedSource",
     "SampleFeed",
     "SerialPort",

@@ -43,6 +43,8 @@ URGENT_FRAMES = 64
 HEARTBEAT_S = 1.0
 _COMMANDS_A_TURN = 64
 _BUSY = (NodeState.ARMED, NodeState.STREAMING)
+_LOST = -FULL_SCALE - 1
+"""Stands for a sample that the source does not have; it is not sent."""
 
 
 class CanNode:
@@ -131,7 +133,7 @@ class CanNode:
             if message is None:
                 break
             moved = True
-            if self._errors.state == ErrorState.BUS_OFF:
+            if self._errors.state == ErrorState.BUS_OFF or self._faults.away:
                 continue  # off the bus it hears nothing either
             if message.arbitration_id == MessageId.COMMAND and not message.is_error_frame:
                 with contextlib.suppress(struct.error):  # too short: noise, as if it had not come
@@ -223,7 +225,7 @@ class CanNode:
         if self._status != self._reported:
             self._reported = self._status
             self._tell(MessageId.STATUS, self._status.pack())
-        if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz):
+        if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz) == "restart":
             # The node loses its power: it comes back idle, and says nothing of what it had.
             self._queue.clear()
             self._state = NodeState.IDLE
@@ -231,8 +233,9 @@ class CanNode:
 
     def _quantise(self, block: SampleBlock) -> NDArray[np.int16]:
         steps = np.rint(np.stack([block.samples[channel.name] for channel in self._channels]) * self._scale)
-        within = np.abs(steps) < FULL_SCALE
-        if within.all() and not block.overload:
+        lost = np.isnan(steps)
+        within = lost | (np.abs(steps) < FULL_SCALE)
+        if within.all() and not lost.any() and not any(block.overload.values()):
             return steps.astype(np.int16)
         overload = tuple(
             total + max(len(row) - int(np.count_nonzero(row)), block.overload.get(channel.name, 0))
@@ -240,17 +243,18 @@ class CanNode:
         )
         if overload != self._status.overload:
             self._status = Status(self._status.overrun, overload)
-        return np.nan_to_num(np.clip(steps, -FULL_SCALE, FULL_SCALE)).astype(np.int16)
+        return np.where(lost, _LOST, np.clip(steps, -FULL_SCALE, FULL_SCALE)).astype(np.int16)
 
     def _put_samples(self, values: NDArray[np.int16]) -> None:
-        """One frame a channel, of the next samples."""
-        counter = struct.pack("<I", self._sent & 0xFFFFFFFF)
-        self._sent += values.shape[1]
+        """One frame a channel, of the next samples; more where some in between are lost."""
+        first, self._sent = self._sent, self._sent + values.shape[1]
         if not self._lossless and len(self._queue) >= QUEUE_FRAMES:
             self._status = Status(self._status.overrun + values.shape[1], self._status.overload)
             return
-        for k, samples in enumerate(np.ascontiguousarray(values)):
-            self._put(MessageId.SAMPLES + k, counter + samples.astype("<i2").tobytes())
+        for k, samples in enumerate(values):
+            for start, stop in _stretches(samples):
+                counter = struct.pack("<I", (first + start) & 0xFFFFFFFF)
+                self._put(MessageId.SAMPLES + k, counter + samples[start:stop].astype("<i2").tobytes())
 
     def _put_sync(self, block: SampleBlock, index: int, pulse: int) -> None:
         time_ns = block.time_ns + round((index - block.first_index) * 1e9 / block.sample_rate_Hz)
@@ -301,6 +305,20 @@ class CanNode:
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()
+
+
+def _stretches(samples: NDArray[np.int16]) -> list[tuple[int, int]]:
+    """Where the samples of a frame go: all in one unless some are lost, else in pieces as long as frames can be."""
+    have = samples != _LOST
+    if have.all():
+        return [(0, len(samples))]
+    edges = np.flatnonzero(np.diff(have, prepend=False, append=False)).tolist()
+    found = []
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        for size in frame_sizes(stop - start):
+            found.append((start, start + size))
+            start += size
+    return found
 
 
 def _message(identifier: int, data: bytes) -> can.Message:

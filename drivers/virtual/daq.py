@@ -113,9 +113,11 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         self._send_pulses(self._stream, block)  # first, so that the block's time can be aligned when it is there
         overload = np.array([block.overload.get(channel.name, 0) for channel in self._channels], np.uint32)
         most = (MAX_PAYLOAD - overload.nbytes) // (4 * len(values))
-        for start in range(0, len(block), most):
-            self._send_samples(self._stream, block, values[:, start : start + most], overload, start)
-            overload = np.zeros_like(overload)
+        for begin, end in _known(values):
+            for start in range(begin, end, most):
+                part = values[:, start : min(start + most, end)]
+                self._send_samples(self._stream, block, part, overload, start)
+                overload = np.zeros_like(overload)
         self.pass_time(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz)
 
     def end(self) -> None:
@@ -303,3 +305,12 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
             session.send([*self._faults.flush(), end])
         self._stream = None
         self._feed.limit = None
+
+
+def _known(values: NDArray[np.float32]) -> list[tuple[int, int]]:
+    """Stretches of samples of which there is at least one channel: the others were lost, and are not made up."""
+    have = ~np.isnan(values).all(axis=0)
+    if have.all():
+        return [(0, values.shape[1])]
+    edges = np.flatnonzero(np.diff(have, prepend=False, append=False)).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

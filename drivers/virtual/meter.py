@@ -34,7 +34,7 @@ class Meter(Catalogue, Conversing):
     feed
         Whose time it lives in.
     source
-        What it measures; each channel needs a range.
+        What it measures.  A channel with a range goes through a converter with noise; one without is told as it is.
     ports
         Lines it listens on.
     seed
@@ -68,7 +68,10 @@ class Meter(Catalogue, Conversing):
         """The latest conversion of a channel: whoever asks within the same 100 ms gets the same."""
         conversion = self._feed.next_time_ns // CONVERSION_NS
         true = self._source.read(conversion * CONVERSION_NS * 1e-9)[number]
-        step = float(self._channels[number].range or 1.0) / STEPS
+        limit = self._channels[number].range
+        if limit is None:
+            return float(true)
+        step = limit / STEPS
         noise = NOISE_STEPS * np.random.default_rng([self._seed, number, conversion]).standard_normal()
         steps = round(true / step + noise) if math.isfinite(true) else STEPS + 1
         return math.copysign(OVERRANGE, true) if abs(steps) > STEPS else steps * step

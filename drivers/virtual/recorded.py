@@ -1,16 +1,24 @@
-"""A recorded run as a source of samples: what was measured comes again, bit for bit."""
+"""A recorded run as a source of samples and of a meter's values: what was measured comes again, bit for bit."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.errors import InputError
-from recordings.run import Channel, DeviceSamples, Run, SampleBlock
+from recordings.run import Channel, DeviceSamples, Indicator, Run, SampleBlock
 from recordings.streams import Excitation
 
-__all__ = ["RecordedSource"]
+__all__ = ["RecordedMeter", "RecordedSource"]
+
+_LIMIT_TOLERANCE = 1e-6
+"""A sample on a 16-bit converter's limit comes back from its counts a rounding below it."""
+_NAMES_LIMIT = 64
+"""As many as a meter has channels."""
+_QUANTITIES = {"N": "preload", "degC": "temperature"}
 
 
 class RecordedSource:
@@ -18,6 +26,12 @@ class RecordedSource:
 
     Samples of all devices are served as if one converter had taken them: each device is shifted by whole samples so
     that its times fit the first device's.  Lost samples are NaN.  What the generator is told is ignored.
+
+    Attributes
+    ----------
+    slips
+        By device, how many samples its clock has left the first one's by at the end, where it is more than half a
+        one: so far its times are wrong in a replay.
 
     Raises
     ------
@@ -44,15 +58,16 @@ class RecordedSource:
         shifts = [round((d.block_time_ns[0] - first.block_time_ns[0]) * 1e-9 * self._rate_Hz) for d in devices]
         start = min(shifts)
         self._lead = -start
-        ends = [shift + _length(device) for shift, device in zip(shifts, devices, strict=True)]
-        self._values = {}
+        self._placed: dict[str, tuple[int, NDArray[np.float32]]] = {}
         for shift, device in zip(shifts, devices, strict=True):
-            for name, samples in device.values.items():
-                values = np.full(max(ends) - start, np.nan, np.float32)
-                values[shift - start : shift - start + len(samples)] = samples
-                self._values[name] = values
-        self._channels = tuple(run.channels[name] for name in run.channels if name in self._values)
-        self._length = max(ends) - start
+            self._placed |= {name: (shift - start, samples) for name, samples in device.values.items()}
+        self._channels = tuple(run.channels[name] for name in run.channels if name in self._placed)
+        self._length = max(begin + len(samples) for begin, samples in self._placed.values())
+        self.slips = {
+            device.device: slip
+            for shift, device in zip(shifts, devices, strict=True)
+            if abs(slip := _slip(device, first, shift)) > 0.5
+        }
 
     @property
     def channels(self) -> Sequence[Channel]:
@@ -76,9 +91,9 @@ class RecordedSource:
         start = self._index
         stop = min(start + count, self._length)
         self._index = stop
-        samples = {channel.name: self._values[channel.name][start:stop] for channel in self._channels}
+        samples = {channel.name: self._cut(channel.name, start, stop) for channel in self._channels}
         overload = {
-            channel.name: int(np.count_nonzero(np.abs(samples[channel.name]) >= channel.range))
+            channel.name: int(np.count_nonzero(np.abs(samples[channel.name]) >= channel.range * (1 - _LIMIT_TOLERANCE)))
             for channel in self._channels
             if channel.range
         }
@@ -91,6 +106,17 @@ class RecordedSource:
             overload=overload,
         )
 
+    def _cut(self, channel: str, start: int, stop: int) -> NDArray[np.float32]:
+        """A channel's samples; NaN where its device had not begun yet or had ended."""
+        begin, samples = self._placed[channel]
+        if begin <= start and stop <= begin + len(samples):
+            return samples[start - begin : stop - begin]
+        values = np.full(stop - start, np.nan, np.float32)
+        inside = slice(max(start, begin), min(stop, begin + len(samples)))
+        if inside.start < inside.stop:
+            values[inside.start - start : inside.stop - start] = samples[inside.start - begin : inside.stop - begin]
+        return values
+
     def _time_ns(self, index: int) -> int:
         """The time recorded for a sample, counted from the block before it."""
         at = index - self._lead
@@ -99,5 +125,43 @@ class RecordedSource:
         return int(self._first.block_time_ns[block]) + round(offset * 1e9 / self._rate_Hz)
 
 
-def _length(device: DeviceSamples) -> int:
-    return max(len(samples) for samples in device.values.values())
+def _slip(device: DeviceSamples, first: DeviceSamples, shift: int) -> float:
+    """Samples by which a device's times have left those of the first one, shifted as a whole, at its end."""
+    elapsed_s = (device.end_ns - int(first.block_time_ns[0])) * 1e-9
+    ahead = shift + len(device) - elapsed_s * device.sample_rate_Hz
+    lasted_s = (first.end_ns - int(first.block_time_ns[0])) * 1e-9
+    return ahead - (len(first) - lasted_s * first.sample_rate_Hz)
+
+
+class RecordedMeter:
+    """A :class:`recordings.streams.SlowSource` over the indicators of a run: each value holds until the next one."""
+
+    def __init__(self, run: Run) -> None:
+        found: dict[str, list[Indicator]] = {}
+        for indicator in run.indicators:
+            if indicator.name in found or len(found) < _NAMES_LIMIT:
+                found.setdefault(indicator.name, []).append(indicator)
+        self._times_ns = {name: [each.time_ns for each in series] for name, series in found.items()}
+        self._values = {name: [each.value for each in series] for name, series in found.items()}
+        self._channels = tuple(
+            Channel(
+                name=name,
+                quantity=name if name in _QUANTITIES.values() else _QUANTITIES.get(series[0].unit, "unknown"),
+                unit=series[0].unit,
+                device="meter",
+            )
+            for name, series in found.items()
+        )
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """What was recorded, none with a range: that was not."""
+        return self._channels
+
+    def read(self, time_s: float) -> list[float]:
+        """The latest recorded value of every channel; the first one before that."""
+        values = []
+        for channel in self._channels:
+            at = bisect_right(self._times_ns[channel.name], round(time_s * 1e9)) - 1
+            values.append(self._values[channel.name][max(0, at)])
+        return values

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import json_option
+from twin.commands.output import console, json_option
 from twin.commands.serving import address_options, serve_source
 
 __all__ = ["command"]
@@ -15,14 +15,21 @@ __all__ = ["command"]
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
+@click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of what the run has as indicators.")
 @address_options
 @json_option
-def command(run: Path, **options: Any) -> None:
+def command(run: Path, meter: str | None, **options: Any) -> None:
     """Serve the samples of a recorded RUN, until SIGINT or SIGTERM; the stream ends where the recording ends.
 
-    Over serial and TCP they are the same bit for bit; a CAN node rounds them to 16 bits of its channel's range.
+    Over serial and TCP they are the same bit for bit; a CAN node rounds them to 16 bits of its channel's range, which
+    changes nothing of what a CAN node has recorded.  Samples that the recording lost are lost again.
     """
-    from drivers.virtual import RecordedSource
+    from drivers.virtual import RecordedMeter, RecordedSource
     from recordings import read_run
 
-    serve_source(lambda: RecordedSource(read_run(run)), origin="replayed", **options)
+    recorded = read_run(run)
+    for device, slip in RecordedSource(recorded).slips.items():
+        line = f"{run}: {device} has a clock of its own, {slip:+.1f} samples off at the end; the replay has one clock"
+        console.print(f"warning: {line}", markup=False, soft_wrap=True)
+    slow = RecordedMeter(recorded) if meter is not None else None
+    serve_source(lambda: RecordedSource(recorded), origin="replayed", meter=meter, slow=slow, **options)
