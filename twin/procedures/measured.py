@@ -44,6 +44,7 @@ def measured(
         drift=_drift(session, step, series, {n: p for n, p in phasors.items() if abs(p) > 10 * fits[n].std}),
         phasors=phasors,
         std={name: one.std for name, one in fits.items()},
+        harmonics={name: tuple(map(abs, one.harmonics.tolist())) for name, one in fits.items()},
         distortion={name: one.distortion for name, one in fits.items()},
         peak={name: _peak(one) for name, one in series.items()},
     )

@@ -36,6 +36,8 @@ class StepResult:
         where there is no force).
     std
         Standard deviation of real and imaginary part of each phasor from the noise.
+    harmonics
+        Amplitudes of harmonics 1, 2, ... of each channel, peak values.
     distortion
         Higher harmonics over the fundamental of each channel.
     peak
@@ -56,6 +58,7 @@ class StepResult:
     drift: float | None = None
     phasors: Mapping[str, complex] = field(default_factory=dict)
     std: Mapping[str, float] = field(default_factory=dict)
+    harmonics: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     distortion: Mapping[str, float] = field(default_factory=dict)
     peak: Mapping[str, float] = field(default_factory=dict)
 

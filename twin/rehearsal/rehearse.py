@@ -7,8 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from recordings import RunWriter
-from recordings.streams import SampleSource
-from twin.procedures import DirectAcquisition, Procedure, StepResult, check_channels, dump_procedure, run_procedure
+from recordings.streams import Acquisition, SampleSource
+from twin.procedures import (
+    DirectAcquisition,
+    Procedure,
+    RunSink,
+    StepResult,
+    check_channels,
+    dump_procedure,
+    run_procedure,
+)
 from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
@@ -73,6 +81,7 @@ def rehearse(
     believed: Believed,
     progress: Callable[[float], None] | None = None,
     on_step: Callable[[StepResult], None] | None = None,
+    watch: Callable[[Acquisition, RunSink], tuple[Acquisition, RunSink]] | None = None,
 ) -> Rehearsed:
     """Run a procedure on the twin and judge it.
 
@@ -88,6 +97,8 @@ def rehearse(
         Of the rig.
     progress, on_step
         As for :func:`twin.procedures.run_procedure`.
+    watch
+        Gives what is run in place of the acquisition and of the recording's sink: both, looked over the shoulder.
 
     Raises
     ------
@@ -108,7 +119,11 @@ def rehearse(
     with RunWriter(
         recording, info=info, channels=list(source.channels), attachments=attachments, overwrite=True
     ) as writer:
-        result = run_procedure(procedure, DirectAcquisition(source), writer, progress=progress, on_step=on_step)
+        acquisition: Acquisition = DirectAcquisition(source)
+        sink: RunSink = writer
+        if watch is not None:
+            acquisition, sink = watch(acquisition, sink)
+        result = run_procedure(procedure, acquisition, sink, progress=progress, on_step=on_step)
     rehearsal = Rehearsal(
         procedure=procedure,
         result=result,
