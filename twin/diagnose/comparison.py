@@ -14,7 +14,14 @@ from twin.identify.harmonics import LINEAR_ERROR
 from twin.identify.prediction import Predictor
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["SweepComparison", "compare_sweeps", "noise_floors", "predicted_steps", "relative_errors"]
+__all__ = [
+    "SweepComparison",
+    "compare_sweeps",
+    "noise_floors",
+    "predicted_steps",
+    "relative_errors",
+    "sweeps_beside",
+]
 
 Array = NDArray[Any]
 
@@ -118,14 +125,18 @@ def _second(harmonics: HarmonicResiduals, values: Array) -> Array:
 
 def compare_sweeps(evidence: Evidence, before: Candidate, after: Candidate) -> tuple[SweepComparison, ...]:
     """Every sweep of the evidence beside both models."""
+    return sweeps_beside(evidence, predicted_steps(evidence, before), predicted_steps(evidence, after))
+
+
+def sweeps_beside(evidence: Evidence, before: Array, after: Array) -> tuple[SweepComparison, ...]:
+    """Every sweep of the evidence beside what two models predict of its steps, (s, o) each."""
     steps = evidence.steps
     measured = steps.response[:, :, 0] / steps.force[:, :1]
     noise = np.sqrt(
         steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
         + (steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2)[:, None]
     )
-    models = [predicted_steps(evidence, model) for model in (before, after)]
-    sigma = [np.abs(model / measured - 1) / noise for model in models]
+    sigma = [np.abs(model / measured - 1) / noise for model in (before, after)]
     names = [(state.run, state.sweep) for state in steps.states]
     out = []
     for run, sweep in dict.fromkeys(names):
@@ -138,8 +149,8 @@ def compare_sweeps(evidence: Evidence, before: Candidate, after: Candidate) -> t
                 frequency_Hz=steps.omega[pick] / (2 * np.pi),
                 force_N=np.abs(steps.force[pick, 0]),
                 measured=measured[pick],
-                before=models[0][pick],
-                after=models[1][pick],
+                before=before[pick],
+                after=after[pick],
                 residual_before=sigma[0][pick],
                 residual_after=sigma[1][pick],
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,15 @@ from recordings.run import Run
 from twin.diagnose.candidate import Candidate, extension_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+from twin.identify.gauss_newton import Solution
 from twin.identify.prediction import Predictor
 from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.unknowns import Unknowns
 from twin.structure import normal_modes
 
 __all__ = [
+    "Fitted",
     "LawBand",
     "ModeShape",
     "SteppedSweep",
@@ -116,15 +120,27 @@ class LawBand:
     loss_std: Array
 
 
-def law_band(candidate: Candidate, *, points: int = 120) -> LawBand | None:
+class Fitted(Protocol):
+    """A fitted model of whatever kind."""
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """The base family's parameters."""
+
+    @property
+    def solution(self) -> Solution:
+        """The minimum that they are."""
+
+
+def law_band(model: Fitted, *, points: int = 120) -> LawBand | None:
     """The identified law over the amplitudes it was identified on; None where the data had no sine steps."""
-    law = candidate.unknowns.law
+    law = model.unknowns.law
     if not (np.any(law.softening) or np.any(law.loss)):
         return None
     X = np.geomspace(law.knots[0], law.knots[-1], points)
     basis = law.basis(X)
-    start, k = len(candidate.unknowns.base.vector), len(law.knots)
-    covariance = candidate.solution.covariance
+    start, k = len(model.unknowns.base.vector), len(law.knots)
+    covariance = model.solution.covariance
 
     def std(first: int) -> Array:
         block = covariance[first : first + k, first : first + k]
@@ -165,10 +181,10 @@ class ModeShape:
     slip: Array
 
 
-def mode_shapes(evidence: Evidence, candidate: Candidate, *, count: int = 4) -> tuple[ModeShape, ...]:
+def mode_shapes(evidence: Evidence, model: Fitted, *, count: int = 4) -> tuple[ModeShape, ...]:
     """The first modes of the structure at the identified moduli, the extension's attachments left out."""
     s = evidence.model.structure
-    base = candidate.unknowns.base
+    base = model.unknowns.base
     modes = normal_modes(s.M, s.stiffness(base.E, base.G), count)
     nodes = len(s.mesh.lower_x)
     shapes = []
@@ -203,11 +219,16 @@ def compared_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
     return {"before": search.base}
 
 
-def broadband_responses(evidence: Evidence, candidate: Candidate, index: int) -> Array:
-    """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N."""
+def broadband_responses(evidence: Evidence, model: Fitted, index: int, *, extension: Extension | None = None) -> Array:
+    """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N.
+
+    `extension` is what differs from the believed rig: what a candidate blames, if not given.
+    """
     data = evidence.broadband[index]
-    predictor = Predictor(evidence, extension_of(evidence, candidate.blames))
+    if extension is None and isinstance(model, Candidate):
+        extension = extension_of(evidence, model.blames)
+    predictor = Predictor(evidence, extension)
     time_s = np.full(len(data.omega), data.time_s - evidence.origin_s)
     omega = predictor.clock(data.omega, time_s)
-    dE, dG = predictor.moduli_changes(candidate.unknowns, np.zeros(len(omega)), time_s)
-    return predictor.responses(predictor.receptance(omega, candidate.unknowns.base, dE, dG), omega)
+    dE, dG = predictor.moduli_changes(model.unknowns, np.zeros(len(omega)), time_s)
+    return predictor.responses(predictor.receptance(omega, model.unknowns.base, dE, dG), omega)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
-from twin.views.curves import broadband_responses, law_band, mode_shapes, receptance_mm_per_N
+from twin.identify.extension import Extension
+from twin.views.curves import Fitted, broadband_responses, law_band, mode_shapes, receptance_mm_per_N
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
 __all__ = [
@@ -34,6 +34,8 @@ __all__ = [
 Array = NDArray[Any]
 
 WIDTH_IN = 9.0
+ATTRIBUTE = {"model": "after"}
+"""Of a sweep's comparison, where it is not called like the kind of curve."""
 NOTEBOOK_DPI = 100
 MOST_PANELS = 4
 """Sweeps that get a panel of their own: those with the largest residuals."""
@@ -41,6 +43,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "measured": {"linestyle": "none", "marker": "o", "markersize": 3.2},
     "before": {"linestyle": (0, (4, 2.5)), "linewidth": 1.2},
     "after": {"linestyle": "-", "linewidth": 1.6},
+    "model": {"linestyle": "-", "linewidth": 1.6},
 }
 
 
@@ -54,9 +57,12 @@ class Drawing(Figure):
 
 
 def sweeps_figure(
-    evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = tuple(STYLES)
+    evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("measured", "before", "after")
 ) -> Figure:
-    """Receptance against frequency: measured, before and after, a panel for each channel, a colour for each sweep."""
+    """Receptance against frequency, a panel for each channel, a colour for each sweep.
+
+    `kinds` are of ``measured``, ``before`` and ``after``, or ``model`` where both models are one.
+    """
     quantity = {output.channel: output.quantity for output in evidence.outputs}
     channels = sweeps[0].channels
     figure, row = panels(len(channels), height_in=3.6)
@@ -64,7 +70,7 @@ def sweeps_figure(
         for i, sweep in enumerate(sweeps):
             order = np.argsort(sweep.frequency_Hz, kind="stable")
             for kind in kinds:
-                H = getattr(sweep, kind)[:, o]
+                H = getattr(sweep, ATTRIBUTE.get(kind, kind))[:, o]
                 size = receptance_mm_per_N(H, quantity[channel], sweep.frequency_Hz)
                 axes.plot(sweep.frequency_Hz[order], size[order], color=level_colour(i), **STYLES[kind])
         axes.set(title=channel, xlabel="frequency, Hz", ylabel=f"receptance at {channel}, mm/N")
@@ -87,7 +93,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
         for axes, sweep in zip(grid[o], shown, strict=True):
             order = np.argsort(sweep.frequency_Hz, kind="stable")
             for kind in kinds:
-                size = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.05)
+                size = np.maximum(getattr(sweep, f"residual_{ATTRIBUTE.get(kind, kind)}")[order, o], 0.05)
                 axes.semilogy(sweep.frequency_Hz[order], size, color=KIND[kind], **STYLES[kind])
             axes.axhline(1.0, color="#5f5f5f", linewidth=0.9)
             if o == 0:
@@ -102,7 +108,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
     return figure
 
 
-def law_figure(evidence: Evidence, models: dict[str, Candidate]) -> Figure | None:
+def law_figure(evidence: Evidence, models: Mapping[str, Fitted]) -> Figure | None:
     """Softening and loss of the joint against amplitude, with one standard deviation either way; None without one."""
     bands = {kind: band for kind, model in models.items() if (band := law_band(model)) is not None}
     if not bands:
@@ -132,7 +138,7 @@ def law_figure(evidence: Evidence, models: dict[str, Candidate]) -> Figure | Non
     return figure
 
 
-def modes_figure(evidence: Evidence, model: Candidate, *, count: int = 4) -> Figure:
+def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure:
     """Deflection lines of both beams in the first modes, with the overlap shaded and the sensors marked."""
     shapes = mode_shapes(evidence, model, count=count)
     rows = -(-len(shapes) // 2)
@@ -168,11 +174,18 @@ def modes_figure(evidence: Evidence, model: Candidate, *, count: int = 4) -> Fig
     return figure
 
 
-def broadband_figure(evidence: Evidence, models: dict[str, Candidate], index: int = 0) -> Figure:
-    """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise."""
+def broadband_figure(
+    evidence: Evidence, models: Mapping[str, Fitted], index: int = 0, *, extension: Extension | None = None
+) -> Figure:
+    """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise.
+
+    `extension` as :func:`~twin.views.curves.broadband_responses` has it.
+    """
     data = evidence.broadband[index]
     units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
-    predicted = {kind: broadband_responses(evidence, model, index) for kind, model in models.items()}
+    predicted = {
+        kind: broadband_responses(evidence, model, index, extension=extension) for kind, model in models.items()
+    }
     count = len(data.channels)
     figure = Drawing(figsize=(WIDTH_IN, 4.8), layout="constrained")
     grid = figure.subplots(2, count, sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2])

@@ -20,8 +20,8 @@ __all__ = [
 
 INK = "#1a1a1a"
 MEASURED, BEFORE, AFTER = "#1a1a1a", "#d55e00", "#0072b2"
-KIND = {"measured": MEASURED, "before": BEFORE, "after": AFTER}
-"""The three kinds of a curve wherever levels are not told apart."""
+KIND = {"measured": MEASURED, "before": BEFORE, "after": AFTER, "model": AFTER}
+"""The kinds of a curve wherever levels are not told apart; `model` where there is but one."""
 LEVELS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#5f5f5f")
 """One for each level; most of them from Okabe and Ito's palette, which colour-blind readers can tell apart."""
 
