@@ -1,12 +1,15 @@
-"""The signal generator: sine without phase jumps, band-limited Gaussian noise, or nothing."""
+"""The signal generator: sine without phase jumps, band-limited Gaussian noise, a multisine, or nothing."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
 from recordings.streams import Excitation
+from twin.bench.multisine import Multisine
 
 __all__ = ["Generator"]
 
@@ -28,6 +31,7 @@ class Generator:
         self._sos: NDArray[np.float64] | None = None
         self._memory = np.zeros((0, 2))
         self._gain = 0.0
+        self._multisine: Multisine | None = None
 
     @property
     def excitation(self) -> Excitation:
@@ -36,14 +40,15 @@ class Generator:
 
     def set(self, excitation: Excitation, *, step_s: float | None = None) -> None:
         """Change the output (and the step) from the next sample on; a sine goes on from the phase it has."""
-        restart = excitation.kind == "random" and (
-            self._excitation.kind != "random"
-            or (excitation.band_Hz, excitation.seed) != (self._excitation.band_Hz, self._excitation.seed)
-            or (step_s is not None and step_s != self._step_s)
-        )
-        self._step_s = step_s or self._step_s
-        self._excitation = excitation
-        if restart:
+        same = replace(self._excitation, amplitude_V=excitation.amplitude_V) == excitation
+        restart = not same or (step_s is not None and step_s != self._step_s)
+        step_s = step_s or self._step_s
+        if restart and excitation.kind == "multisine":
+            self._multisine = Multisine(
+                period_s=excitation.period_s, band_Hz=excitation.band_Hz, seed=excitation.seed, step_s=step_s
+            )
+        self._step_s, self._excitation = step_s, excitation
+        if restart and excitation.kind == "random":
             self._rng = np.random.default_rng(excitation.seed)
             self._design(excitation.band_Hz)
 
@@ -59,6 +64,9 @@ class Generator:
             assert self._sos is not None
             noise, self._memory = sosfilt(self._sos, self._rng.standard_normal(count), zi=self._memory)
             return e.amplitude_V * self._gain * noise
+        if e.kind == "multisine":
+            assert self._multisine is not None
+            return e.amplitude_V * self._multisine.samples(count)
         return np.zeros(count)
 
     def _design(self, band_Hz: tuple[float, float]) -> None:
