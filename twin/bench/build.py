@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.layer import JointLaw, default_law, law_from_table
+from twin.bench.layer import JointLaw, default_law, law_from_functions
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
+from twin.bench.local_amplitude import LayerRows, local_law
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, condense
@@ -198,8 +199,9 @@ def build(
     ))  # fmt: skip
     slip_per_m = float(slip_row @ first)
 
-    law = _law(plan, matrices, first, opening_per_m, slip_per_m)
-    elements = [Element(matrices.pad(row), law.normal, weight, follows="E") for row, weight in openings]
+    padded = [(matrices.pad(row), weight) for row, weight in openings]
+    law = _law(plan, matrices, LayerRows(padded, matrices.pad(slip_row), slip_weight))
+    elements = [Element(row, law.normal, weight, follows="E") for row, weight in padded]
     if law.loss:
         elements.append(Element(matrices.pad(slip_row), law.loss, slip_weight, velocity=True, follows="all"))
     elements += [Element(matrices.pad(slip_row), jenkins(k, F)) for k, F in plan.joint_sliders]
@@ -260,7 +262,7 @@ def _layer_rows(B: Matrix, weight: Matrix, first: Matrix, groups: int) -> list[t
     return rows
 
 
-def _law(plan: Plan, matrices: Matrices, first: Matrix, opening_per_m: float, slip_per_m: float) -> JointLaw:
+def _law(plan: Plan, matrices: Matrices, layer: LayerRows) -> JointLaw:
     """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
     table = plan.rig.joint.law
     if plan.law is not None:
@@ -269,8 +271,11 @@ def _law(plan: Plan, matrices: Matrices, first: Matrix, opening_per_m: float, sl
         positions = {s.channel: s.position for s in plan.rig.sensor}
         if table.channel not in positions:
             raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
-        X = float(abs(matrices.structure.deflection(positions[table.channel]) @ first))
-        law = law_from_table(table, opening_per_m=opening_per_m / X, slip_per_m=abs(slip_per_m) / X, E=plan.E)
+        local = local_law(
+            matrices, layer, E=plan.E, G=plan.G, tip=matrices.deflection(positions[table.channel]),
+            amplitude_m=np.array(table.amplitude_m), softening=np.array(table.softening), loss=np.array(table.loss),
+        )  # fmt: skip
+        law = law_from_functions(local, E=plan.E)
     else:
         law = default_law(plan.E)
     for change in plan.law_changes:

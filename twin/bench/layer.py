@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from twin.bench.local_amplitude import LocalLaw
 from twin.joint import Law, Linear, RunningLoss, Saturating, Table, table_from_stiffness
-from twin.rigs import LawTable
 
-__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_from_table", "no_law", "slapping"]
+__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_from_functions", "no_law", "slapping"]
 
 Matrix = NDArray[np.float64]
 
@@ -98,15 +98,13 @@ def default_law(E: float) -> JointLaw:
     return JointLaw(Saturating(soft, SOFT_OPENING * E / REFERENCE_MODULUS, -soft), RunningLoss(slip[-1], eta))
 
 
-def law_from_table(table: LawTable, *, opening_per_m: float, slip_per_m: float, E: float) -> JointLaw:
-    """The time form of identified functions g1, g2 of a response amplitude X, on the shape of mode 1.
+def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
+    """The time form of functions of the layer's own amplitudes; they are constant beyond their first and last knots.
 
     Parameters
     ----------
-    table
-        g1 and g2 over X; below the first knot and beyond the last they are constant.
-    opening_per_m, slip_per_m
-        Rms opening and slip of the layer per metre of X.
+    local
+        Softening over the rms opening, loss over the rms slip.
     E
         Normal modulus, N/m2.
 
@@ -115,28 +113,25 @@ def law_from_table(table: LawTable, *, opening_per_m: float, slip_per_m: float, 
     ValueError
         If the law's tangent modulus would be negative, which no passive layer has.
     """
-    X = np.asarray(table.amplitude_m)
-    knots = X[0], X[-1]
-    g1 = PchipInterpolator(X, np.asarray(table.softening))
-    g2 = PchipInterpolator(X, np.asarray(table.loss))
+    o, s = local.opening_m, local.slip_m
+    g1, g2 = PchipInterpolator(o, local.softening), PchipInterpolator(s, local.loss)
     dg1 = g1.derivative()
 
-    def softening(o: Matrix) -> Matrix:
-        return -np.asarray(g1(np.clip(o / opening_per_m, *knots)))
+    def softening(x: Matrix) -> Matrix:
+        return -np.asarray(g1(np.clip(x, o[0], o[-1])))
 
-    def slope(o: Matrix) -> Matrix:
-        x = o / opening_per_m
-        return -np.where((x > knots[0]) & (x < knots[1]), dg1(np.clip(x, *knots)), 0.0) / opening_per_m
+    def slope(x: Matrix) -> Matrix:
+        return -np.where((x > o[0]) & (x < o[-1]), dg1(np.clip(x, o[0], o[-1])), 0.0)
 
-    normal = table_from_stiffness(softening, slope, limit_m=3.0 * X[-1] * opening_per_m)
+    normal = table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
     lowest = E + normal.tangent.min()
     if lowest < -0.02 * E:
         raise ValueError(
             f"joint.law: the softening makes the layer's tangent modulus negative ({lowest:.3g} N/m2); it is not the "
             "law of a passive layer over this range of amplitudes"
         )
-    slip = np.linspace(0.0, X[-1] * slip_per_m, LOSS_POINTS)
-    return JointLaw(normal, RunningLoss(slip[-1], np.asarray(g2(np.clip(slip / slip_per_m, *knots)))))
+    slip = np.linspace(0.0, s[-1], LOSS_POINTS)
+    return JointLaw(normal, RunningLoss(slip[-1], np.asarray(g2(np.clip(slip, s[0], s[-1])))))
 
 
 def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: float) -> JointLaw:

@@ -1,4 +1,4 @@
-"""A rig whose file carries identified functions g1, g2 of amplitude: the bench has them as its describing functions."""
+"""A rig whose file carries functions g1, g2 of a sensor's amplitude: the laws of opening and slip do the same."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 from twin.bench import open_bench
 from twin.joint import describing_function
 from twin.rigs import LawTable, load_rig
+from twin.structure import assemble, mesh_rig
 
 RIG = load_rig("steel-lap-joint")
 X = np.array([0.0, 5e-4, 1e-3, 2e-3, 3e-3, 4e-3])
@@ -20,19 +21,50 @@ def with_law(**change):
     return RIG.model_copy(update={"joint": RIG.joint.model_copy(update={"law": table})})
 
 
-def test_describing_functions_return_the_tables():
-    built = open_bench(with_law()).built
-    softening = describing_function(built.law.normal.path, X[1:] * built.opening_per_m)
-    np.testing.assert_allclose(-softening.real, G1[1:], rtol=2e-3)
+@pytest.fixture(scope="module")
+def built():
+    return open_bench(with_law()).built
+
+
+@pytest.fixture(scope="module")
+def modes():
+    """Mode 1 at each X with the table's moduli in the whole layer, by a dense solver: rms opening, slip and power."""
+    moduli = RIG.joint.preload["120N"]
+    s = assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6))
+    found = []
+    for softening, loss in zip(G1, G2, strict=True):
+        K = s.stiffness(moduli.normal_modulus - softening, moduli.shear_modulus) + 1j * loss * s.KG
+        values, vectors = np.linalg.eig(np.linalg.solve(s.M, K))
+        first = np.argmin(np.abs(values))
+        shape = vectors[:, first] / (s.deflection(RIG.length) @ vectors[:, first])
+        opening = np.linalg.norm(s.B_E @ shape) / np.linalg.norm(s.normal_weight)
+        found.append((values[first], opening, np.linalg.norm(s.B_G @ shape) / np.linalg.norm(s.shear_weight)))
+    return found
+
+
+def test_describing_functions_return_the_tables_at_the_openings_and_slips_of_each_amplitude(built, modes):
+    """Within what one force in the shape of linear mode 1 differs from a layer that softens as a whole."""
+    value, opening, slip = (np.array(column) for column in zip(*modes, strict=True))
+    amplitude = X * value[0].real / np.abs(value)
+    softening = describing_function(built.law.normal.path, (amplitude * opening)[1:])
+    np.testing.assert_allclose(-softening.real, G1[1:], rtol=0.03)
     np.testing.assert_allclose(softening.imag, 0.0, atol=1e-6 * G1[-1])
-    np.testing.assert_allclose(built.law.loss.stiffness(X * built.slip_per_m).imag, G2, rtol=1e-3, atol=1e4)
+    # Slip where slip is least differs most: its loss goes with the square.
+    np.testing.assert_allclose(built.law.loss.stiffness(amplitude * slip).imag[1:], G2[1:], rtol=0.05)
 
 
-def test_amplitudes_are_those_of_the_named_channel():
-    tip, middle = (open_bench(with_law(channel=channel)).built for channel in ("acc2", "acc1"))
-    o = 1e-3 * tip.opening_per_m
+def test_a_softened_layer_opens_farther_than_its_linear_mode(built, modes):
+    opening = [entry[1] for entry in modes]
+    assert opening[-1] > 1.3 * opening[0]
+    linear = describing_function(built.law.normal.path, X[1:] * built.opening_per_m)
+    assert np.all(-linear.real < G1[1:]), "taken at the linear mode's opening the law would be softer than the table"
+
+
+def test_amplitudes_are_those_of_the_named_channel(built):
+    middle = open_bench(with_law(channel="acc1")).built
+    o = 1e-3 * built.opening_per_m
     # The same opening is a smaller amplitude at the middle, so the same table softens it less.
-    assert -tip.law.normal.stiffness(np.array(o)).real > -middle.law.normal.stiffness(np.array(o)).real
+    assert -built.law.normal.stiffness(np.array(o)).real > -middle.law.normal.stiffness(np.array(o)).real
 
 
 def test_a_law_that_no_passive_layer_has_is_refused():
