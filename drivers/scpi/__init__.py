@@ -3,9 +3,12 @@
 from drivers.scpi.commands import CommandTable, command
 from drivers.scpi.errors import ErrorQueue, ScpiError
 from drivers.scpi.instrument import Deferred, Instrument, Interpreter
+from drivers.scpi.status import MEASURING, SAMPLES_LOST, StatusGroup
 from drivers.scpi.values import Boolean, Choice, Integer, Number, definite_block, quoted
 
 __all__ = [
+    "MEASURING",
+    "SAMPLES_LOST",
     "Boolean",
     "Choice",
     "CommandTable",
@@ -16,6 +19,7 @@ __all__ = [
     "Interpreter",
     "Number",
     "ScpiError",
+    "StatusGroup",
     "command",
     "definite_block",
     "quoted",

@@ -1,19 +1,20 @@
 """The command table: one decorator a command, headers in long and short form, and a printed table.
 
 A header is written as in an instrument's manual: ``SOURce:FREQuency``, ``OUTPut[:STATe]`` (what is in brackets may be
-left out), ``CHANnel#:DESCription?`` (a number belongs at ``#``; 1 if left out), ``*IDN?``.
+left out), ``CHANnel#:DESCription?`` (a number belongs at ``#``; 1 if left out), ``*IDN?``.  The query of a number that
+can be set also takes MINimum or MAXimum, and gives the limit.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, TypeVar
 
 from drivers.scpi.errors import ScpiError
-from drivers.scpi.values import Parameter, short_form
+from drivers.scpi.values import Number, Parameter, short_form
 
 __all__ = ["Command", "CommandTable", "command", "command_table"]
 
@@ -30,6 +31,8 @@ class Command:
     parameters: tuple[Parameter, ...]
     optional: int
     function: Callable[..., object]
+    settable: Number | None = None
+    """What a query's setting takes, where that is one number."""
 
     @property
     def is_query(self) -> bool:
@@ -41,8 +44,17 @@ class Command:
         """First line of the function's docstring."""
         return (self.function.__doc__ or "").strip().splitlines()[0]
 
+    @property
+    def described(self) -> list[str]:
+        """Its parameters, for the table; in brackets what may be left out."""
+        needed = len(self.parameters) - self.optional
+        words = [parameter.describe() for parameter in self.parameters]
+        return [*words[:needed], *(f"[{word}]" for word in words[needed:])]
+
     def call(self, instrument: object, suffixes: tuple[int, ...], arguments: list[str]) -> object:
         """Check the parameters and do it."""
+        if self.settable is not None and len(arguments) == 1:
+            return self.settable.limit(arguments[0])
         if len(arguments) > len(self.parameters):
             raise ScpiError(-108, f"{self.header} takes {len(self.parameters)} parameter(s)")
         if len(arguments) < len(self.parameters) - self.optional:
@@ -86,7 +98,7 @@ class CommandTable:
 
     def describe(self) -> str:
         """The table as text: header, parameters, what it does."""
-        rows = [(row.header, ",".join(p.describe() for p in row.parameters), row.summary) for row in self.commands]
+        rows = [(row.header, ",".join(row.described), row.summary) for row in self.commands]
         widths = [max(len(row[i]) for row in rows) for i in (0, 1)]
         return "\n".join(f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in rows)
 
@@ -98,7 +110,16 @@ def command_table(instrument: type) -> CommandTable:
         for member in vars(cls).values():
             rows: Any = getattr(member, "scpi_commands", [])
             found.update({row.header: row for row in rows})
-    return CommandTable(found.values())
+    return CommandTable(_with_limits(row, found) for row in found.values())
+
+
+def _with_limits(row: Command, table: Mapping[str, Command]) -> Command:
+    """A query that knows what its setting takes."""
+    setting = table.get(row.header.removesuffix("?"))
+    if not row.is_query or row.parameters or setting is None or len(setting.parameters) != 1:
+        return row
+    parameter = setting.parameters[0]
+    return replace(row, settable=parameter) if isinstance(parameter, Number) else row
 
 
 def _pattern(header: str) -> str:

@@ -7,6 +7,7 @@ from collections import deque
 from drivers.scpi.commands import CommandTable, command, command_table
 from drivers.scpi.errors import ErrorQueue, ScpiError
 from drivers.scpi.parser import Unit, parse_message
+from drivers.scpi.status import StatusGroup
 from drivers.scpi.values import Integer, format_result
 
 __all__ = ["Deferred", "Instrument", "Interpreter"]
@@ -14,7 +15,9 @@ __all__ = ["Deferred", "Instrument", "Interpreter"]
 LINE_LIMIT = 4096
 QUEUE_LIMIT = 256
 OPERATION_COMPLETE, QUERY_ERROR, DEVICE_ERROR, EXECUTION_ERROR, COMMAND_ERROR, POWER_ON = 1, 4, 8, 16, 32, 128
-STATUS_ERROR, STATUS_EVENT, STATUS_SERVICE = 4, 32, 64
+STATUS_ERROR, STATUS_QUESTIONABLE, STATUS_MESSAGE = 4, 8, 16
+STATUS_EVENT, STATUS_SERVICE, STATUS_OPERATION = 32, 64, 128
+ENABLE_LIMIT = 65535
 
 
 class Deferred:
@@ -39,6 +42,9 @@ class Instrument:
         self._events = POWER_ON
         self._event_enable = 0
         self._service_enable = 0
+        self.operation = StatusGroup()
+        self.questionable = StatusGroup()
+        self.message_available = False
 
     @classmethod
     def table(cls) -> CommandTable:
@@ -63,6 +69,9 @@ class Instrument:
         """0 if all is well (``*TST?``); a subclass may test something."""
         return 0
 
+    def refresh_status(self) -> None:
+        """Bring the conditions of the status groups up to date; a subclass knows them."""
+
     def end_message(self) -> None:
         """Called after the last command of a message; a subclass may apply what it has gathered."""
 
@@ -78,9 +87,11 @@ class Instrument:
 
     @command("*CLS")
     def _clear(self) -> None:
-        """Clear the error queue and the event register."""
+        """Clear the error queue and the event registers."""
         self.errors.clear()
         self._events = 0
+        self.operation.take_events()
+        self.questionable.take_events()
 
     @command("*ESE", Integer(maximum=255))
     def _set_event_enable(self, value: int) -> None:
@@ -110,10 +121,16 @@ class Instrument:
 
     @command("*STB?")
     def _status(self) -> int:
-        """The status byte: 4 errors wait, 32 an enabled event, 64 service requested."""
-        status = STATUS_ERROR if len(self.errors) else 0
-        if self._events & self._event_enable:
-            status |= STATUS_EVENT
+        """The status byte: 4 errors, 8 questionable data, 16 an answer, 32 an event, 64 service, 128 operation."""
+        self.refresh_status()
+        shown = (
+            (STATUS_ERROR, len(self.errors) > 0),
+            (STATUS_QUESTIONABLE, self.questionable.summary),
+            (STATUS_MESSAGE, self.message_available),
+            (STATUS_EVENT, bool(self._events & self._event_enable)),
+            (STATUS_OPERATION, self.operation.summary),
+        )
+        status = sum(bit for bit, on in shown if on)
         return status | (STATUS_SERVICE if status & self._service_enable else 0)
 
     @command("*OPC")
@@ -150,6 +167,55 @@ class Instrument:
         """The SCPI version followed."""
         return "1999.0"
 
+    @command("STATus:OPERation[:EVENt]?")
+    def _take_operation_events(self) -> int:
+        """What came on since the last reading, cleared by it: 16 measuring."""
+        self.refresh_status()
+        return self.operation.take_events()
+
+    @command("STATus:OPERation:CONDition?")
+    def _get_operation_condition(self) -> int:
+        """What is on now, in the bits of the event register."""
+        self.refresh_status()
+        return self.operation.condition
+
+    @command("STATus:OPERation:ENABle", Integer(maximum=ENABLE_LIMIT))
+    def _set_operation_enable(self, value: int) -> None:
+        """Which of these events show in bit 7 of the status byte."""
+        self.operation.enable = value
+
+    @command("STATus:OPERation:ENABle?")
+    def _get_operation_enable(self) -> int:
+        """The enable register."""
+        return self.operation.enable
+
+    @command("STATus:QUEStionable[:EVENt]?")
+    def _take_questionable_events(self) -> int:
+        """What came on since the last reading, cleared by it: 512 samples were lost."""
+        self.refresh_status()
+        return self.questionable.take_events()
+
+    @command("STATus:QUEStionable:CONDition?")
+    def _get_questionable_condition(self) -> int:
+        """What is on now, in the bits of the event register."""
+        self.refresh_status()
+        return self.questionable.condition
+
+    @command("STATus:QUEStionable:ENABle", Integer(maximum=ENABLE_LIMIT))
+    def _set_questionable_enable(self, value: int) -> None:
+        """Which of these events show in bit 3 of the status byte."""
+        self.questionable.enable = value
+
+    @command("STATus:QUEStionable:ENABle?")
+    def _get_questionable_enable(self) -> int:
+        """The enable register."""
+        return self.questionable.enable
+
+    @command("STATus:PRESet")
+    def _preset(self) -> None:
+        """No operation or questionable event shows in the status byte."""
+        self.operation.enable = self.questionable.enable = 0
+
     @command("SYSTem:HELP:HEADers?")
     def _help(self) -> bytes:
         """The command table, as a definite-length block."""
@@ -173,8 +239,8 @@ class Interpreter:
         return len(self._units) < QUEUE_LIMIT
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the client; lines end with LF or CR LF, and an over-long one becomes error -363."""
-        *lines, rest = data.split(b"\n")
+        """Take bytes from the client; lines end with LF, CR LF or, as a terminal sends, CR; too long is error -363."""
+        *lines, rest = data.replace(b"\r", b"\n").split(b"\n")
         for line in lines:
             self._line += line
             if self._overlong or len(self._line) > LINE_LIMIT:
@@ -215,6 +281,7 @@ class Interpreter:
     def _execute(self, unit: Unit) -> None:
         try:
             found, suffixes = self._instrument.table().find(unit.header)
+            self._instrument.message_available = bool(self._answers)
             result = found.call(self._instrument, suffixes, unit.arguments)
         except ScpiError as error:
             result = error

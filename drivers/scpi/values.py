@@ -57,10 +57,9 @@ class Number:
 
     def parse(self, text: str) -> float:
         """Value in the base unit."""
-        word = text.strip().upper()
-        for name, limit in (("MINIMUM", self.minimum), ("MAXIMUM", self.maximum)):
-            if word in (name, name[:3]):
-                return limit
+        limit = self._named_limit(text)
+        if limit is not None:
+            return limit
         match = _NUMBER.match(text)
         if match is None:
             raise ScpiError(-104, f"{text.strip()[:40]} is not a number")
@@ -71,6 +70,20 @@ class Number:
         if not self.minimum <= value <= self.maximum:
             raise ScpiError(-222, f"{value:g} is not in {self.minimum:g} to {self.maximum:g} {self.unit}".strip())
         return value
+
+    def limit(self, text: str) -> float:
+        """The limit that MINimum or MAXimum names; raises ScpiError for other words."""
+        limit = self._named_limit(text)
+        if limit is None:
+            raise ScpiError(-224, f"{text.strip()[:40]} is neither MINimum nor MAXimum")
+        return limit
+
+    def _named_limit(self, text: str) -> float | None:
+        word = text.strip().upper()
+        for name, limit in (("MINIMUM", self.minimum), ("MAXIMUM", self.maximum)):
+            if word in (name, name[:3]):
+                return limit
+        return None
 
     def _factor(self, suffix: str) -> float:
         if not suffix:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.frames import MAX_PAYLOAD, Frame, FrameKind, encode, encode_samples
-from drivers.scpi import Integer, Interpreter, Number, ScpiError, command, quoted
+from drivers.scpi import MEASURING, SAMPLES_LOST, Integer, Interpreter, Number, ScpiError, command, quoted
 from drivers.virtual.catalogue import Catalogue
 from drivers.virtual.conversing import Conversing
 from drivers.virtual.faults import LinkFaults
@@ -104,8 +104,14 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         self._speaking = session
         return interpreter.run()
 
+    def refresh_status(self) -> None:
+        """Whether it measures, and whether samples of the stream were lost."""
+        self.operation.put(MEASURING, self.listening)
+        self.questionable.put(SAMPLES_LOST, self._stream is not None and self._stream.overrun > 0)
+
     def accept(self, block: SampleBlock) -> None:
         """Take a block of the feed and send it to who listens."""
+        self.refresh_status()
         values = np.stack([block.samples[channel.name] for channel in self._channels]).astype(np.float32, copy=False)
         self.take_readings(values)
         if self._stream is None:

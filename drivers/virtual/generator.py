@@ -12,7 +12,7 @@ __all__ = ["Generator"]
 
 
 class Generator(Instrument):
-    """Sine or noise; all settings of one message hold from the same sample.
+    """Sine, noise or multisine; all settings of one message hold from the same sample.
 
     Parameters
     ----------
@@ -53,61 +53,71 @@ class Generator(Instrument):
     def _set(self, **changes: object) -> None:
         self._excitation = replace(self._excitation, **changes)  # type: ignore[arg-type]
 
-    @command("SOURce:FUNCtion[:SHAPe]", Choice(("SINusoid", "RANDom")))
+    @command("[SOURce:]FUNCtion[:SHAPe]", Choice(("SINusoid", "RANDom", "MULTisine")))
     def _set_function(self, name: str) -> None:
-        """Sine, or Gaussian noise in a band."""
-        self._set(kind="sine" if name == "SIN" else "random")
+        """Sine; Gaussian noise in a band; or equally high sines at all multiples of 1/period in that band."""
+        self._set(kind={"SIN": "sine", "RAND": "random", "MULT": "multisine"}[name])
 
-    @command("SOURce:FUNCtion[:SHAPe]?")
+    @command("[SOURce:]FUNCtion[:SHAPe]?")
     def _get_function(self) -> str:
-        """SIN or RAND."""
-        return "SIN" if self._excitation.kind == "sine" else "RAND"
+        """SIN, RAND or MULT."""
+        return {"sine": "SIN", "random": "RAND"}.get(self._excitation.kind, "MULT")
 
-    @command("SOURce:FREQuency", Number(minimum=1e-3, maximum=1e5, unit="Hz"))
+    @command("[SOURce:]FREQuency[:CW]", Number(minimum=1e-3, maximum=1e5, unit="Hz"))
     def _set_frequency(self, value: float) -> None:
         """Frequency of the sine; changes without a jump of phase."""
         self._set(frequency_Hz=value)
 
-    @command("SOURce:FREQuency?")
+    @command("[SOURce:]FREQuency[:CW]?")
     def _get_frequency(self) -> float:
         """In Hz."""
         return self._excitation.frequency_Hz
 
-    @command("SOURce:VOLTage[:AMPLitude]", Number(minimum=0.0, maximum=10.0, unit="V"))
+    @command("[SOURce:]VOLTage[:LEVel][:AMPLitude]", Number(minimum=0.0, maximum=10.0, unit="V"))
     def _set_voltage(self, value: float) -> None:
-        """Peak value of the sine, rms value of the noise."""
+        """Peak value of the sine, rms value of noise and multisine."""
         self._set(amplitude_V=value)
 
-    @command("SOURce:VOLTage[:AMPLitude]?")
+    @command("[SOURce:]VOLTage[:LEVel][:AMPLitude]?")
     def _get_voltage(self) -> float:
         """In V."""
         return self._excitation.amplitude_V
 
     @command(
-        "SOURce:NOISe:BAND",
+        "[SOURce:]NOISe:BAND",
         Number(minimum=0.0, maximum=1e5, unit="Hz"),
         Number(minimum=0.0, maximum=1e5, unit="Hz"),
     )
     def _set_band(self, low: float, high: float) -> None:
-        """Lower and upper end of the noise."""
+        """Lower and upper end of the noise, and of the multisine's lines."""
         if not low < high:
             raise ScpiError(-224, "the band's upper end is not above its lower one")
         self._set(band_Hz=(low, high))
 
-    @command("SOURce:NOISe:BAND?")
+    @command("[SOURce:]NOISe:BAND?")
     def _get_band(self) -> tuple[float, float]:
         """In Hz."""
         return self._excitation.band_Hz
 
-    @command("SOURce:NOISe:SEED", Integer(maximum=2**63 - 1))
+    @command("[SOURce:]NOISe:SEED", Integer(maximum=2**63 - 1))
     def _set_seed(self, value: int) -> None:
-        """Seed of the noise."""
+        """Seed of the noise, and of the multisine's phases."""
         self._set(seed=value)
 
-    @command("SOURce:NOISe:SEED?")
+    @command("[SOURce:]NOISe:SEED?")
     def _get_seed(self) -> int:
         """The seed."""
         return self._excitation.seed
+
+    @command("[SOURce:]MULTisine:PERiod", Number(minimum=1e-3, maximum=100.0, unit="s"))
+    def _set_period(self, value: float) -> None:
+        """After which the multisine repeats."""
+        self._set(period_s=value)
+
+    @command("[SOURce:]MULTisine:PERiod?")
+    def _get_period(self) -> float:
+        """In s."""
+        return self._excitation.period_s
 
     @command("OUTPut[:STATe]", Boolean())
     def _set_output(self, on: bool) -> None:

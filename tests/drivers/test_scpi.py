@@ -106,7 +106,8 @@ def test_millivolt_is_not_megavolt(oven):
     [
         ("SOUR:FREQ 0.5", -222), ("SOUR:FREQ 1 V", -131), ("COUN 1 V", -138), ("SOUR:FREQ abc", -104),
         ("SOUR:FREQ", -109), ("SOUR:FREQ 1,2", -108), ("SOUR:FREQ 1,", -102), ("SHAP SQU", -224), ("SHAP 1", -104),
-        ("COUN 6", -222), ("SOUR:FREQ? 1", -108), ("1SOUR", -102), ("SOUR::FREQ 1", -102), ("SHAP 'SIN", -151),
+        ("SOUR:FREQ? 1", -224), ("SOUR:FREQ? 1,2", -108), ("COUN 6", -222),
+        ("1SOUR", -102), ("SOUR::FREQ 1", -102), ("SHAP 'SIN", -151),
         ("SOUR:FREQ 1e999", -222), ("\x01", -101), ("DATA", -113), ("é", -101), ("SOUR:FREQ NaN", -104),
     ],
 )  # fmt: skip
@@ -150,10 +151,37 @@ def test_status_registers(oven):
     ask(oven, "NONSENSE")
     ask(oven, "SOUR:FREQ 0")
     ask(oven, "*OPC")
-    assert ask(oven, "*ESE 32;*ESE?;*SRE 32;*SRE?;*STB?") == b"32;32;100\n"  # error queue, event, service
+    assert ask(oven, "*ESE 32;*ESE?;*SRE 32;*SRE?;*STB?") == b"32;32;116\n"  # errors, answers, event, service
     assert ask(oven, "*ESR?;*ESR?") == b"49;0\n"  # command error, execution error, operation complete
     assert ask(oven, "*CLS;*STB?;SYST:ERR?") == b'0;0,"No error"\n'
     assert ask(oven, "*OPC?;*TST?;SYST:VERS?") == b"1;0;1999.0\n"
+
+
+def test_status_groups_keep_what_came_on_until_it_is_read(oven):
+    assert ask(oven, "STAT:OPER:COND?;EVEN?;ENAB?") == b"0;0;0\n"
+    oven.operation.put(16, True)
+    oven.operation.put(16, False)
+    assert ask(oven, "*STB?") == b"0\n"  # nothing of it is enabled
+    assert ask(oven, "STAT:OPER:ENAB 16;:STAT:QUES:ENAB 512;*STB?;:STAT:OPER:COND?") == b"128;0\n"
+    assert ask(oven, "STATUS:OPERATION:EVENT?;:STAT:OPER?;*STB?") == b"16;0;16\n"  # an answer waits
+    oven.questionable.put(512, True)
+    assert ask(oven, "*SRE 8;*STB?") == b"72\n"
+    assert ask(oven, "*CLS;*STB?;STAT:QUES?;QUES:COND?") == b"0;0;512\n"
+    assert ask(oven, "STAT:PRES;OPER:ENAB?") == b"0\n"
+    assert ask(oven, "SYST:ERR?") == b'0,"No error"\n'
+
+
+def test_the_query_of_a_number_gives_its_limits(oven):
+    assert ask(oven, "SOUR:FREQ? MIN;FREQ? maximum") == b"1.0;1000000.0\n"
+    ask(oven, "SOUR:FREQ? 3")
+    assert oven.errors.pop().number == -224
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+def test_a_line_ends_as_programs_and_terminals_end_it(oven, end):
+    interpreter = Interpreter(oven)
+    interpreter.feed(b"SOUR:FREQ 5" + end + b"SOUR:FREQ?" + end)
+    assert interpreter.run() == [b"5.0\n"]
 
 
 def test_blocks_have_definite_length(oven):

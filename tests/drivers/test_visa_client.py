@@ -31,6 +31,8 @@ def test_identity_settings_and_error_queue(visa):
     assert instrument.query("SYST:ERR?").startswith('-222,"Data out of range')
     assert instrument.query("SYST:ERR?").startswith('-113,"Undefined header')
     assert instrument.query("SYST:ERR?") == '0,"No error"'
+    instrument.write("FREQ 25.3 HZ;VOLT 500 MV")  # SOURce may be left out
+    assert instrument.query("FREQ?;VOLT?;FREQ? MIN") == "25.3;0.5;0.001"
     instrument.write("SOUR:NOIS:BAND 20,10")
     assert instrument.query("*ESR?") == str(32 + 16)
     assert instrument.query("*OPC?") == "1"
@@ -58,6 +60,15 @@ def test_a_block_holds_the_next_samples_bit_for_bit(visa):
     assert np.argmax(spectrum) * 5.12 == pytest.approx(100.0, abs=3)
 
 
+def test_the_status_byte_tells_that_it_has_measured(visa):
+    instrument, _ = visa
+    instrument.write("*CLS;:STAT:PRES;:STAT:OPER:ENAB 16;*SRE 128")
+    assert instrument.query("*STB?;STAT:OPER:COND?") == "0;0"
+    instrument.query_binary_values("READ? 100", datatype="f")
+    assert instrument.query("*STB?;STAT:OPER:COND?") == "192;0"
+    assert instrument.query("STAT:OPER?;*STB?") == "16;16"  # the answer before it waits
+
+
 def test_fetch_gives_the_latest(visa):
     instrument, rig = visa
     instrument.write("FETC? 10")
@@ -71,7 +82,7 @@ def test_the_command_table_is_printed(visa):
     instrument, _ = visa
     table = bytes(instrument.query_binary_values("SYST:HELP:HEAD?", datatype="B")).decode()
     assert "ACQuire:STARt" in table
-    assert "SOURce:FREQuency" in table
+    assert "[SOURce:]FREQuency[:CW]" in table
 
 
 def test_a_client_may_leave_and_another_come(visa):

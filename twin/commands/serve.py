@@ -31,7 +31,7 @@ _NEWTON = re.compile(r"\d+(\.\d+)?N")
     is_eager=True,
     expose_value=False,
     callback=lambda context, _, wanted: _print_commands(context) if wanted else None,
-    help="Print the instruments' SCPI commands, and leave.",
+    help="Print the instruments' manual (SCPI commands, errors, frames, CAN messages), and leave.",
 )
 @click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
 @click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of preload and temperature.")
@@ -108,8 +108,7 @@ class JointMeter:
 
 
 def _print_commands(context: click.Context) -> None:
-    from drivers.virtual import AcquisitionInstrument, Meter
+    from drivers.virtual.manual import write_manual
 
-    click.echo(f"generator and acquisition\n\n{AcquisitionInstrument.table().describe()}")
-    click.echo(f"\nmeter\n\n{Meter.table().describe()}")
+    click.echo(write_manual(), nl=False)
     context.exit()

@@ -147,11 +147,14 @@ def test_what_makes_the_moduli_fall_shows_on_the_meter():
     assert JointMeter(warm, f"{low:g}N").read(100.0) == pytest.approx([low, 22.0])
 
 
-def test_the_command_table_can_be_printed(capsys):
+def test_the_manual_of_the_instruments_is_what_the_code_says(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["serve", "--commands"])
     assert ended.value.code == 0
-    assert "ACQuire:STARt" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "| `ACQuire:STARt` |" in printed
+    page = Path(__file__).parents[3] / "docs" / "instruments.md"
+    assert page.read_text() == printed, "write it anew: twin serve --commands > docs/instruments.md"
 
 
 def test_what_went_wrong_is_in_the_file_and_told(tmp_path):
