@@ -22,6 +22,7 @@ __all__ = ["Chart", "common_range"]
 Array = NDArray[Any]
 
 WIDTH, HEIGHT = 1000.0, 640.0
+"""Of the frame, unless a chart asks for another width."""
 FRAME, GRID, TEXT = (130, 136, 145), (44, 48, 54), (225, 228, 232)
 PAPER = (13, 16, 17)
 """Dark as the viewer: its labels come on dark chips, which a light ground would show."""
@@ -61,6 +62,12 @@ class Chart:
         Ends of the axes, in data.
     log_x, log_y
         Logarithmic axes.
+    width
+        Of the frame, beside its height of 640: of a chart for a pane that is wide.
+    growing
+        Drawn anew, under the same entity, as data come: what is drawn holds from the recording's present time on.
+    legend_rows
+        Room for the legend, in rows; as it turns out if left out.
     """
 
     recording: rr.RecordingStream
@@ -72,10 +79,15 @@ class Chart:
     y_range: tuple[float, float]
     log_x: bool = False
     log_y: bool = False
+    width: float = WIDTH
+    growing: bool = False
+    legend_rows: int | None = None
     _legend: list[tuple[str, str]] = field(default_factory=list)
 
     @property
     def _rows(self) -> int:
+        if self.legend_rows is not None:
+            return self.legend_rows
         return -(-len(self._legend) // MOST_COLUMNS)
 
     def __post_init__(self) -> None:
@@ -83,7 +95,7 @@ class Chart:
 
     def view(self, name: str | None = None) -> rrb.Spatial2DView:
         """The view that shows it, framed."""
-        bounds = rrb.VisualBounds2D(x_range=[-150, WIDTH + 40], y_range=[-HEIGHT - 104 - 46 * self._rows, 116])
+        bounds = rrb.VisualBounds2D(x_range=[-150, self.width + 40], y_range=[-HEIGHT - 104 - 46 * self._rows, 116])
         return rrb.Spatial2DView(
             origin=self.path, name=name or self.title, background=list(PAPER), visual_bounds=bounds
         )
@@ -141,18 +153,18 @@ class Chart:
         """Draw the legend above the frame: names in their curves' colours, since labels keep their size at any zoom."""
         columns = -(-len(self._legend) // max(self._rows, 1))
         for i, (text, colour) in enumerate(self._legend):
-            at = [(i % columns + 0.5) * WIDTH / columns, -HEIGHT - 84 - 46 * (self._rows - 1 - i // columns)]
+            at = [(i % columns + 0.5) * self.width / columns, -HEIGHT - 84 - 46 * (self._rows - 1 - i // columns)]
             self._log(f"legend/{i}", _text([at], [text], on_dark(colour)))
 
     def _log(self, name: str, what: Any) -> None:
-        self.recording.log(self._entity(name), what, static=True)
+        self.recording.log(self._entity(name), what, static=not self.growing)
 
     def _entity(self, name: str) -> list[object]:
         return [*self.path.strip("/").split("/"), *name.split("/")]
 
     def _place(self, x: Array, y: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
-            across = _share(x, self.x_range, self.log_x) * WIDTH
+            across = _share(x, self.x_range, self.log_x) * self.width
             up = _share(y, self.y_range, self.log_y) * HEIGHT
         up = np.where((up < -0.01 * HEIGHT) | (up > 1.01 * HEIGHT), np.nan, up)
         return np.stack([across, -up], axis=-1)
@@ -169,8 +181,8 @@ class Chart:
         ys = ticks(*self.y_range, log=self.log_y, most=6)
         at_x = self._place(np.array(xs), np.full(len(xs), self.y_range[0]))[:, 0]
         at_y = self._place(np.full(len(ys), self.x_range[0]), np.array(ys))[:, 1]
-        grid: Any = [[[x, 0], [x, -HEIGHT]] for x in at_x] + [[[0, y], [WIDTH, y]] for y in at_y]
-        frame: Any = [[[0, 0], [WIDTH, 0], [WIDTH, -HEIGHT], [0, -HEIGHT], [0, 0]]]
+        grid: Any = [[[x, 0], [x, -HEIGHT]] for x in at_x] + [[[0, y], [self.width, y]] for y in at_y]
+        frame: Any = [[[0, 0], [self.width, 0], [self.width, -HEIGHT], [0, -HEIGHT], [0, 0]]]
         if grid:
             self._log("axes/grid", rr.LineStrips2D(grid, colors=[GRID], radii=rr.Radius.ui_points(0.5), draw_order=-2))
         self._log("axes/frame", rr.LineStrips2D(frame, colors=[FRAME], radii=rr.Radius.ui_points(0.75), draw_order=-1))
@@ -178,7 +190,7 @@ class Chart:
             self._log("axes/x", _text([[x, 4] for x in at_x], [f"{value:g}" for value in xs]))
         if ys:
             self._log("axes/y", _text([[-38, y - 12] for y in at_y], [f"{value:g}" for value in ys]))
-        self._log("axes/x_label", _text([[WIDTH / 2, 48]], [self.x_label]))
+        self._log("axes/x_label", _text([[self.width / 2, 48]], [self.x_label]))
         self._log("axes/y_label", _text([[max(90, 9 * len(self.y_label) - 150), -HEIGHT - 44]], [self.y_label]))
 
 

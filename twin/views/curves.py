@@ -19,6 +19,7 @@ from twin.identify.prediction import Predictor
 from twin.identify.sine_fit import SteadyState, steady_states
 from twin.identify.unknowns import Unknowns
 from twin.structure import normal_modes
+from twin.views.receptance import POWERS, receptance_mm_per_N
 
 __all__ = [
     "Fitted",
@@ -29,18 +30,10 @@ __all__ = [
     "compared_models",
     "law_band",
     "mode_shapes",
-    "receptance_mm_per_N",
     "stepped_sweeps",
 ]
 
 Array = NDArray[Any]
-
-POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-
-
-def receptance_mm_per_N(response: Array, quantity: str, frequency_Hz: Array) -> Array:
-    """Magnitude of displacement per force from a response per force, (f,) each."""
-    return np.asarray(1e3 * np.abs(response) / (2 * np.pi * np.asarray(frequency_Hz)) ** POWERS[quantity])
 
 
 @dataclass(frozen=True, kw_only=True)

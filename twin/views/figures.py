@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
-from twin.views.curves import Fitted, broadband_responses, law_band, mode_shapes, receptance_mm_per_N
+from twin.views.curves import Fitted, broadband_responses, law_band, mode_shapes
+from twin.views.receptance import receptance_mm_per_N
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
 __all__ = [

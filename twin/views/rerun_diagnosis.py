@@ -16,7 +16,8 @@ from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
 from twin.views.answer import answer_markdown
 from twin.views.chart import Chart, common_range
-from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes, receptance_mm_per_N
+from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes
+from twin.views.receptance import receptance_mm_per_N
 from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_mode
 from twin.views.rrd import recording_file
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text

@@ -15,7 +15,9 @@ from rerun.blueprint.encodings import TextLogColumn
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.chart import Chart, common_range
-from twin.views.curves import SteppedSweep, receptance_mm_per_N, stepped_sweeps
+from twin.views.curves import SteppedSweep, stepped_sweeps
+from twin.views.extremes import extremes
+from twin.views.receptance import receptance_mm_per_N
 from twin.views.rrd import recording_file
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
@@ -125,16 +127,7 @@ def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView
 
 def _envelope(values: Array) -> tuple[Array, Array]:
     """Positions and values to show: all, or of each stretch the least and the greatest, in order of time."""
-    stretch = 2 * -(-len(values) // MOST_SAMPLES)
-    if len(values) <= MOST_SAMPLES:
-        return np.arange(len(values)), values.astype(float)
-    whole = len(values) // stretch * stretch
-    table = values[:whole].reshape(-1, stretch)
-    low, high = np.where(np.isnan(table), np.inf, table), np.where(np.isnan(table), -np.inf, table)
-    picked = np.sort(np.stack([low.argmin(axis=1), high.argmax(axis=1)], axis=1), axis=1)
-    position = np.unique((picked + np.arange(len(table))[:, None] * stretch).ravel())
-    position = np.concatenate([position, np.arange(whole, len(values))])
-    return position, values[position].astype(float)
+    return extremes(values, 2 * -(-len(values) // MOST_SAMPLES) if len(values) > MOST_SAMPLES else 1)
 
 
 def _sweep_charts(
