@@ -29,6 +29,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -40,6 +41,8 @@ __all__ = ["MAX_PAYLOAD", "SYNC", "Decoder", "Frame", "FrameKind", "encode", "en
 SYNC = b"\xd7RIG"
 MAX_PAYLOAD = 65536
 _HEADER = struct.Struct("<BBHIQqd")
+_REMEMBERED = 64
+"""Missing frames of which one would know that they come late."""
 _CHECK = struct.Struct("<I")
 HEADER_BYTES = len(SYNC) + _HEADER.size + _CHECK.size
 OVERHEAD_BYTES = HEADER_BYTES + _CHECK.size
@@ -144,15 +147,19 @@ class Decoder:
         Bytes that belonged to no good frame.
     lost_frames
         Frames missing by their sequence numbers, refused ones included.
+    late_frames
+        Frames that came after later ones; they are not missing any more.
     """
 
     def __init__(self) -> None:
+        self._missing: deque[int] = deque(maxlen=_REMEMBERED)
         self._buffer = bytearray()
         self._expected: int | None = None
         self.bad_headers = 0
         self.bad_payloads = 0
         self.skipped_bytes = 0
         self.lost_frames = 0
+        self.late_frames = 0
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes in, and give the frames they complete; stops after an end-of-stream frame."""
@@ -213,8 +220,13 @@ class Decoder:
         missing = 0 if self._expected is None else (sequence - self._expected) & 0xFFFF
         if missing < 0x8000:
             self.lost_frames += missing
+            self._missing.extend((sequence - k) & 0xFFFF for k in range(min(missing, _REMEMBERED), 0, -1))
             self._expected = (sequence + 1) & 0xFFFF
-        # Else it is a step back, a repeated or late frame: nothing is missing because of it.
+        elif sequence in self._missing:
+            self._missing.remove(sequence)
+            self.lost_frames -= 1
+            self.late_frames += 1
+        # Else it is a repeated frame: nothing is missing because of it.
 
     def take_rest(self) -> bytes:
         """Bytes not yet understood, taken out: plain text after the end of a stream."""

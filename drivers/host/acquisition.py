@@ -26,6 +26,8 @@ __all__ = ["RigAcquisition", "StreamEndedError", "open_instruments"]
 
 NUDGE_S = 0.25
 SILENT_S = 1.0
+CLOCK_OFFSET_S, CLOCK_DRIFT_PPM = 1e-3, 1.0
+"""From here on a recording says by how much a device's clock was wrong, although its times are corrected."""
 
 
 def choose_block_length(sample_rate_Hz: float) -> int:
@@ -68,6 +70,7 @@ class RigAcquisition:
         self._rate_Hz = 0.0
         self._acknowledged = 0
         self._lost: dict[str, tuple[int, int, int]] = {}
+        self._disorder: dict[str, tuple[int, int]] = {}
         self._silent: set[str] = set()
         self._warned: set[str] = set()
         options = {"timeout_s": instruments.timeout_s, "reconnect_s": instruments.reconnect_s}
@@ -125,6 +128,7 @@ class RigAcquisition:
         self._consumed = 0
         self._acknowledged = 0
         self._lost.clear()
+        self._disorder.clear()
         self._silent.clear()
         self._warned.clear()
         self._mailbox.now_ns = 0
@@ -145,6 +149,7 @@ class RigAcquisition:
         for device in self._devices:
             if device is not self._generator:
                 device.stop()
+                self._report_clock(device)
             self._report_loss(device.name)
 
     def close(self) -> None:
@@ -286,6 +291,7 @@ class RigAcquisition:
                 blocks.append(self._block(device, piece.first_index, piece.values, time_ns, rate_Hz, overload))
                 overload = np.zeros_like(overload)
             inbox.times.forget_before(target)
+            self._report_disorder(device)
         return blocks
 
     def _align(self, device: Device, time_ns: int) -> int:
@@ -312,6 +318,28 @@ class RigAcquisition:
             first, count, since_ns = self._lost.pop(device)
             detail = f"{count} samples, {first} to {first + count - 1}"
             self._mailbox.report(device, "lost-samples", detail, time_ns=since_ns)
+
+    def _report_disorder(self, device: Device) -> None:
+        """Note samples that came twice or late since the last time; none of them was used twice, or out of place."""
+        samples = device.inbox.samples
+        repeated, late = self._disorder.get(device.name, (0, 0))
+        self._disorder[device.name] = samples.repeated, samples.late
+        if samples.repeated > repeated:
+            detail = f"{samples.repeated - repeated} samples came again, or after they had been given up"
+            self._mailbox.report(device.name, "duplicate", detail)
+        if samples.late > late:
+            detail = f"{samples.late - late} samples came after later ones, and were put in their place"
+            self._mailbox.report(device.name, "reordered", detail)
+
+    def _report_clock(self, device: Device) -> None:
+        """Note a clock that was far from the generator's."""
+        clock = device.inbox.clock
+        if not clock.synchronised:
+            return
+        offset_s, drift_ppm = -clock.offset_ns * 1e-9, -clock.drift_ppm
+        if abs(offset_s) > CLOCK_OFFSET_S or abs(drift_ppm) > CLOCK_DRIFT_PPM:
+            detail = f"was {offset_s:.6f} s ahead and {drift_ppm:.2f} ppm fast; its times are corrected"
+            self._mailbox.report(device.name, "clock", detail)
 
     def _block(
         self,

@@ -36,6 +36,12 @@ class ClockFit:
         return 1e6 * self._drift
 
     @property
+    def offset_ns(self) -> float:
+        """How far the reference is ahead, at the latest pulse."""
+        self._fit()
+        return self._offset_ns
+
+    @property
     def synchronised(self) -> bool:
         """Whether a pulse was seen by both."""
         return self._count > 0

@@ -153,6 +153,8 @@ class DaqClient:
         return f" ({self.failure})" if self.failure else ""
 
     def _write(self, text: str) -> None:
+        if self.recovering:
+            return
         with contextlib.suppress(LineLostError):  # the reader notices it, reports it and reconnects
             self._line.write(text.encode() + b"\n")
 
@@ -181,8 +183,9 @@ class DaqClient:
             text = f"SOUR:FUNC SIN;FREQ {excitation.frequency_Hz!r};VOLT {excitation.amplitude_V!r};:OUTP ON"
         else:
             low, high = excitation.band_Hz
+            shape = "RAND" if excitation.kind == "random" else f"MULT;:SOUR:MULT:PER {excitation.period_s!r}"
             text = (
-                f"SOUR:FUNC RAND;NOIS:BAND {low!r},{high!r};:SOUR:NOIS:SEED {excitation.seed};"
+                f"SOUR:FUNC {shape};:SOUR:NOIS:BAND {low!r},{high!r};:SOUR:NOIS:SEED {excitation.seed};"
                 f":SOUR:VOLT {excitation.amplitude_V!r};:OUTP ON"
             )
         answer = self._checked(text + ";:OUTP:EFF?")
@@ -246,7 +249,7 @@ class DaqClient:
     def _receive(self) -> None:
         """Body of the thread: frames from the line to the inbox, until the end frame."""
         decoder = Decoder()
-        seen = (0, 0)
+        seen = (0, 0, 0)
         while not self._stopping.is_set() and not self.inbox.ended:
             try:
                 data = self._line.read(0.1)
@@ -254,7 +257,7 @@ class DaqClient:
                 if self._stopping.is_set() or not self._reconnect(str(error)):
                     return
                 decoder = Decoder()
-                seen = (0, 0)
+                seen = (0, 0, 0)
                 continue
             if not data:
                 continue
@@ -263,12 +266,14 @@ class DaqClient:
                 for frame in frames:
                     self._take(frame)
                 self._mailbox.announce(self.inbox)
-            counts = (decoder.bad_headers + decoder.bad_payloads, decoder.lost_frames)
+            counts = (decoder.bad_headers + decoder.bad_payloads, decoder.lost_frames, decoder.late_frames)
             if counts != seen:
                 if counts[0] > seen[0]:
                     self._mailbox.report(self.name, "checksum", f"{counts[0] - seen[0]} frame(s) refused")
                 if counts[1] > seen[1]:
                     self._mailbox.report(self.name, "lost-frames", f"{counts[1] - seen[1]} frame(s) missing")
+                if counts[2] > seen[2]:
+                    self._mailbox.report(self.name, "reordered", f"{counts[2] - seen[2]} frame(s) came late")
                 seen = counts
 
     def _take(self, frame: Frame) -> None:
@@ -288,8 +293,6 @@ class DaqClient:
                 self._mailbox.now_ns = frame.time_ns
             if inbox.samples.put(slice(None), frame.first_index, values):
                 inbox.overload += overload
-            else:
-                self._mailbox.report(self.name, "duplicate", f"samples {frame.first_index} again or too late")
         elif frame.kind == FrameKind.TEXT:
             self._replies.put(frame.payload)
         elif frame.kind == FrameKind.PULSE and len(frame.payload) == 4:
@@ -309,8 +312,8 @@ class DaqClient:
         """Look for the instrument again, and go on with its stream; whether that was possible."""
         self._mailbox.report(self.name, "disconnected", reason)
         self.failure = f"disconnected: {reason}"
-        self._line.close()
         self.recovering = True
+        self._line.close()
         try:
             return self._find_again()
         finally:
@@ -320,18 +323,23 @@ class DaqClient:
         deadline = time.monotonic() + self._reconnect_s
         while time.monotonic() < deadline and not self._stopping.is_set():
             time.sleep(0.1)
+            line: Transport | None = None
             try:
-                self._line = self._open()
-                self._line.write(b"\n")
-                state = self._query_line("*CLS;:ACQ:STAT?")
+                # Nobody else may speak on the new line before it is known to go on: answers would be taken for others.
+                line = self._open()
+                line.write(b"\n")
+                state = ask_line(line, "*CLS;:ACQ:STAT?", timeout_s=self._timeout_s)
                 if state != "INTERRUPTED":
                     self.failure = "the instrument has restarted"
                     self._mailbox.report(self.name, "device-restart", f"it is {state} and has forgotten the stream")
+                    line.close()
                     return False
-                self._line.write(b":ACQ:CONT\n")
+                line.write(b":ACQ:CONT\n")
             except (InputError, LineLostError, TimeoutError):
-                self._line.close()
+                if line is not None:
+                    line.close()
                 continue
+            self._line = line
             self.failure = ""
             self._mailbox.report(self.name, "reconnected")
             return True

@@ -37,6 +37,8 @@ class Reassembler:
     ----------
     repeated
         Samples that came twice or after they had been given up, and were not used.
+    late
+        Samples that came after later ones of their channel, and were put in their place.
     """
 
     def __init__(self, channels: int, *, tolerance: int) -> None:
@@ -45,9 +47,11 @@ class Reassembler:
         self._have = np.zeros((channels, 4096), bool)
         self._base = 0
         self._front = [0] * channels  # everything before it has come
+        self._reach = [0] * channels  # one past the newest that has come
         self._high = 0
         self._early: list[Piece] = []
         self.repeated = 0
+        self.late = 0
 
     @property
     def base(self) -> int:
@@ -81,10 +85,13 @@ class Reassembler:
         have = self._have[rows, start:stop]
         twice = int(have[0].sum()) if self._high > first_index + skip else 0
         self.repeated += skip + twice
+        if first_index + count <= min(self._reach[rows]):
+            self.late += count - skip - twice
         self._values[rows, start:stop] = values[:, skip:]
         have[:] = True
         behind = self._high - self._base
         for row in range(*rows.indices(len(self._front))):
+            self._reach[row] = max(self._reach[row], first_index + count)
             if start <= self._front[row] - self._base < stop:
                 front = stop
                 if stop < behind:  # what came early may follow

@@ -98,6 +98,10 @@ class _DescriptorLine:
             except OSError as error:
                 raise LineLostError(error.strerror or str(error)) from error
 
+    def _forget(self) -> None:
+        """The number of a closed descriptor may soon be another file's, such as the recording's: never use it again."""
+        self._descriptor = -1
+
 
 class _SerialLine(_DescriptorLine):
     def __init__(self, port: serial.Serial) -> None:
@@ -105,6 +109,7 @@ class _SerialLine(_DescriptorLine):
         super().__init__(port.fileno())
 
     def close(self) -> None:
+        self._forget()
         with contextlib.suppress(OSError, serial.SerialException):
             self._port.close()
 
@@ -116,4 +121,5 @@ class _TcpLine(_DescriptorLine):
         super().__init__(link.fileno())
 
     def close(self) -> None:
+        self._forget()
         self._link.close()

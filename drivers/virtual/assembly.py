@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import can
-import numpy as np
 
 from drivers.addresses import Address, parse_can, parse_tcp
 from drivers.bus import open_bus
@@ -164,7 +163,7 @@ class VirtualRig:
                     bus,
                     channels=channels,
                     lossless=self._speed is None,
-                    faults=self._faults.link("can", flip_message),
+                    faults=self._faults.link("can"),
                     clock=self._faults.clock("can"),
                     bus_time=BusTime(
                         bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate, multiple=self._speed
@@ -277,13 +276,3 @@ def open_serial(where: str, baud: int | None, multiple: float | None, *, option:
     if not path.is_char_device():
         raise InputError(option, where, "exists and is no serial port", "give a name that is free, or auto")
     return SerialPort(where, baud or DEFAULT_BAUD)
-
-
-def flip_message(message: can.Message, generator: np.random.Generator) -> can.Message:
-    """A frame with one bit of its data turned over: what a bus with a broken checksum would let through."""
-    data = bytearray(message.data)
-    bit = int(generator.integers(8 * len(data)))
-    data[bit // 8] ^= 1 << (bit % 8)
-    return can.Message(
-        arbitration_id=message.arbitration_id, data=data, is_extended_id=False, is_fd=True, bitrate_switch=True
-    )

@@ -46,13 +46,18 @@ class Conversing(Instrument):
         return interpreter.run()
 
     def pass_time(self, time_s: float) -> None:
-        """Device time goes on; a fault may hang up now."""
-        if self._faults.advance(time_s):
+        """Device time goes on; a fault may hang up now, or take its power."""
+        happens = self._faults.advance(time_s)
+        if happens:
             for session in self._sessions:
-                session.port.reopen()
+                session.hang_up()
+        if happens == "restart":
+            self.reset()
 
     def service(self) -> bool:
         """Talk to the clients; whether anything moved."""
+        if self._faults.away:
+            return False
         return sum(session.service() for session in self._sessions) > 0
 
     def descriptors(self) -> list[tuple[int, bool]]:

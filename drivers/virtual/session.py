@@ -58,6 +58,14 @@ class Session:
         """Send a frame ahead of the samples; if an earlier one still waits, this one takes its place."""
         self._notice = frame
 
+    def hang_up(self) -> None:
+        """The line is cut: what waits is not for whoever comes next."""
+        self.port.reopen()
+        if self._present:
+            self._present = False
+            self._instrument.client_left(self)
+        self._clear()
+
     def service(self) -> bool:
         """Take what has come, answer, send what the line takes; whether anything moved."""
         self.port.poll()

@@ -183,6 +183,7 @@ def test_reordered_frames_are_put_back(device, tmp_path):
         acquisition.stop()
         kinds = {event.kind for event in acquisition.take_events()}
     assert "lost-samples" not in kinds
+    assert "reordered" in kinds
     assert np.array_equal(channel(blocks, "acc1"), rig.source.everything[1, : 25 * 240])
     assert np.array_equal(channel(blocks, "acc2"), quantised(rig.source.everything[2, : 25 * 240], 490.0))
 
@@ -263,6 +264,10 @@ def test_clocks_that_differ_are_brought_together(tmp_path):
         acquisition.start()
         blocks = take(acquisition, 60)
         acquisition.stop()
+        (told,) = acquisition.take_events()
+    assert (told.source, told.kind) == ("can", "clock")
+    assert told.detail.startswith("was 3.00")
+    assert "40.00 ppm fast" in told.detail
     times = {name: {b.first_index: b.time_ns for b in blocks if b.device == name} for name in ("daq", "can")}
     late = [abs(times["can"][i] - times["daq"][i]) for i in sorted(times["daq"])][4:]
     assert 360 * 1000 * 1e-9 * max(late) < 0.1  # degrees at 1 kHz
@@ -278,8 +283,45 @@ def test_a_stall_shorter_than_the_patience_costs_nothing():
     assert np.array_equal(channel(blocks, "force"), rig.source.everything[0, : 10 * 240])
 
 
+@pytest.mark.parametrize("kind", ["serial", "tcp"])
+def test_an_instrument_that_loses_its_power_is_told_and_what_came_before_is_right(kind, tmp_path):
+    options = {"serial": True, "link": tmp_path / "line"} if kind == "serial" else {"tcp": True}
+    with (
+        served(FilteredSine(), faults=["restart:device=daq,at_s=3"], **options) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        blocks: list[SampleBlock] = []
+        while True:
+            try:
+                blocks += acquisition.read(timeout_s=1.5)
+            except TimeoutError as error:
+                assert "restarted" in str(error)
+                break
+        acquisition.stop()
+        kinds = {event.kind for event in acquisition.take_events()}
+    assert {"disconnected", "device-restart"} <= kinds
+    force = channel(blocks, "force")
+    assert len(force) >= 2048
+    assert np.array_equal(force, rig.source.everything[0, : len(force)])
+
+
+def test_a_node_that_is_unplugged_for_a_while_goes_on_and_nothing_is_lost(tmp_path):
+    faults = ["disconnect:device=can,at_s=2,seconds=0.6"]
+    with (
+        served(FilteredSine(), serial=True, can_bus=f"unixbus:{tmp_path}/bus", faults=faults) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        blocks = take(acquisition, 30)
+        acquisition.stop()
+    tip = channel([b for b in blocks if b.device == "can"], "acc2")
+    assert np.array_equal(tip, quantised(rig.source.everything[2, : len(tip)], 490.0))
+    assert len(tip) == 30 * 240
+
+
 def test_a_node_that_loses_its_power_is_noticed_and_the_others_go_on(tmp_path):
-    faults = ["disconnect:device=can,at_s=4"]
+    faults = ["restart:device=can,at_s=4"]
     with (
         served(FilteredSine(), serial=True, can_bus=f"unixbus:{tmp_path}/bus", faults=faults, speed=10.0) as rig,
         open_instruments(rig.instruments()) as acquisition,

@@ -71,6 +71,15 @@ def test_one_flipped_bit_costs_one_frame_and_is_counted(these, data):
     assert decoder.skipped_bytes == len(damaged)
 
 
+def test_a_late_frame_is_not_missing_and_a_repeated_one_is_not_late():
+    stream = [encode(Frame(kind=FrameKind.PULSE, sequence=number & 0xFFFF)) for number in range(65533, 65543)]
+    stream[1], stream[4] = stream[4], stream[1]  # three late frames and one early one, across the wrap of the numbers
+    del stream[7]
+    decoder = Decoder()
+    frames = decoder.feed(b"".join([*stream, stream[2]]))
+    assert (len(frames), decoder.lost_frames, decoder.late_frames) == (10, 1, 3)
+
+
 @given(st.lists(st.binary(max_size=2000), max_size=10))
 def test_rubbish_gives_nothing_and_is_not_kept(chunks):
     decoder = Decoder()

@@ -42,6 +42,8 @@ def test_what_comes_out_is_what_was_sent_or_counted_as_lost(channels, fates):
     delivered = sum(piece.count for piece in out if piece.values is not None)
     assert delivered == size * len(arrived)
     assert reassembler.repeated == size * channels * (len(order) - len(arrived))
+    late = {b for k, b in enumerate(order) if b < max(order[:k], default=-1) and b not in order[:k]}
+    assert reassembler.late == size * channels * len(late)
 
 
 def test_a_block_waits_for_a_late_piece_but_not_for_ever():
