@@ -1,5 +1,7 @@
 """Recordings in the formats of other programs; each is read to a `Run` and written from one."""
 
+from recordings.convert.mcap_run import write_mcap
 from recordings.convert.registry import FORMATS, Format, convert
+from recordings.convert.sep005 import from_sep005, to_sep005
 
-__all__ = ["FORMATS", "Format", "convert"]
+__all__ = ["FORMATS", "Format", "convert", "from_sep005", "to_sep005", "write_mcap"]

@@ -11,7 +11,7 @@ from urllib.parse import quote, unquote
 from recordings.metadata import QUANTITY_UNITS, channel_record, parse_channel
 from recordings.run import Channel
 
-__all__ = ["channel_of", "fields_of", "quantity_of", "start_ns_of", "text_pairs"]
+__all__ = ["channel_of", "fields_of", "quantity_in", "quantity_of", "start_ns_of", "text_pairs"]
 
 LINE_LENGTH = 80
 STANDARD_GRAVITY = 9.80665
@@ -88,7 +88,12 @@ def quantity_of(fields: Mapping[str, Any]) -> tuple[str, float] | None:
     if unit.lower() in ("", "none"):
         quantity = _QUANTITIES.get(int(fields["ordinate_spec_data_type"]))
         return None if quantity is None else (quantity, 1.0)  # the format's own default is SI
-    return _UNITS.get(unit.lower())
+    return quantity_in(unit)
+
+
+def quantity_in(unit: str) -> tuple[str, float] | None:
+    """Quantity that a unit's label means and the factor to its SI unit; None if it is not known."""
+    return _UNITS.get(unit.strip().lower())
 
 
 def start_ns_of(fields: Mapping[str, Any]) -> int:

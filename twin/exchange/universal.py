@@ -1,0 +1,95 @@
+"""Frequency responses as universal files: data set 58, function type 4, with the coherence as function type 6."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyuff
+
+from recordings.errors import InputError
+from recordings.run import Channel, Run
+from twin.exchange.responses import FrequencyResponses
+
+__all__ = ["write_universal"]
+
+_FRF, _COHERENCE = 4, 6
+_SPECIFIC = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
+"""Specific data types of the format."""
+_FREQUENCY = 18
+_TEXT = 80
+
+
+def write_universal(
+    responses: Sequence[FrequencyResponses], path: str | Path, *, run: Run, overwrite: bool = False
+) -> None:
+    """Write frequency responses to a universal file, which appears whole or not at all.
+
+    Nodes are the places of the run's channels in their order, from 1; directions are ±y.  Values are in SI units, in
+    binary with double precision.
+
+    Raises
+    ------
+    InputError
+        If the file exists, or cannot be written.
+    """
+    path = Path(path)
+    if path.exists() and not overwrite:
+        raise InputError(path, "", "exists already", "choose another name or remove it")
+    nodes = {name: node for node, name in enumerate(run.channels, start=1)}
+    sets = [one for each in responses for one in _sets(each, nodes, run)]
+    part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)  # pyuff leaves its file to be closed by Python
+            pyuff.UFF(str(part)).write_sets(sets, mode="add")
+        part.replace(path)
+    except OSError as error:
+        raise InputError(path, "", f"cannot write: {(error.strerror or str(error)).lower()}") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _sets(each: FrequencyResponses, nodes: dict[str, int], run: Run) -> list[dict[str, Any]]:
+    found = []
+    for row, channel in enumerate(each.responses):
+        head = _head(each, channel, nodes, run)
+        found.append({**head, **_axes(channel, each.force), "data": each.frf[row]})
+        if each.coherence is not None:
+            none = {"ordinate_spec_data_type": 0, "ordinate_axis_lab": "coherence", "orddenom_spec_data_type": 0}
+            found.append({**head, **none, "func_type": _COHERENCE, "data": each.coherence[row]})
+    return found
+
+
+def _head(each: FrequencyResponses, channel: Channel, nodes: dict[str, int], run: Run) -> dict[str, Any]:
+    """What an FRF and its coherence share."""
+    steps = np.diff(each.frequency_Hz)
+    return {
+        "type": 58, "binary": 1, "func_type": _FRF,
+        "id1": f"{channel.name} / {each.force.name}"[:_TEXT], "id2": f"sweep {each.sweep}"[:_TEXT],
+        "id3": run.info.get("started", "NONE")[:_TEXT], "id4": (run.info.get("rig") or "NONE")[:_TEXT],
+        "rsp_ent_name": _short(channel), "rsp_node": nodes[channel.name], "rsp_dir": _direction(channel),
+        "ref_ent_name": _short(each.force), "ref_node": nodes[each.force.name], "ref_dir": _direction(each.force),
+        "abscissa_spacing": int(np.allclose(steps, steps[0], rtol=1e-9)), "abscissa_spec_data_type": _FREQUENCY,
+        "abscissa_axis_lab": "frequency", "abscissa_axis_units_lab": "Hz", "x": each.frequency_Hz,
+    }  # fmt: skip
+
+
+def _axes(channel: Channel, force: Channel) -> dict[str, Any]:
+    return {
+        "ordinate_spec_data_type": _SPECIFIC[channel.quantity], "ordinate_axis_lab": channel.quantity,
+        "ordinate_axis_units_lab": channel.unit, "orddenom_spec_data_type": _SPECIFIC[force.quantity],
+        "orddenom_axis_lab": force.quantity, "orddenom_axis_units_lab": force.unit,
+    }  # fmt: skip
+
+
+def _short(channel: Channel) -> str:
+    return channel.name.encode("ascii", "replace")[:10].decode()
+
+
+def _direction(channel: Channel) -> int:
+    return -2 if channel.direction == "-y" else 2
