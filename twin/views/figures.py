@@ -228,8 +228,8 @@ def dressed(axes: Axes) -> None:
         axes.xaxis.set_major_locator(MaxNLocator(6))
 
 
-def legend(figure: Figure, entries: Sequence[Any]) -> None:
+def legend(figure: Figure, entries: Sequence[Any], *, columns: int = 7) -> None:
     """One legend for all axes, above them."""
     figure.legend(
-        handles=list(entries), loc="outside upper center", ncols=min(7, len(entries)), frameon=False, fontsize=9
+        handles=list(entries), loc="outside upper center", ncols=min(columns, len(entries)), frameon=False, fontsize=9
     )

@@ -12,13 +12,13 @@ from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import compared_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
-from twin.views.style import AFTER, BEFORE
+from twin.views.style import AFTER, BEFORE, CAUTION
 
 __all__ = ["write_report"]
 
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""
-ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": "#a56a00", "unknown": BEFORE}
+ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": CAUTION, "unknown": BEFORE}
 
 
 def write_report(

@@ -7,6 +7,7 @@ import math
 __all__ = [
     "AFTER",
     "BEFORE",
+    "CAUTION",
     "INK",
     "KIND",
     "LEVELS",
@@ -20,6 +21,8 @@ __all__ = [
 
 INK = "#1a1a1a"
 MEASURED, BEFORE, AFTER = "#1a1a1a", "#d55e00", "#0072b2"
+CAUTION = "#a56a00"
+"""Beside an answer that needs care."""
 KIND = {"measured": MEASURED, "before": BEFORE, "after": AFTER, "model": AFTER}
 """The kinds of a curve wherever levels are not told apart; `model` where there is but one."""
 LEVELS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#5f5f5f")

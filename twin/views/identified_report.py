@@ -1,0 +1,283 @@
+"""The report of an identification from recordings: the answer, the law, how well it is known, what is left over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from twin.diagnose.comparison import SweepComparison, sweeps_beside
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
+from twin.identify.identified import POOR_FIT, Identified
+from twin.identify.polynomial_law import PolynomialFit
+from twin.identify.prediction import Predictor
+from twin.views.answer import estimate_text
+from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.identified_figures import identified_law_figure, strength_figure
+from twin.views.identified_tables import (
+    Determined,
+    determined,
+    determined_table,
+    parameter_table,
+    polynomial_table,
+    residual_table,
+)
+from twin.views.page import Section, picture, require_folder, write_page
+from twin.views.style import AFTER, CAUTION
+
+__all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
+
+
+def fitted_sweeps(
+    found: Identified, evidence: Evidence, extension: Extension | None = None
+) -> tuple[SweepComparison, ...]:
+    """Every sweep beside the identified model, which stands for both models of the comparison."""
+    if not len(evidence.steps):
+        return ()
+    predictor = Predictor(evidence, extension)
+    R, omega = predictor.step_receptance(found.unknowns)
+    H = predictor.responses(R, omega)
+    return sweeps_beside(evidence, H, H)
+
+
+def identified_sentence(found: Identified, evidence: Evidence) -> str:
+    """The answer in one sentence."""
+    rows = {row.name: row for row in determined(found, evidence)}
+    moduli = " and ".join(
+        f"{symbol} = {estimate_text(rows[name].estimate)} {rows[name].unit}"
+        for symbol, name in (("E′", "normal modulus E′"), ("G′", "shear modulus G′"))
+    )
+    told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.unknowns.base.zeta[0]:.3g} %"
+    law, errors = found.rig.joint.law, list(found.residual_percent.values())
+    if errors and law is not None:
+        told += (
+            f"; E′ falls by up to {100 * max(law.softening) / found.unknowns.base.E:.2g} % over the amplitudes measured"
+            f", and the model meets the sweeps within {min(errors):.2g} to {max(errors):.2g} %"
+        )
+    if found.chi2_per_dof > POOR_FIT:
+        return f"{told}, but it misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g}."
+    return f"{told}."
+
+
+def write_identified_report(
+    found: Identified,
+    evidence: Evidence,
+    path: Path,
+    *,
+    extension: Extension | None = None,
+    warnings: Sequence[str] | None = None,
+    commands: Sequence[str] = (),
+) -> None:
+    """Write the report of an identification.
+
+    Parameters
+    ----------
+    found, evidence
+        What was identified, and from what.
+    path
+        The HTML file to write; replaced if it exists.
+    extension
+        What the rig file's effects change, as the identification had it.
+    warnings
+        What to tell beside what is uncertain by itself; the identification's own if not given.
+    commands
+        What to type to get the same again.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    require_folder(path)
+    runs = ", ".join(Path(run.path).name for run in evidence.runs)
+    write_page(
+        path,
+        title="Identification of a bolted joint",
+        answer=identified_sentence(found, evidence),
+        facts=f"Rig {evidence.rig.name}, preload {found.preload}; recordings {runs}.",
+        sections=list(
+            _sections(found, evidence, extension, found.warnings if warnings is None else warnings, commands)
+        ),
+        accent=CAUTION if found.chi2_per_dof > POOR_FIT else AFTER,
+    )
+
+
+def _sections(
+    found: Identified,
+    evidence: Evidence,
+    extension: Extension | None,
+    warnings: Sequence[str],
+    commands: Sequence[str],
+) -> Iterator[Section]:
+    rows = determined(found, evidence)
+    yield _parameters(found, rows)
+    if len(evidence.steps):
+        yield _sweeps(found, evidence, fitted_sweeps(found, evidence, extension))
+    if evidence.broadband:
+        yield _broadband(found, evidence, extension)
+    yield _determined(rows)
+    if found.polynomials is not None:
+        yield _regularisation(found.polynomials.together)
+    yield _modes(found, evidence)
+    yield _assumed(evidence, extension)
+    yield _uncertain(rows, warnings)
+    if commands:
+        yield Section(title="To get this again", commands=commands)
+
+
+def _parameters(found: Identified, rows: Sequence[Determined]) -> Section:
+    tables, pictures = [parameter_table(tuple(rows))], []
+    law = found.rig.joint.law
+    if found.residual_percent and law is not None:
+        last = f"at {1e3 * law.amplitude_m[-1]:.3g} mm"
+        pictures.append(
+            picture(
+                identified_law_figure(found),
+                alt="Softening and loss modulus of the joint against amplitude, with bands of one standard deviation "
+                f"and the polynomials of each level. {last.capitalize()} the softening is "
+                f"{1e-6 * law.softening[-1]:.3g} N/mm² and the loss modulus {1e-6 * law.loss[-1]:.3g} N/mm².",
+                caption="The joint's law as the model file has it (splines, with one standard deviation either way), "
+                "and the papers' polynomials as far as they hold. The band covers the joint; a polynomial's own "
+                "uncertainty is in its table.",
+            )
+        )
+    if found.polynomials is not None:
+        tables.append(polynomial_table(found.polynomials))
+    return Section(title="What was identified", tables=tables, pictures=pictures)
+
+
+def _sweeps(found: Identified, evidence: Evidence, sweeps: Sequence[SweepComparison]) -> Section:
+    names = ", ".join(sweep.sweep for sweep in sweeps)
+    peaks = "; ".join(
+        f"{sweep.sweep} peaks at {sweep.frequency_Hz[int(np.argmax(np.abs(sweep.measured[:, -1])))]:.5g} Hz"
+        for sweep in sweeps
+    )
+    rms = "; ".join(
+        f"{sweep.sweep} {channel}: {float(np.sqrt(np.mean(sweep.residual_after[:, o] ** 2))):.3g}"
+        for sweep in sweeps
+        for o, channel in enumerate(sweep.channels)
+    )
+    return Section(
+        title="Sweeps and what is left of them",
+        texts=[f"Chi² per degree of freedom of everything together is {found.chi2_per_dof:.3g}."],
+        tables=[residual_table(found)],
+        pictures=[
+            picture(
+                sweeps_figure(evidence, sweeps, kinds=("measured", "model")),
+                alt=f"Receptance against frequency for {names}, measured and by the model. {peaks}.",
+                caption="Measured (points) and model (lines): amplitude of displacement per newton.",
+            ),
+            picture(
+                residuals_figure(sweeps, kinds=("model",)),
+                alt=f"Residuals in standard deviations against frequency. Root mean square: {rms}.",
+                caption="Residuals of the fundamental in standard deviations of the measurement's noise alone, of the "
+                "sweeps that have the largest. Close to a sharp resonance a shift of a thousandth of a hertz already "
+                "shows here.",
+            ),
+        ],
+    )
+
+
+def _broadband(found: Identified, evidence: Evidence, extension: Extension | None) -> Section:
+    acting = extension or Extension()
+    return Section(
+        title="Broadband responses",
+        pictures=[
+            picture(
+                broadband_figure(evidence, {"model": found}, i, extension=acting),
+                alt=f"Broadband responses of {', '.join(data.channels)} from {data.frequency_Hz[0]:.0f} to "
+                f"{data.frequency_Hz[-1]:.0f} Hz, logarithmic, measured and by the model, with relative errors below.",
+                caption=f"Broadband run {Path(data.run).name}: responses per force, and the model's relative error "
+                "beside one standard deviation of the measurement.",
+            )
+            for i, data in enumerate(evidence.broadband)
+        ],
+    )
+
+
+def _determined(rows: Sequence[Determined]) -> Section:
+    little = [row.name for row in rows if row.little]
+    told = (
+        f"Rather believed than measured, since the data narrow them less than twofold: {', '.join(little)}."
+        if little
+        else "The data narrow every parameter at least twofold."
+    )
+    return Section(
+        title="How well the data determine it",
+        texts=[
+            f"{told} Two parameters whose correlation is near one are known better together than each by itself: a "
+            "larger value of one is made up by the other."
+        ],
+        tables=[determined_table(tuple(rows))],
+    )
+
+
+def _regularisation(fit: PolynomialFit) -> Section:
+    curve = fit.l_curve
+    return Section(
+        title="How strongly the polynomials were regularised",
+        texts=[
+            f"The orders {fit.orders[0]} and {fit.orders[1]} have the lowest Schwarz criterion up to order 4. The "
+            f"L-curve's corner is at λ = {curve.corner:.2g}, generalised cross-validation is least at "
+            f"λ = {curve.cross_validated:.2g}; every iteration begins with the corner of its own."
+        ],
+        pictures=[
+            picture(
+                strength_figure(fit),
+                alt=f"Left: the L-curve, its corner at {curve.corner:.2g}. Middle: cross-validation against strength, "
+                f"least at {curve.cross_validated:.2g}. Right: the residual's norm, from {fit.history[0].cost:.3g} to "
+                f"{fit.history[-1].cost:.3g} in {len(fit.history) - 1} iterations.",
+                caption="Polynomials of all levels together. L-curve and cross-validation are those of the first "
+                "iteration, in units in which both functions move the response alike.",
+            )
+        ],
+    )
+
+
+def _modes(found: Identified, evidence: Evidence) -> Section:
+    return Section(
+        title="Modes of the identified structure",
+        pictures=[
+            picture(
+                modes_figure(evidence, found),
+                alt="Deflection lines of both beams in the first modes, with the overlap shaded and the sensors "
+                "marked.",
+                caption="With the joint at rest, and without what the rig file's effects attach.",
+            )
+        ],
+    )
+
+
+def _assumed(evidence: Evidence, extension: Extension | None) -> Section:
+    places = ", ".join(f"{o.channel} at {o.position_m:g} m" for o in evidence.outputs)
+    rig = evidence.rig
+    effects = ", ".join(effect.cause for effect in rig.effect) if extension is not None else ""
+    return Section(
+        title="What was assumed",
+        items=[
+            f"The rig file: two beams with an overlap of {1e3 * rig.joint.overlap:g} mm, clamped at one end, driven at "
+            f"{rig.drive.position:g} m; {places}." + (f" Its effects act: {effects}." if effects else ""),
+            "The joint is a thin layer with moduli E′ − s(X) and G′ + j l(X), smooth functions of one amplitude X, "
+            f"that of {evidence.channels[evidence.reference]} scaled to its inertia at resonance.",
+            "The force is what the force cell reads; steps that were still changing were left out.",
+            "The noise is estimated from the recordings themselves, and is Gaussian; the model may be wrong by a "
+            "little more, which counts as noise.",
+            "Beforehand the moduli are believed to within some per cent, the damping ratios to within a half.",
+        ],
+    )
+
+
+def _uncertain(rows: Sequence[Determined], warnings: Sequence[str]) -> Section:
+    items = [text[0].upper() + text[1:] + "." for text in warnings]
+    items += [
+        f"{row.name} and {row.partner} are known together rather than each: correlation {row.correlation:+.2f}."
+        for row in rows
+        if abs(row.correlation) > 0.9 and row.name < row.partner
+    ]
+    items.append(
+        "Standard deviations hold within the model: an effect that it lacks can move the values by more than they say. "
+        "'twin diagnose' looks for one."
+    )
+    return Section(title="What is uncertain", items=items)

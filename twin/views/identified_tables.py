@@ -1,0 +1,193 @@
+"""What an identification says, as tables: parameters, how well the data determine them, residuals, polynomials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.result import Estimate
+from twin.identify.base_fit import HELD_PRECISION
+from twin.identify.evidence import Evidence
+from twin.identify.identified import Identified, Polynomials
+from twin.identify.linear_fit import base_prior
+from twin.identify.linear_model import believed_parameters
+from twin.views.answer import estimate_text
+from twin.views.table import Table
+
+__all__ = [
+    "Determined",
+    "determined",
+    "determined_table",
+    "parameter_table",
+    "polynomial_table",
+    "residual_table",
+]
+
+Array = NDArray[Any]
+
+LITTLE = 2.0
+"""A parameter whose uncertainty the data narrow by less than this is believed rather than identified."""
+UNITS = {"normal_modulus": "N/mm²", "shear_modulus": "N/mm²"}
+NAMES = {
+    "normal_modulus": "normal modulus E′",
+    "shear_modulus": "shear modulus G′",
+    "normal_loss_factor": "loss factor of E′",
+    "shear_loss_factor": "loss factor of G′",
+    "modal_damping": "damping ratio of mode",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Determined:
+    """How well the data determine one parameter of the base family.
+
+    Attributes
+    ----------
+    relative : bool
+        Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors).
+    beforehand, std : float
+        Standard deviation before and after the data.
+    partner, correlation : str, float
+        The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere.
+    """
+
+    name: str
+    unit: str
+    believed: float
+    estimate: Estimate
+    relative: bool
+    beforehand: float
+    std: float
+    partner: str
+    correlation: float
+
+    @property
+    def narrowed(self) -> float:
+        """How many times narrower the data made what was believed."""
+        return self.beforehand / self.std if self.std > 0 else np.inf
+
+    @property
+    def little(self) -> bool:
+        """Whether the value is rather believed than measured."""
+        return self.narrowed < LITTLE
+
+
+def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
+    """Every linear parameter, in the order of the model's vector."""
+    believed = believed_parameters(evidence.rig, evidence.preload)
+    vector, precision = base_prior(believed)
+    beforehand = np.sqrt(np.diag(np.linalg.inv(precision)))
+    names, units, estimates = _flat(found)
+    correlation = _correlation(found, len(names))
+    rows = []
+    for i, (name, unit, estimate) in enumerate(zip(names, units, estimates, strict=True)):
+        relative = i not in (2, 3)  # the loss factors of E' and G' may be zero
+        scale = 1e-6 if unit else 1.0
+        partner = int(np.argmax(np.abs(correlation[i])))
+        strength = float(correlation[i, partner])
+        rows.append(
+            Determined(
+                name=name, unit=unit, believed=scale * float(np.exp(vector[i]) if relative else vector[i]),
+                estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
+                beforehand=float(beforehand[i]), std=estimate.std / estimate.value if relative else estimate.std,
+                partner=names[partner] if strength else "", correlation=strength,
+            )
+        )  # fmt: skip
+    return tuple(rows)
+
+
+def _flat(found: Identified) -> tuple[list[str], list[str], list[Estimate]]:
+    """Names, units and estimates of all linear parameters; those of the modes one by one."""
+    names, units, estimates = [], [], []
+    for key, entry in found.linear.items():
+        several = isinstance(entry, list)
+        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry], 1):
+            name = NAMES.get(key, key.replace("_", " "))
+            names.append(f"{name} {number}" if several else name)
+            units.append(UNITS.get(key, ""))
+            estimates.append(Estimate(estimate.value, estimate.std))
+    return names, units, estimates
+
+
+def _correlation(found: Identified, count: int) -> Array:
+    """Correlations (p, p) among the first parameters of the fit; 0 on the diagonal and of what the model holds."""
+    covariance = found.solution.covariance[:count, :count]
+    free = np.diag(found.solution.information)[:count] < 0.1 * HELD_PRECISION
+    std = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(std, std)
+    correlation[~np.outer(free, free)] = 0.0
+    np.fill_diagonal(correlation, 0.0)
+    return np.asarray(correlation)
+
+
+def parameter_table(rows: tuple[Determined, ...]) -> Table:
+    """Believed and identified."""
+    return Table(
+        caption="With one standard deviation",
+        head=("parameter", "believed", "identified", "unit"),
+        rows=[(row.name, f"{row.believed:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
+        numbers=(1, 2),
+    )
+
+
+def determined_table(rows: tuple[Determined, ...]) -> Table:
+    """What each parameter owes to the data, and which other it cannot be told from."""
+
+    def spread(row: Determined, std: float) -> str:
+        return f"{100 * std:.2g} %" if row.relative else f"{std:.2g}"
+
+    return Table(
+        caption="How well the data determine each parameter",
+        head=("parameter", "believed to within", "known to within", "narrowed", "most correlated with", "correlation"),
+        rows=[
+            (
+                row.name, spread(row, row.beforehand), spread(row, row.std), f"{row.narrowed:.3g}-fold",
+                row.partner or "-", f"{row.correlation:+.2f}" if row.partner else "-",
+            )
+            for row in rows
+        ],
+        numbers=(1, 2, 3, 5),
+    )  # fmt: skip
+
+
+def residual_table(found: Identified) -> Table:
+    """Relative error of every sweep: of the model, and of the papers' polynomials."""
+    beside = found.polynomials.residual_percent if found.polynomials is not None else {}
+    rows = []
+    for sweep, percent in found.residual_percent.items():
+        fits = beside.get(sweep, {})
+        cells = [f"{fits[key]:.2f} %" if key in fits else "-" for key in ("level", "together")]
+        rows.append((sweep, f"{percent:.3f} %", *cells))
+    return Table(
+        caption="Root-mean-square relative error of the complex response at the reference channel",
+        head=("sweep", "model", "polynomials of its level", "polynomials of all levels"),
+        rows=rows,
+        numbers=(1, 2, 3),
+    )
+
+
+def polynomial_table(polynomials: Polynomials) -> Table:
+    """Coefficients of g1 and g2 with their standard deviations, in N/mm² over powers of mm."""
+    rows = []
+    for name, fit in {**polynomials.levels, "all levels": polynomials.together}.items():
+        for symbol, values, errors in (("g1", fit.softening, fit.std[0]), ("g2", fit.loss, fit.std[1])):
+            scale = 1e-6 * 1e-3 ** np.arange(len(values))
+            terms = [
+                f"({estimate_text(Estimate(value, error))}){' X' + _power(order) if order else ''}"
+                for order, (value, error) in enumerate(zip(values * scale, errors * scale, strict=True))
+            ]
+            largest = f"{1e3 * fit.largest_amplitude_m:.3g}"
+            rows.append((f"{name}: {symbol}", " + ".join(terms), largest, f"{fit.residual_percent:.2g} %"))
+    return Table(
+        caption="The papers' polynomials, E′ = E′₀ − g1(X) and G′ = G′₀ + j g2(X), in N/mm² with X in mm",
+        head=("of", "polynomial", "up to X, mm", "error"),
+        rows=rows,
+        numbers=(2, 3),
+    )
+
+
+def _power(order: int) -> str:
+    return {1: "", 2: "²", 3: "³", 4: "⁴"}.get(order, f"^{order}")
