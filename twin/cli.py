@@ -6,6 +6,7 @@ when called, so that ``twin --help`` is quick.
 
 from __future__ import annotations
 
+import difflib
 import importlib
 import os
 import sys
@@ -50,9 +51,25 @@ class LazyGroup(click.Group):
         """Import and return one command."""
         if cmd_name not in SUMMARIES:
             return None
+        from twin.commands.completion import named_types
+        from twin.commands.examples import EXAMPLES
+
         command = importlib.import_module(f"twin.commands.{cmd_name}").command
         assert isinstance(command, click.Command)
+        # Lines after \b keep their breaks.
+        command.epilog = "\n".join(["\b", "Examples:", *(f"  {line}" for line in EXAMPLES[cmd_name])])
+        named_types(command)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """As click does, with the names that are meant perhaps."""
+        if args and args[0] not in SUMMARIES and not args[0].startswith("-"):
+            near = difflib.get_close_matches(args[0], SUMMARIES, n=2)
+            meant = f", perhaps {' or '.join(near)}" if near else ""
+            ctx.fail(f"no command {args[0][:60]!r}{meant}")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -75,13 +92,35 @@ def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> 
     context.exit()
 
 
+def _print_completion(context: click.Context, _: click.Parameter, shell: str | None) -> None:
+    if shell is None or context.resilient_parsing:
+        return
+    from twin.commands.completion import completion_script
+
+    click.echo(completion_script(group, shell))
+    context.exit()
+
+
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.option(
     "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version,
     help="Versions of this and of what its results depend on.",
 )  # fmt: skip
+@click.option(
+    "--completion", type=click.Choice(["bash", "zsh", "fish"]), is_eager=True, expose_value=False,
+    callback=_print_completion, help="Print what a shell needs to complete commands, options, rigs and files.",
+)  # fmt: skip
 def group() -> None:
-    """Digital twin of a stepped-sine test rig for bolted structures."""
+    """Digital twin of a stepped-sine test rig for bolted structures.
+
+    Every command explains itself: twin COMMAND --help.  New here?  Begin with 'twin demo', which does the main job
+    from end to end.
+
+    \b
+    Completion in bash, for this and every later shell:
+      eval "$(twin --completion bash)"
+      twin --completion bash >> ~/.bashrc
+    """
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -89,11 +128,12 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         result = group.main(args=arguments, prog_name="twin", standalone_mode=False)
     except InputError as error:
+        _trace()
         click.echo(f"twin: {error}", err=True)
         sys.exit(2)
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else "twin"
-        click.echo(f"{where}: {error.format_message()}; see '{where} --help'", err=True)
+        click.echo(f"{where}: {error.format_message().rstrip('.')}; see '{where} --help'", err=True)
         sys.exit(2)
     except click.ClickException as error:
         click.echo(f"twin: {error.format_message()}", err=True)
@@ -102,12 +142,29 @@ def main(arguments: list[str] | None = None) -> None:
         _end_interrupted()
     except BrokenPipeError:
         sys.exit(141)
+    except OSError as error:  # a full disk, a folder that may not be read: the machine's state, not a fault of ours
+        _trace()
+        place = f"{error.filename}: " if error.filename else ""
+        click.echo(f"twin: {place}{(error.strerror or str(error)).lower()}", err=True)
+        sys.exit(2)
+    except MemoryError:
+        _trace()
+        click.echo("twin: not enough memory; close other programs, or give shorter recordings", err=True)
+        sys.exit(2)
     except ImportError as error:
         # A compiled module interrupted while it loads says so by failing to load.
         if not isinstance(error.__cause__, KeyboardInterrupt):
             raise
         _end_interrupted()
     sys.exit(result if isinstance(result, int) else 0)
+
+
+def _trace() -> None:
+    """Where the error came from, for who asked with --verbose."""
+    from twin.commands.output import console, verbose
+
+    if verbose():
+        console.print_exception()
 
 
 def _end_interrupted() -> NoReturn:

@@ -50,17 +50,11 @@ def command(
     keep: bool,
     as_json: bool,
 ) -> None:
-    r"""Hide causes in virtual rigs, record them, diagnose from the recordings alone, and count.
+    """Hide causes in virtual rigs, record them, diagnose from the recordings alone, and count.
 
     Each case draws a cause's size and place, and what no experimenter knows of a rig anyway (E', G', damping, the
     joint's law).  A case takes half a minute to a minute on one core.  Interrupted, the same command goes on where it
     ended, and with more seeds or strengths it adds to what is there.
-
-    \b
-    Examples:
-      twin campaign --out campaign --seeds 2
-      twin campaign --out weak --cause added-mass --cause joint-friction --strength 1 --strength 0.3
-      twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786
     """
     from twin.campaign import CAMPAIGN_CAUSES, planned_cases, run_campaign, summarise
     from twin.rigs import load_rig

@@ -26,15 +26,10 @@ LISTED = 20
 )
 @json_option
 def command(run: Path, out: Path | None, as_json: bool) -> int:
-    r"""Check RUN, an .mcap, against the recording contract; a .csv is checked as a table of sweeps or of modes.
+    """Check RUN, an .mcap, against the recording contract; a .csv is checked as a table of sweeps or of modes.
 
     Exit status 0 if it is sound, 1 if it is damaged or breaks the contract, 2 if it is not there or no MCAP file (or
     a table that cannot be used).
-
-    \b
-    Examples:
-      twin check run.mcap
-      twin check cut.mcap --recover whole.mcap
     """
     from dataclasses import asdict
 

@@ -21,17 +21,11 @@ __all__ = ["command"]
 @click.option("--overwrite", is_flag=True, help="Replace OUT if it exists.")
 @json_option
 def command(source: Path, target: Path, overwrite: bool, as_json: bool) -> None:
-    r"""Convert the recording IN to OUT; both formats are chosen by suffix.
+    """Convert the recording IN to OUT; both formats are chosen by suffix.
 
     .mcap, .uff or .unv (data set 58), .csv (samples with a head of metadata), .mat (MATLAB 5), .blf (the frames of
     CAN FD nodes, as in the shipped database).  Samples keep their float32 values and SI units, but for .blf, which
     has 16 bits; what a format has no place for is told.
-
-    \b
-    Examples:
-      twin convert run.mcap run.uff
-      twin convert analyser.uff run.mcap
-      twin convert logged-on-the-bus.blf run.mcap
     """
     from recordings.convert import convert
 

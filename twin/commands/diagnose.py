@@ -36,19 +36,13 @@ def command(
     out: Path,
     as_json: bool,
 ) -> None:
-    r"""Say what the model of RIG gets wrong about the measured RUNs.
+    """Say what the model of RIG gets wrong about the measured RUNs.
 
     RUNs are recordings (.mcap) or tables (.csv), not both at once.  A table of natural frequencies has the columns
     mode, frequency_Hz, and may have std_Hz and preload; its RIG is a lap joint, or a beam alone such as
     composite-beam.  A table of sweeps that held their response has the columns level, frequency_Hz, force_N,
     acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the
     name and the channel's are taken.
-
-    \b
-    Examples:
-      twin diagnose random.mcap sweeps.mcap --held-out heldout.mcap --rig steel-lap-joint --out diagnosis
-      twin diagnose frequencies.csv --rig composite-beam --out diagnosis
-      twin diagnose response_control.csv --rig brake-reuss --out diagnosis
     """
     tables = _are_tables([*runs, *held_out])
     again = _again(runs, held_out, rig_name, preloads, out)

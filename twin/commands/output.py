@@ -4,24 +4,67 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress_bar import ProgressBar
+from rich.text import Text
 
-__all__ = ["console", "json_option", "plain", "print_json", "progress_bar", "write_json"]
+__all__ = [
+    "console",
+    "json_option",
+    "next_step",
+    "plain",
+    "print_json",
+    "progress_bar",
+    "verbose",
+    "working",
+    "write_json",
+]
 
 console = Console(stderr=True, highlight=False)
 """Progress, warnings and tables for people."""
 
+_verbose = False
+
 
 def json_option(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Add ``--json`` to a command as the argument `as_json`."""
-    return click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")(function)
+    """Add what every command takes: ``--json`` as the argument `as_json`, ``--quiet`` and ``--verbose``."""
+    options = [
+        click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
+        click.option(
+            "-q", "--quiet", is_flag=True, expose_value=False, callback=_set_quiet,
+            help="No progress, no remarks: errors alone on standard error.",
+        ),
+        click.option(
+            "-v", "--verbose", is_flag=True, expose_value=False, callback=_set_verbose,
+            help="What is done and when; where an error came from.",
+        ),
+    ]  # fmt: skip
+    for option in reversed(options):
+        function = option(function)
+    return function
+
+
+def _set_quiet(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    console.quiet = wanted
+
+
+def _set_verbose(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    global _verbose
+    _verbose = wanted
+
+
+def verbose() -> bool:
+    """Whether the command that runs was told to say more."""
+    return _verbose
 
 
 def plain(value: Any) -> Any:
@@ -51,9 +94,78 @@ def write_json(result: Mapping[str, Any], path: Path) -> None:
     path.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
+def next_step(text: str) -> None:
+    """Say what a user would do next, as the last line of a command."""
+    console.print(f"next: {text}", markup=False, soft_wrap=True)
+
+
 def progress_bar() -> Progress:
-    """A progress bar with the time left, on standard error."""
+    """A progress bar with the time left, on standard error, for work whose steps are counted."""
     return Progress(
         TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(),
-        console=console, transient=True, disable=not console.is_terminal,
+        console=console, transient=True, disable=_unseen(),
     )  # fmt: skip
+
+
+@contextmanager
+def working(text: str, *, usual_s: float) -> Iterator[Callable[[str], None]]:
+    """A bar for work whose steps nobody can count beforehand, with the time that it usually still takes.
+
+    Parameters
+    ----------
+    text
+        What is done first.
+    usual_s
+        Seconds that such work usually takes.
+
+    Yields
+    ------
+    callable
+        Say what is done now; with ``--verbose`` each is a line that stays.
+    """
+    started = time.perf_counter()
+    bar = Progress(
+        TextColumn("{task.description}"), _ShareColumn(usual_s), _LeftColumn(usual_s),
+        console=console, transient=True, disable=_unseen(),
+    )  # fmt: skip
+    with bar:
+        task = bar.add_task(text)
+
+        def say(what: str) -> None:
+            if _verbose:
+                elapsed = time.perf_counter() - started
+                bar.console.print(f"{elapsed:6.1f} s  {what}", markup=False, soft_wrap=True)
+            bar.update(task, description=what)
+
+        say(text)
+        yield say
+        if _verbose:
+            say("done")
+
+
+def _unseen() -> bool:
+    return console.quiet or not console.is_terminal
+
+
+class _ShareColumn(ProgressColumn):
+    """A bar that fills as the usual time passes, and never quite."""
+
+    def __init__(self, usual_s: float) -> None:
+        super().__init__()
+        self._usual_s = usual_s
+
+    def render(self, task: Task) -> ProgressBar:
+        share = 1 - math.exp(-2 * (task.elapsed or 0.0) / self._usual_s)
+        return ProgressBar(total=1.0, completed=share, width=30)
+
+
+class _LeftColumn(ProgressColumn):
+    """What is left of the usual time."""
+
+    def __init__(self, usual_s: float) -> None:
+        super().__init__()
+        self._usual_s = usual_s
+
+    def render(self, task: Task) -> Text:
+        left_s = self._usual_s - (task.elapsed or 0.0)
+        return Text(f"about {left_s:.0f} s left" if left_s > 1 else "takes longer than usual")

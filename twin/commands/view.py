@@ -29,15 +29,9 @@ LARGEST_RESULT = 200_000_000
 @click.option("--save", type=click.Path(path_type=Path), metavar="FILE.rrd", help="Write the view and open nothing.")
 @json_option
 def command(what: Path, save: Path | None, as_json: bool) -> None:
-    r"""Show RUN, an .mcap, or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
+    """Show RUN, an .mcap, or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
 
     The viewer listens on this machine's loopback alone.
-
-    \b
-    Examples:
-      twin view sweeps.mcap
-      twin view diagnosis --save diagnosis.rrd
-      rerun diagnosis.rrd
     """
     if save is not None and save.suffix.lower() != ".rrd":
         raise click.UsageError(f"--save: {save} must end in .rrd")

@@ -1,0 +1,64 @@
+"""Examples of every command, shown at the end of its help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+__all__ = ["EXAMPLES"]
+
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "demo": (
+        "twin demo",
+        "twin demo --seed 7 --cause added-mass --out demo",
+    ),
+    "rehearse": (
+        "twin rehearse steel-sweeps --rig steel-lap-joint --out rehearsal",
+        "twin rehearse my-sweep.toml --rig my-rig.toml --preload 120N --preload 540N --out rehearsal",
+    ),
+    "serve": (
+        "twin serve --rig steel-lap-joint --serial auto --instruments-out instruments.toml",
+        "twin serve --rig my-rig.toml --tcp 127.0.0.1:5025 --can unixbus:/tmp/bus --speed fast",
+        "twin serve --rig my-rig.toml --serial auto --fault noise:probability=1e-5",
+        "twin serve --commands",
+    ),
+    "acquire": (
+        "twin acquire steel-sweeps --instruments instruments.toml --rig steel-lap-joint --out run.mcap",
+        "twin acquire --instruments instruments.toml --seconds 10 --out background.mcap",
+    ),
+    "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
+    "check": (
+        "twin check run.mcap",
+        "twin check cut.mcap --recover whole.mcap",
+    ),
+    "convert": (
+        "twin convert run.mcap run.uff",
+        "twin convert analyser.uff run.mcap",
+        "twin convert logged-on-the-bus.blf run.mcap",
+        "twin convert random.mcap responses.uff --frf --resolution 0.05",
+    ),
+    "identify": (
+        "twin identify random.mcap sweeps.mcap --rig steel-lap-joint --out model.toml",
+        "twin identify response_control.csv --rig brake-reuss --out model.toml",
+    ),
+    "predict": ("twin predict model.toml --drive drive.csv --out response.csv",),
+    "diagnose": (
+        "twin diagnose random.mcap sweeps.mcap --held-out heldout.mcap --rig steel-lap-joint --out diagnosis",
+        "twin diagnose frequencies.csv --rig composite-beam --out diagnosis",
+        "twin diagnose response_control.csv --rig brake-reuss --out diagnosis",
+    ),
+    "campaign": (
+        "twin campaign --out campaign --seeds 2",
+        "twin campaign --out weak --cause added-mass --cause joint-friction --strength 1 --strength 0.3",
+        "twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786",
+    ),
+    "reproduce": (
+        "twin reproduce",
+        "twin reproduce steel-lap-joint --json",
+    ),
+    "view": (
+        "twin view sweeps.mcap",
+        "twin view diagnosis --save diagnosis.rrd",
+    ),
+    "speed": ("twin speed --json",),
+}
+"""By command."""
