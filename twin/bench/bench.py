@@ -31,6 +31,8 @@ CHUNK_STEPS = 1 << 13
 """Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
+MONITORS = {"voltage": ("V", 10.0, 1e-6), "current": ("A", 10.0, 1e-6), "stroke": ("m", 0.02, 1e-10)}
+"""Unit, range and noise density of the channels that watch the shaker."""
 
 Matrix = NDArray[np.float64]
 
@@ -61,10 +63,7 @@ class Bench:
             plan, acting=acting, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements
         )
         self._instruments = list(plan.instruments.values())
-        self._channels = tuple(
-            Channel(name=i.name, quantity=i.quantity, unit=i.unit, position_m=i.position_m, range=i.range)
-            for i in self._instruments
-        )
+        self._channels = tuple(_described(instrument) for instrument in self._instruments)
         self._index = 0
         self._rate = 0.0
         self._time_s = 0.0
@@ -112,7 +111,10 @@ class Bench:
         self._step_s = 1.0 / (rate * (1.0 + self._plan.clock_error) * self._substeps)
         delays = np.array([i.delay_s for i in self._instruments]) / self._step_s
         slow = self._built.differentiable
-        self._taps = decimation_taps(self._substeps, delays, differentiate=slow, step_s=self._step_s)
+        self._taps = decimation_taps(
+            self._substeps if self._plan.rig.acquisition.anti_alias else 1,
+            delays, differentiate=slow, step_s=self._step_s,
+        )  # fmt: skip
         self._history = np.zeros((len(self._instruments), self._taps.shape[1] - 1))
         self._filters = [
             np.array([high_pass_coefficients(c, rate) for c in i.corners_Hz]).reshape(-1, 2) for i in self._instruments
@@ -133,7 +135,7 @@ class Bench:
         low, high = excitation.band_Hz
         if not np.isfinite(excitation.amplitude_V) or not np.isfinite(excitation.frequency_Hz):
             raise ValueError("amplitude and frequency must be finite")
-        if excitation.kind == "random" and not 0 < low < high:
+        if excitation.kind in ("random", "multisine") and not 0 < low < high:
             raise ValueError(f"the band must be 0 < low < high, got {low} to {high} Hz")
         self._generator.set(excitation)
 
@@ -254,6 +256,13 @@ class Bench:
             self._held[c] = out[-1]
 
 
+def _described(instrument: InstrumentChannel) -> Channel:
+    """What a recording says of a channel; the armature's stroke is a displacement like others there."""
+    i = instrument
+    quantity = "displacement" if i.quantity == "stroke" else i.quantity
+    return Channel(name=i.name, quantity=quantity, unit=i.unit, position_m=i.position_m, range=i.range)
+
+
 def _parts(poles: NDArray[np.complex128]) -> Matrix:
     """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
     pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
@@ -270,7 +279,7 @@ def open_bench(
     sample_rate_Hz: float = 1024.0,
     acting: Literal["amplitude", "element"] = "amplitude",
     drive: Literal["shaker", "force"] = "shaker",
-    monitors: Sequence[Literal["voltage", "current"]] = (),
+    monitors: Sequence[Literal["voltage", "current", "stroke"]] = (),
     noise: bool = True,
     converter: bool = True,
     beam_elements: int = 60,
@@ -299,7 +308,7 @@ def open_bench(
     drive
         ``force`` takes the shaker away and applies the generator's volts as newtons.
     monitors
-        Further channels behind the sensors: generator voltage (V), coil current (A).
+        Further channels behind the sensors: generator voltage (V), coil current (A), armature displacement (m).
     noise, converter
         False switches them off, for comparisons with exact solutions.
     beam_elements, layer_elements
@@ -320,9 +329,16 @@ def open_bench(
     moduli = rig.joint.preload[name]
     instruments = {s.channel: InstrumentChannel.of(s, rig.acquisition.bits) for s in rig.sensor}
     for monitor in monitors:
-        unit, full_scale = {"voltage": ("V", 10.0), "current": ("A", 10.0)}[monitor]
-        instruments[monitor] = InstrumentChannel(monitor, monitor, unit, None, full_scale, 1e-6, rig.acquisition.bits)
-    plan = Plan(rig, moduli.normal_modulus, moduli.shear_modulus, joint_law, instruments)
+        unit, full_scale, noise_density = MONITORS[monitor]
+        instruments[monitor] = InstrumentChannel(
+            monitor, monitor, unit, None, full_scale, noise_density, rig.acquisition.bits
+        )
+    plan = Plan(
+        rig, moduli.normal_modulus, moduli.shear_modulus, joint_law, instruments,
+        layer_rate_per_s=rig.drift.preload_loss_per_h / 3600,
+        moduli_rate_per_s=-rig.drift.stiffness_per_K * rig.drift.temperature_K_per_h / 3600,
+        clock_error=rig.acquisition.clock_error_ppm * 1e-6,
+    )  # fmt: skip
     apply_effects(plan, [*rig.effect, *effects])
     return Bench(
         plan,

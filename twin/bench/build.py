@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.effects.added_mass import add_point_mass
+from twin.bench.force_factor import ForceFactor
+from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, default_law, law_from_functions
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
 from twin.bench.local_amplitude import LayerRows, local_law
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, condense
-from twin.bench.shaker import Shaker
-from twin.joint import jenkins
+from twin.bench.shaker import COORDINATES, Shaker
+from twin.joint import Hinges, Law, jenkins
+from twin.rigs import Rig
 from twin.structure import Structure, assemble, mesh_rig, normal_modes
 
 __all__ = ["Built", "build"]
@@ -43,7 +48,11 @@ class Built:
     coordinate, auxiliary : ndarray of int
         Local coordinate of each element, and its auxiliary row or -1.
     rows
-        Distinct local coordinates: condensed row, and whether it is a velocity.
+        Distinct local coordinates of the structure: condensed row, and whether it is a velocity.
+    shaker_laws
+        Coordinate and law of each of the shaker's limits and of its force factor.
+    shaker_rows
+        Distinct local coordinates of the shaker, numbered after the structure's.
     auxiliary_rows
         Displacements that velocity laws read.
     opening_per_m, slip_per_m
@@ -57,6 +66,8 @@ class Built:
     coordinate: NDArray[np.int64]
     auxiliary: NDArray[np.int64]
     rows: tuple[tuple[Matrix, bool], ...]
+    shaker_laws: tuple[tuple[str, Hinges | ForceFactor], ...]
+    shaker_rows: tuple[str, ...]
     auxiliary_rows: tuple[Matrix, ...]
     drive_row: Matrix
     drive_load: Matrix
@@ -68,7 +79,7 @@ class Built:
     @property
     def locals(self) -> int:
         """Number of local coordinates."""
-        return len(self.rows)
+        return len(self.rows) + len(self.shaker_rows)
 
     @property
     def auxiliaries(self) -> int:
@@ -106,6 +117,7 @@ class Built:
         ratios = self.plan.rig.damping.modal_ratio
         zeta = np.array([ratios[min(r, len(ratios) - 1)] for r in range(len(modal.omega))])
         outputs = [Output("velocity" if velocity else "displacement", row) for row, velocity in self.rows]
+        outputs += [Output(name) for name in self.shaker_rows]  # type: ignore[arg-type]
         outputs += [Output("integral", row) for row in self.auxiliary_rows]
         instruments = list(self.plan.instruments.values())
         as_velocity = self.differentiable & velocities
@@ -119,6 +131,8 @@ class Built:
             drive_load=self.drive_load,
             shaker=self.shaker,
             loads=[row for row, _ in self.rows],
+            shaker_loads=self.shaker_rows,
+            cell_mass=self.plan.rig.force_sensor.stinger_side_mass if self.shaker else 0.0,
             outputs=outputs,
         )
         for n, instrument in enumerate(instruments):
@@ -148,16 +162,17 @@ class Built:
         """Scale of each element's force at a time."""
         layer, everything = self.moduli(time_s)
         factor = {"": 1.0, "E": layer * everything, "all": everything}
-        return np.array([element.scale * factor[element.follows] for element in self.elements_])
+        joint = [element.scale * factor[element.follows] for element in self.elements_]
+        return np.array(joint + [1.0] * len(self.shaker_laws))
 
     def elements(self) -> Elements:
         """Elements as the kernels want them, at rest."""
-        laws = [element.law for element in self.elements_]
-        width = max((len(law.parameters) for law in laws), default=1)
+        laws = [*(element.law for element in self.elements_), *(law for _, law in self.shaker_laws)]
+        numbers = [self._parameters(law) for law in laws]
         depth = max((law.states for law in laws), default=0)
-        parameters = np.zeros((len(laws), width))
-        for row, law in zip(parameters, laws, strict=True):
-            row[: len(law.parameters)] = law.parameters
+        parameters = np.zeros((len(laws), max(map(len, numbers), default=1)))
+        for row, values in zip(parameters, numbers, strict=True):
+            row[: len(values)] = values
         return Elements(
             np.array([law.kind for law in laws], np.int64),
             self.coordinate,
@@ -166,6 +181,16 @@ class Built:
             parameters,
             np.zeros((len(laws), max(depth, 1))),
         )
+
+    def _parameters(self, law: Law | ForceFactor) -> Sequence[float] | Matrix:
+        """Numbers of a law for the kernels."""
+        if isinstance(law, ForceFactor):
+            return law.parameters_at(self._place("stroke"), self._place(law.turns))
+        return law.parameters
+
+    def _place(self, name: str) -> int:
+        """Number of a shaker's local coordinate."""
+        return len(self.rows) + self.shaker_rows.index(name)
 
     @property
     def _others(self) -> int:
@@ -188,6 +213,8 @@ def build(
         mesh=mesh_rig(rig, beam_elements=beam_elements, layer_elements=layer_elements),
         clamped=False,
     ))  # fmt: skip
+    if drive == "shaker" and rig.force_sensor.stinger_side_mass:
+        add_point_mass(matrices, rig.force_sensor.position, rig.force_sensor.stinger_side_mass)
     structure = matrices.structure
     K = matrices.K_beam + plan.E * matrices.K_E + plan.G * matrices.K_G
     first = normal_modes(matrices.M, K, 1).Phi[: len(structure.M), 0]
@@ -216,7 +243,7 @@ def build(
         drive_load = drive_load + plan.base_receptance * (matrices.K_beam @ translation)
     positions = {s.channel: s.position for s in rig.sensor}
     channel_rows = [
-        matrices.deflection(positions[name]) if name in positions and i.quantity != "force" else None
+        _seen(matrices, positions[name], i, rig) if name in positions and i.quantity != "force" else None
         for name, i in plan.instruments.items()
     ]
     loads = [e.row for e in elements] + [drive_row, drive_load] + [row for row in channel_rows if row is not None]
@@ -245,6 +272,16 @@ def _matrices(plan: Plan, free: Structure) -> Matrices:
     for change in plan.matrix_changes:
         change(matrices)
     return matrices
+
+
+def _seen(matrices: Matrices, position_m: float, instrument: InstrumentChannel, rig: Rig) -> Matrix:
+    """Row of the motion a transducer shows: the deflection, and a share of the top surface's motion along the beam."""
+    row = matrices.deflection(position_m)
+    if instrument.transverse:
+        half = (rig.lower if position_m <= rig.lower.length else rig.upper).thickness / 2
+        along = matrices.structure.axial(position_m) - half * matrices.structure.slope(position_m)
+        row = row + instrument.transverse * matrices.pad(along)
+    return row
 
 
 def _along(plan: Plan, x: Matrix) -> Matrix:
@@ -314,20 +351,29 @@ def _placed(
             auxiliary.append(len(auxiliary_rows) - 1)
         else:
             auxiliary.append(-1)
+    shaker = Shaker.of(plan.rig.drive) if drive == "shaker" else None
+    shaker_laws = tuple(shaker.laws()) if shaker else ()
+    asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
+    shaker_rows = tuple(name for name in COORDINATES if name in asked)
+    coordinate += [len(rows) + shaker_rows.index(name) for name, _ in shaker_laws]
+    auxiliary += [-1] * len(shaker_laws)
     place = np.array(auxiliary, np.int64)
+    locals_ = len(rows) + len(shaker_rows)
     return Built(
         plan=plan,
         condensed=condensed,
         law=law,
         elements_=tuple(elements),
         coordinate=np.array(coordinate, np.int64),
-        auxiliary=np.where(place >= 0, place + len(rows), -1),
+        auxiliary=np.where(place >= 0, place + locals_, -1),
         rows=tuple(rows),
+        shaker_laws=shaker_laws,
+        shaker_rows=shaker_rows,
         auxiliary_rows=tuple(auxiliary_rows),
         drive_row=drive_row @ T,
         drive_load=drive_load @ T,
         channel_rows=tuple(None if row is None else row @ T for row in channel_rows),
-        shaker=Shaker.of(plan.rig.drive) if drive == "shaker" else None,
+        shaker=shaker,
         opening_per_m=opening_per_m,
         slip_per_m=slip_per_m,
     )

@@ -22,6 +22,7 @@ class InstrumentChannel:
     """One channel as it is, which need not be as its data sheet says.
 
     `corners_Hz` are first-order high-passes; `cross_talk` adds a factor times another channel's true quantity;
+    `transverse` is the share of the surface's motion along the beam;
     `hum` is (Hz, amplitude); `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
     """
 
@@ -40,6 +41,7 @@ class InstrumentChannel:
     cross_talk: list[tuple[str, float]] = field(default_factory=list)
     hum: list[tuple[float, float]] = field(default_factory=list)
     resonance: tuple[float, float] | None = None
+    transverse: float = 0.0
     freezes_per_s: float = 0.0
     freeze_s: float = 0.0
 
@@ -48,9 +50,11 @@ class InstrumentChannel:
         """A channel as the rig file describes it."""
         unit = {"force": "N", "acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[sensor.quantity]
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
+        resonance = (sensor.mounting_frequency, sensor.mounting_damping) if sensor.mounting_frequency else None
         return cls(
-            sensor.channel, sensor.quantity, unit, sensor.position, sensor.range, sensor.noise_density, bits, corners
-        )
+            sensor.channel, sensor.quantity, unit, sensor.position, sensor.range, sensor.noise_density, bits, corners,
+            resonance=resonance, transverse=sensor.transverse_sensitivity,
+        )  # fmt: skip
 
     @property
     def quantum(self) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.reduction import ModalModel
-from twin.bench.shaker import Shaker
+from twin.bench.shaker import COORDINATES, Shaker
 
 __all__ = ["LinearRig", "Output", "Poles", "linear_rig", "to_poles", "with_resonance"]
 
@@ -30,7 +30,10 @@ class Output:
     velocity, `displacement` has the static share of all other modes in it.
     """
 
-    quantity: Literal["displacement", "integral", "velocity", "acceleration", "force", "voltage", "current"]
+    quantity: Literal[
+        "displacement", "integral", "velocity", "acceleration",
+        "force", "voltage", "stroke", "armature-velocity", "current", "reference", "command",
+    ]  # fmt: skip
     row: Matrix | None = None
 
 
@@ -74,6 +77,8 @@ def linear_rig(
     drive_load: Matrix,
     shaker: Shaker | None,
     loads: Sequence[Matrix],
+    shaker_loads: Sequence[str] = (),
+    cell_mass: float = 0.0,
     outputs: Sequence[Output],
 ) -> LinearRig:
     """Couple the modes with the shaker.
@@ -91,13 +96,18 @@ def linear_rig(
     shaker
         None applies the first input as a force.
     loads : sequence of ndarray, (r,)
-        Patterns of the local coordinates; their restoring forces act with the opposite sign.
+        Patterns of the structure's local coordinates; their restoring forces act with the opposite sign.
+    shaker_loads
+        Local coordinates of the shaker that follow them, from :data:`twin.bench.shaker.COORDINATES`: forces on the
+        armature, and voltages in the coil, likewise restoring.
+    cell_mass
+        Mass between stinger and force cell, kg: the structure's matrices have it, and the cell does not feel it.
     outputs
         What to read.
     """
     Phi, m, R = modal.Phi, len(modal.omega), modal.residual
     size = 2 * m + (3 if shaker else 0)
-    inputs = 1 + len(loads)
+    inputs = 1 + len(loads) + len(shaker_loads)
     q, dq = slice(0, m), slice(m, 2 * m)
     patterns = -np.column_stack([*loads]) if loads else np.zeros((len(Phi), 0))
 
@@ -107,7 +117,7 @@ def linear_rig(
         k = shaker.series_stiffness(float(drive_row @ R @ drive_load))
         F_x[2 * m] = k
         F_x[q] = -k * (drive_row @ Phi)
-        F_u[1:] = -k * (drive_row @ R @ patterns)
+        F_u[1 : 1 + len(loads)] = -k * (drive_row @ R @ patterns)
     else:
         F_u[0] = 1.0
 
@@ -117,7 +127,7 @@ def linear_rig(
     A[dq, dq] = -np.diag(2 * zeta * modal.omega) - Phi.T @ damping @ Phi
     A[dq] += np.outer(Phi.T @ drive_load, F_x)
     B[dq] = np.outer(Phi.T @ drive_load, F_u)
-    B[dq, 1:] += Phi.T @ patterns
+    B[dq, 1 : 1 + len(loads)] += Phi.T @ patterns
     if shaker:
         x, v, i = 2 * m, 2 * m + 1, 2 * m + 2
         A[x, v] = 1.0
@@ -125,19 +135,27 @@ def linear_rig(
         A[v, x] -= shaker.suspension_stiffness / shaker.armature_mass
         A[v, i] += shaker.force_factor / shaker.armature_mass
         B[v] = -F_u / shaker.armature_mass
-        A[i, i] = -shaker.coil_resistance / shaker.coil_inductance
+        A[i, i] = -(shaker.coil_resistance + shaker.output_resistance) / shaker.coil_inductance
         A[i, v] = -shaker.force_factor / shaker.coil_inductance
-        B[i, 0] = 1.0 / shaker.coil_inductance
+        B[i, 0] = shaker.command_gain / shaker.coil_inductance
+        for n, load in enumerate(shaker_loads, start=1 + len(loads)):
+            if load in ("stroke", "armature-velocity"):
+                B[v, n] = -1.0 / shaker.armature_mass
+            else:
+                B[i, n] = -1.0 / shaker.coil_inductance
 
     C, D = np.zeros((len(outputs), size)), np.zeros((len(outputs), inputs))
     for n, output in enumerate(outputs):
         if output.quantity == "force":
-            C[n], D[n] = F_x, F_u
+            at_cell = cell_mass * (drive_row @ Phi)
+            C[n], D[n] = F_x - at_cell @ A[dq], F_u - at_cell @ B[dq]
         elif output.quantity == "voltage":
             D[n, 0] = 1.0
-        elif output.quantity == "current":
+        elif output.quantity in COORDINATES:
             if shaker:
-                C[n, 2 * m + 2] = 1.0
+                C[n], D[n, 0] = _of_the_shaker(shaker, output.quantity, size)
+            if output.quantity == "command" and "reference" in shaker_loads:
+                D[n, 1 + len(loads) + shaker_loads.index("reference")] = -1.0
         else:
             assert output.row is not None
             shape = output.row @ Phi
@@ -146,7 +164,7 @@ def linear_rig(
                 C[n, q] = shape
                 C[n] += (residual @ drive_load) * F_x
                 D[n] = (residual @ drive_load) * F_u
-                D[n, 1:] += residual @ patterns
+                D[n, 1 : 1 + len(loads)] += residual @ patterns
             elif output.quantity == "integral":
                 C[n, q] = shape
             elif output.quantity == "velocity":
@@ -155,6 +173,18 @@ def linear_rig(
                 C[n] = shape @ A[dq]
                 D[n] = shape @ B[dq]
     return LinearRig(A, B, C, D)
+
+
+def _of_the_shaker(shaker: Shaker, quantity: str, size: int) -> tuple[Matrix, float]:
+    """Row over the states, and share of the generator's voltage, of one of the shaker's own coordinates."""
+    row = np.zeros(size)
+    if quantity == "reference":
+        return row, shaker.gain
+    if quantity == "command":
+        row[-1] = -shaker.output_resistance
+        return row, shaker.command_gain
+    row[-3 + ("stroke", "armature-velocity", "current").index(quantity)] = 1.0
+    return row, 0.0
 
 
 def with_resonance(rig: LinearRig, output: int, *, frequency_Hz: float, damping_ratio: float) -> LinearRig:

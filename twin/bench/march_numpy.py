@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.force_factor import lost_force
 from twin.joint.kernel import evaluate, remember
+from twin.joint.kinds import FORCE_FACTOR
 
 __all__ = ["march_numpy"]
 
 Matrix = NDArray[np.float64]
 
-ITERATIONS = 40
+ITERATIONS = 100
+SHORTEST = 0.01
+FORGET = 0.9995
 
 
 def march_numpy(
@@ -40,20 +44,34 @@ def march_numpy(
     rows = C[:, :m] - 1j * C[:, m:]
     H = D[:locals_, 1:]
     W = w[:m] + 1j * w[m:]
-    failures = 0
+    failures, size = 0, np.abs(y)
     for n, volts in enumerate(voltage):
         free = (rows @ W).real + D[:, 0] * volts
         p, force = free[:locals_], np.zeros(locals_)
+        size = np.maximum(size * FORGET, np.abs(y) + 1e-30)
+        move, length, last = np.zeros(locals_), 1.0, np.inf
         for _ in range(ITERATIONS):
-            force, tangent = np.zeros(locals_), np.zeros(locals_)
+            force, tangent = np.zeros(locals_), np.zeros((locals_, locals_))
             for e, a in enumerate(coordinate):
-                f, slope = evaluate.py_func(kind[e], parameters, state, e, y[a])
+                if kind[e] == FORCE_FACTOR:
+                    x, z = parameters[e, 2:4].astype(int)
+                    f, by_x, by_z = lost_force.py_func(parameters, e, y[x], y[z])
+                    tangent[a, x] += by_x
+                    tangent[a, z] += by_z
+                else:
+                    f, slope = evaluate.py_func(kind[e], parameters, state, e, y[a])
+                    tangent[a, a] += scale[e] * slope
                 force[a] += scale[e] * f
-                tangent[a] += scale[e] * slope
             r = y - p - H @ force
-            if np.all(np.abs(r) < 1e-10 * (np.abs(y) + np.abs(p) + 1e-30)):
+            if np.all(np.abs(r) < 1e-10 * (size + np.abs(y) + np.abs(p))):
                 break
-            y -= np.linalg.solve(np.eye(locals_) - H * tangent, r)
+            norm = float(np.sum(np.abs(r) / (size + np.abs(p))))
+            if norm > (1.0 - 0.25 * length) * last and length > SHORTEST:
+                length /= 2
+                y += length * move
+                continue
+            move, length, last = np.linalg.solve(np.eye(locals_) - H @ tangent, r), 1.0, norm
+            y -= move
         else:
             failures += 1
         u[0], u[1:] = volts, force

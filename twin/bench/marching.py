@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.force_factor import lost_force
 from twin.bench.linear import Poles
 from twin.joint.kernel import COMPILED, evaluate, remember
-from twin.joint.kinds import HINGES, POLYNOMIAL, SLIDERS
+from twin.joint.kinds import FORCE_FACTOR, HINGES, POLYNOMIAL, SLIDERS
 
 __all__ = ["LANES", "Coefficients", "Elements", "coefficients", "march"]
 
@@ -33,8 +34,10 @@ SMALL_STEP = 1e-4
 """Newton step over the recent size after which a smooth law counts as solved."""
 FORGET = 0.9995
 """How the recent size decays, a step."""
-ITERATIONS = 40
-"""Newton steps before a step counts as failed; two or three are usual."""
+ITERATIONS = 100
+"""Newton steps, and trials of shorter ones, before a step counts as failed; two or three are usual."""
+SHORTEST = 0.01
+"""Of a Newton step over kinks."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,8 @@ class Coefficients:
 class Elements:
     """Nonlinear elements as arrays: which law, on which local coordinate, with which auxiliary output (or -1).
 
-    `parameters` and `state` have one row an element; the force on the coordinate is `scale` times the law's.
+    `parameters` and `state` have one row an element; the force on the coordinate is `scale` times the law's.  A force
+    factor's row also names the two coordinates that it depends on.
     """
 
     kind: NDArray[np.int64]
@@ -138,9 +142,12 @@ def march(
     r = np.zeros(locals_)
     J = np.zeros((locals_, locals_))
     before, earlier, size = y.copy(), y.copy(), np.abs(y)
-    smooth = True
+    smooth, coupled = True, False
     for e in range(kind.shape[0]):
-        smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL)
+        coupled = coupled or kind[e] == FORCE_FACTOR
+        smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR)
+    cross = np.zeros((locals_, locals_))
+    origin, move, length, last = np.zeros(locals_), np.zeros(locals_), 1.0, 0.0
     outputs = first + channels
     free = np.zeros(outputs)
     failures = 0
@@ -167,6 +174,8 @@ def march(
                 force, slope = evaluate(kind[e], parameters, state, e, y[a])
                 u[1 + a] += scale[e] * force
                 tangent[a] += scale[e] * slope
+            if coupled:
+                _couple(kind, coordinate, parameters, y, u, cross)
             largest = 0.0
             for a in range(locals_):
                 value = y[a] - p[a]
@@ -177,6 +186,17 @@ def march(
             if largest < TOLERANCE:
                 failures -= 1
                 break
+            if not smooth:
+                # A full step over a kink may land beyond the next one and come back: it is shortened until it helps.
+                norm = 0.0
+                for a in range(locals_):
+                    norm += abs(r[a]) / (size[a] + abs(p[a]))
+                if iteration > 0 and norm > (1.0 - 0.25 * length) * last and length > SHORTEST:
+                    length *= 0.5
+                    for a in range(locals_):
+                        y[a] = origin[a] - length * move[a]
+                    continue
+                last, length = norm, 1.0
             if locals_ == 2:
                 a00, a01 = 1.0 - D[0, 1] * tangent[0], -D[0, 2] * tangent[1]
                 a10, a11 = -D[1, 1] * tangent[0], 1.0 - D[1, 2] * tangent[1]
@@ -189,10 +209,16 @@ def march(
                     for b in range(locals_):
                         J[a, b] = -D[a, 1 + b] * tangent[b]
                     J[a, a] += 1.0
+                if coupled:
+                    for a in range(locals_):
+                        for b in range(locals_):
+                            for c in range(locals_):
+                                J[a, b] -= D[a, 1 + c] * cross[c, b]
                 _eliminate(J, r)
-            damping = 1.0 if iteration < 12 else 0.5
+            damping = 0.5 if smooth and iteration >= 12 else 1.0
             largest = 0.0
             for a in range(locals_):
+                origin[a], move[a] = y[a], r[a]
                 y[a] -= damping * r[a]
                 largest = max(largest, abs(r[a]) / size[a])
             # Newton's quadratic error is far below the tolerance: the forces of smooth laws follow their tangents.
@@ -226,6 +252,21 @@ def march(
             for k in range(m):
                 w[k] += Gamma[a, k] * value
     return failures
+
+
+@COMPILED
+def _couple(
+    kind: NDArray[np.int64], coordinate: NDArray[np.int64], parameters: Matrix, y: Matrix, u: Matrix, cross: Matrix
+) -> None:
+    """Add the forces of laws of two coordinates to `u`, and put their slopes, (locals, locals), into `cross`."""
+    cross[:] = 0.0
+    for e in range(kind.shape[0]):
+        if kind[e] == FORCE_FACTOR:
+            x, z = int(parameters[e, 2]), int(parameters[e, 3])
+            force, by_x, by_z = lost_force(parameters, e, y[x], y[z])
+            u[1 + coordinate[e]] += force
+            cross[coordinate[e], x] += by_x
+            cross[coordinate[e], z] += by_z
 
 
 @COMPILED

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 __all__ = [
     "CUBIC",
+    "FORCE_FACTOR",
     "HINGES",
     "LINEAR",
     "POLYNOMIAL",
@@ -23,3 +24,5 @@ POLYNOMIAL = 5
 TABLE = 6
 RUNNING_LOSS = 7
 QUADRATIC_DRAG = 8
+FORCE_FACTOR = 9
+"""Of the shaker: its force depends on two coordinates, which the ordinary laws' kernel has no part in."""

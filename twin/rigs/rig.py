@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -10,6 +11,7 @@ __all__ = [
     "Acquisition",
     "Beam",
     "Damping",
+    "Drift",
     "Drive",
     "Effect",
     "Joint",
@@ -24,6 +26,9 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Name = Annotated[str, Field(min_length=1, max_length=64)]
+
+HARDEST_STOP_Hz = 3000.0
+"""Of the armature's mass on its end stop; the marching of a spring is stable to a third of its rate."""
 
 
 class _Table(BaseModel):
@@ -115,15 +120,53 @@ class Damping(_Table):
 
 
 class Drive(_Table):
-    """The shaker behind the force cell, and where it drives the structure."""
+    """The shaker behind the force cell, its amplifier, and where it drives the structure."""
 
     position: NonNegative
     armature_mass: Positive
     suspension_stiffness: NonNegative
     force_factor: Positive
+    """At rest, N/A."""
+    half_force_stroke: Positive | None = None
+    """Armature displacement at which the force factor has fallen to half, m; left out, it does not depend on it."""
+    stroke_limit: Positive | None = None
+    """Travel to either end stop, m."""
+    stop_stiffness: Positive = 1.0e6
+    """Of the end stops, N/m."""
     coil_resistance: Positive
     coil_inductance: Positive
     stinger_stiffness: Positive
+    """Axial, N/m."""
+    stinger_lateral_stiffness: NonNegative = 0.0
+    """Along the beam, at the surface the stinger is screwed to, N/m."""
+    amplifier: Literal["voltage", "current"] = "voltage"
+    """What the amplifier holds against the load."""
+    amplifier_gain: Positive = 1.0
+    """V or A per volt of the generator."""
+    output_resistance: Positive = 1.0e3
+    """Of an amplifier that holds the current, ohm."""
+    voltage_limit: Positive | None = None
+    """Of the amplifier, V."""
+    current_limit: Positive | None = None
+    """Of amplifier or coil, A."""
+    force_limit: Positive | None = None
+    """Rated force of the shaker, N: the amplifier holds the current below it."""
+
+    @model_validator(mode="after")
+    def _amplifier(self) -> Drive:
+        if self.amplifier == "voltage" and "output_resistance" in self.model_fields_set:
+            raise ValueError("output_resistance belongs to an amplifier that holds the current: amplifier = 'current'")
+        if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * HARDEST_STOP_Hz) ** 2:
+            raise ValueError(
+                f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than {HARDEST_STOP_Hz:g} Hz, "
+                "which the bench's steps do not resolve"
+            )
+        if self.amplifier == "current" and self.output_resistance < self.coil_resistance:
+            raise ValueError(
+                f"output_resistance {self.output_resistance:g} below coil_resistance {self.coil_resistance:g}: "
+                "such an amplifier does not hold the current"
+            )
+        return self
 
 
 class Sensor(_Table):
@@ -133,15 +176,47 @@ class Sensor(_Table):
     quantity: Literal["force", "acceleration", "velocity", "displacement"]
     position: NonNegative
     mass: NonNegative = 0.0
+    """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
+    stinger_side_mass: NonNegative = 0.0
+    """Of a force cell, the part on the stinger's side, which moves with the beam and is not measured, kg."""
     range: Positive
     noise_density: NonNegative = 0.0
     high_pass: NonNegative = 0.0
+    mounting_frequency: Positive | None = None
+    """Resonance of the mounted transducer, Hz; left out, there is none."""
+    mounting_damping: Annotated[float, Field(gt=0, lt=1)] = 0.02
+    transverse_sensitivity: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
+    """Share of the motion along the beam, at the surface, that an accelerometer also shows."""
+
+    @model_validator(mode="after")
+    def _of_the_kind(self) -> Sensor:
+        if self.quantity != "force" and self.stinger_side_mass:
+            raise ValueError("stinger_side_mass belongs to the force cell")
+        if self.quantity != "acceleration" and self.transverse_sensitivity:
+            raise ValueError("transverse_sensitivity belongs to an accelerometer")
+        if self.mounting_frequency is None and "mounting_damping" in self.model_fields_set:
+            raise ValueError("mounting_damping needs a mounting_frequency")
+        return self
 
 
 class Acquisition(_Table):
     """The converter."""
 
     bits: Annotated[int, Field(ge=8, le=32)] = 24
+    clock_error_ppm: Annotated[float, Field(ge=-1e4, le=1e4)] = 0.0
+    """How much faster than nominal it samples."""
+    anti_alias: bool = True
+    """Linear-phase filter before decimation; without it, whatever lies above half the rate folds back."""
+
+
+class Drift(_Table):
+    """What changes slowly while the rig runs."""
+
+    temperature_K_per_h: Finite = 0.0
+    stiffness_per_K: Finite = -2.5e-4
+    """Relative change of all moduli; steel's if left out."""
+    preload_loss_per_h: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    """Relative loss of the layer's E'."""
 
 
 class Measured(_Table):
@@ -170,6 +245,7 @@ class Rig(_Table):
     drive: Drive
     sensor: list[Sensor] = Field(min_length=1, max_length=32)
     acquisition: Acquisition = Acquisition()
+    drift: Drift = Drift()
     measured: dict[str, Measured] = {}
     effect: list[Effect] = []
 

@@ -83,6 +83,11 @@ class Structure:
         v, u = self.deflection(position_m), self.axial(position_m)
         return replace(self, M=self.M + mass_kg * (np.outer(v, v) + np.outer(u, u)))
 
+    def with_lateral_spring(self, position_m: float, stiffness_N_per_m: float, *, thickness_m: float) -> Structure:
+        """The same structure on a spring to ground along the beam, at its bottom surface, which resists slope too."""
+        row = self.axial(position_m) + thickness_m / 2 * self.slope(position_m)
+        return replace(self, K0=self.K0 + stiffness_N_per_m * np.outer(row, row))
+
     def with_layer_gradient(self, gradient: float) -> Structure:
         """The same structure with layer moduli that vary along the overlap as 1 - gradient (xi - 1/2), xi = 0 ... 1."""
         start, end = (self.mesh.lower_x[self.mesh.layer_nodes[i][0]] for i in (0, -1))
@@ -150,6 +155,10 @@ def assemble(
     if sensor_masses:
         for sensor in rig.sensor:
             structure = structure.with_point_mass(sensor.position, sensor.mass)
+    if rig.drive.stinger_lateral_stiffness:
+        structure = structure.with_lateral_spring(
+            rig.drive.position, rig.drive.stinger_lateral_stiffness, thickness_m=rig.lower.thickness
+        )
     return structure
 
 
