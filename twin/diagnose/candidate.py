@@ -76,6 +76,12 @@ class Candidate:
         parts = [self.solution.residual[part] for name, part in self.blocks if name == block]
         return float(sum(part @ part for part in parts))
 
+    @property
+    def chi2_per_number(self) -> dict[str, float]:
+        """Of each part of the evidence."""
+        counts = {name: sum(p.stop - p.start for part, p in self.blocks if part == name) for name, _ in self.blocks}
+        return {name: self.chi2_of(name) / max(1, count) for name, count in counts.items()}
+
     def weight(self, temper: float) -> float:
         """Log evidence with chi2 divided by `temper`, the variance by which the best model misses its noise."""
         return self.log_evidence + 0.5 * self.solution.chi2 * (1 - 1 / max(1.0, temper))

@@ -16,6 +16,7 @@ from twin.diagnose.cause import Cause
 from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.extended import extended_rig
+from twin.diagnose.missing import find_missing_force
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes
@@ -106,6 +107,7 @@ def diagnose(
     causes_named = named_causes(search, findings, verdict)
     if any(cause.cause in DRIFTS and cause.in_model for cause in causes_named) and _waits_left_out(runs):
         notes += ("the waits between steps were not stored: the rate is per second of the recordings' own time",)
+    missing = find_missing_force(evidence, search.footing, report=report) if verdict == "unknown" else None
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
@@ -124,6 +126,7 @@ def diagnose(
         held_out=compare_sweeps(unseen, search.base, after) if unseen is not None and len(unseen.steps) else (),
         notes=notes,
         extended_model=extended,
+        missing_force=missing,
     )
 
 
@@ -173,7 +176,7 @@ def _within_amplitudes(unseen: Evidence, evidence: Evidence) -> tuple[Evidence, 
 
 def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:
     """Shares of the base family's chi2 by run, channel and harmonic, largest first."""
-    predictor = Predictor(evidence, None, search.harmonics)
+    predictor = Predictor(evidence, None, search.footing.harmonics)
     prediction = predictor.evaluate(search.base.unknowns, sensitivities=False)
     outputs = len(evidence.channels)
     shares: dict[tuple[str, str, int], float] = {}
@@ -193,10 +196,10 @@ def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:
             for state, row in zip(evidence.steps.states, per, strict=True):
                 for channel, value in zip(evidence.channels, row, strict=True):
                     add(state.run, channel, 1, float(value))
-        elif search.harmonics is not None:
+        elif search.footing.harmonics is not None:
             per = square.reshape(2, len(evidence.steps), -1, outputs).sum(axis=0)
             for state, table in zip(evidence.steps.states, per, strict=True):
-                for order, row in zip(search.harmonics.orders, table, strict=True):
+                for order, row in zip(search.footing.harmonics.orders, table, strict=True):
                     for channel, value in zip(evidence.channels, row, strict=True):
                         add(state.run, channel, int(order), float(value))
     total = sum(shares.values()) or 1.0

@@ -7,7 +7,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.missing import MissingForce
 from twin.diagnose.search import Search
+from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 
 __all__ = [
@@ -23,14 +25,6 @@ __all__ = [
 ]
 
 Verdict = Literal["explained", "none", "ambiguous", "unknown"]
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value with its standard deviation."""
-
-    value: float
-    std: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +114,7 @@ class Diagnosis:
     held_out: tuple[SweepComparison, ...]
     notes: tuple[str, ...] = ()
     extended_model: str = ""
-    quality: tuple[str, ...] = field(default=())
+    missing_force: MissingForce | None = None
 
     @property
     def sentence(self) -> str:
@@ -129,12 +123,22 @@ class Diagnosis:
         if self.verdict == "none":
             return "The model agrees with the data to within their noise; nothing needs to be blamed."
         if self.verdict == "unknown":
-            return "Something is missing from the model, and no cause on the list explains it."
+            return f"Something is missing from the model, and no cause on the list explains it{self._hint()}."
         what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
         if self.verdict == "ambiguous":
             rivals = ", ".join(dict.fromkeys(r for c in named for r in c.confused_with))
             return f"Most likely {what}; these data cannot tell it from {rivals}."
         return f"The data name {what}."
+
+    def _hint(self) -> str:
+        """What the data say of a force that is missing."""
+        force = self.missing_force
+        if force is None:
+            return ""
+        return (
+            f"; a force {force.formula} at {force.position_m.value:.3g} m would bring chi² per degree of freedom from "
+            f"{force.before:.3g} to {force.after:.3g}"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The contract's JSON object."""
@@ -155,6 +159,7 @@ class Diagnosis:
             "next_test": None
             if self.next_test is None
             else {"why": self.next_test.why, "procedure": self.next_test.procedure},
+            "missing_force": None if self.missing_force is None else self.missing_force.to_dict(),
             "extended_model": self.extended_model,
             "notes": list(self.notes),
             "seconds": self.seconds,

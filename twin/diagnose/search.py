@@ -10,16 +10,16 @@ import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause, main_strength
+from twin.diagnose.footing import FOLLOWS, Footing, base_footing
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.thresholds import refined
 from twin.diagnose.tournament import LEAST_SCORE, SLACKS, Report, at_the_best_place, tournament, with_own_law
-from twin.identify.base_fit import fit_base
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
 from twin.identify.rebinning import rebinned
-from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
+from twin.identify.unknowns import LOOSE, TIGHT
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Search", "Stage", "search_causes"]
@@ -38,8 +38,6 @@ LEAST_SHARE = 0.08
 noise, and there is always something that would follow a twentieth of that."""
 LEAST_SHARE_OF_HARMONICS = 0.15
 """The same of the steps' higher harmonics, where a stop or a slap shows while the broadband runs know nothing of it."""
-FOLLOWS = 4.0
-"""Chi2 per degree of freedom up to which a model follows the data roughly."""
 
 
 @dataclass(frozen=True)
@@ -57,29 +55,34 @@ class Search:
 
     Attributes
     ----------
+    footing : Footing
+        The base family as it was fitted before any cause.
     base : Candidate
-        The base family alone.
+        The base family alone, in the best minimum that was found.
     model : Candidate
         The base family with every accepted cause.
     stages : tuple of Stage
-    temper : float
-        Variance factor by which the best model's residual exceeds its noise; evidence is weighed with it.
-    harmonics : HarmonicResiduals, optional
-        Of the steps, as `base` was fitted to them.
     evidence : Evidence
         What `model` was fitted to: broadband runs may have been binned anew against what was found.
+    harmonics : HarmonicResiduals, optional
+        Of the steps, as `model` was fitted to them.
     """
 
+    footing: Footing
     base: Candidate
     model: Candidate
     stages: tuple[Stage, ...]
-    temper: float
-    harmonics: HarmonicResiduals | None
     evidence: Evidence
+    harmonics: HarmonicResiduals | None
 
 
 def search_causes(
-    evidence: Evidence, causes: Mapping[str, Cause], *, most: int = 3, report: Report = lambda text: None
+    evidence: Evidence,
+    causes: Mapping[str, Cause],
+    *,
+    most: int = 3,
+    footing: Footing | None = None,
+    report: Report = lambda text: None,
 ) -> Search:
     """Find what the base family does not explain.
 
@@ -87,17 +90,16 @@ def search_causes(
     ----------
     most
         Largest number of causes at once.
+    footing
+        Where to begin, if the base family has been fitted already.
     report
         Told what is being done.
     """
-    report("fitting moduli, damping and the joint's law")
-    aligned, _ = fit_base(evidence, slacks=(LOOSE,))
-    harmonics = harmonic_residuals(Predictor(evidence), aligned) if len(evidence.steps) else None
-    first_harmonics = harmonics
-    base, slack = _least_slack(evidence, harmonics, aligned, ())
+    if footing is None:
+        report("fitting moduli, damping and the joint's law")
+        footing = base_footing(evidence)
+    base, start, slack, harmonics = footing.base, footing.start, footing.slack, footing.harmonics
     model = base
-    # A base family that follows the data tightly has settled; else its detunings say best where the resonances are.
-    start = base.unknowns if slack is TIGHT else aligned
     thinner, thin_harmonics = thin_evidence(evidence, harmonics)
     stages: list[Stage] = []
     settled = False
@@ -153,7 +155,7 @@ def search_causes(
     if len(model.blames) > 1:
         report("asking whether every cause is needed")
         model = _pruned(evidence, harmonics, model)
-    return Search(base, model, tuple(stages), max(1.0, model.chi2_per_dof), first_harmonics, evidence)
+    return Search(footing, base, model, tuple(stages), evidence, harmonics)
 
 
 def _reduced_anew(
@@ -167,21 +169,6 @@ def _reduced_anew(
         # What local nonlinear forces add is the prediction's matter.
         harmonics = harmonic_residuals(Predictor(evidence, replace(extension, nonlinear=())), model.unknowns)
     return evidence, harmonics
-
-
-def _least_slack(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, blames: tuple[Blame, ...]
-) -> tuple[Candidate, Slack]:
-    """The tight fit, and the least slack with which the model roughly follows the data: first order holds there."""
-    least, follows = SLACKS[-1], True
-    for slack in (*reversed(SLACKS[1:]), TIGHT):
-        iterations = 20 if slack is TIGHT else 8
-        trial = fit_candidate(evidence, harmonics, start, blames, slack=slack, iterations=iterations, tolerance=0.3)
-        follows = follows and trial.chi2_per_dof < FOLLOWS
-        least = slack if follows else least
-        start, blames = trial.unknowns, trial.blames
-    # With slack the moduli are held, and a fit may have to wait for the last to move them.
-    return trial, TIGHT if trial.chi2_per_dof < FOLLOWS else least
 
 
 def _pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate) -> Candidate:

@@ -15,7 +15,12 @@ THRESHOLD = 1.0
 """Chi2 per degree of freedom up to which a model agrees with the data on the whole: what a model may be wrong by is
 allowed for beside the noise, so that clean rigs of several makes stay below 0.8."""
 UNEXPLAINED = 3.0
-"""Chi2 per degree of freedom beyond which even an extended model has not found what is wrong."""
+"""Chi2 per degree of freedom of the base family beyond which something is wrong, though nothing was found."""
+LEFT = 1.5
+"""Chi2 per number that a model with causes may leave in each part of the evidence: the broadband runs, the steps'
+fundamentals, their harmonics.  In blind cases the right cause left no more than 0.9."""
+LEFT_SHARE = 0.05
+"""Or this share of what the base family had left there: a large cause is modelled to a few per cent of itself."""
 RIVAL = 5.0
 """A rival whose log evidence lies no more than this below the best cannot be told from it."""
 SURE = 0.8
@@ -24,17 +29,24 @@ SURE = 0.8
 def decide(search: Search, findings: list[Finding]) -> Verdict:
     """The verdict.
 
-    ``unknown`` where the best model still fails and took less than nineteen twentieths of the misfit away.
+    ``unknown`` where a part of the evidence fails with the causes that were found, or without any.
     """
-    before, after = search.base.chi2_per_dof, search.model.chi2_per_dof
-    if after > UNEXPLAINED and after - 1 > 0.05 * (before - 1):
-        return "unknown"
     if not search.model.blames:
-        if findings:
-            return "explained"
-        return "none" if after <= UNEXPLAINED else "unknown"
+        if search.base.chi2_per_dof > UNEXPLAINED:
+            return "unknown"
+        return "explained" if findings else "none"
+    if _fails(search.model, search.base):
+        return "unknown"
     last = last_stage(search)
     return "ambiguous" if _probabilities(last)[0] < SURE and _rivals(last) else "explained"
+
+
+def _fails(model: Candidate, base: Candidate) -> bool:
+    """Whether a part of the evidence is left unexplained."""
+    before = base.chi2_per_number
+    return any(
+        after > LEFT and after - 1 > LEFT_SHARE * (before[part] - 1) for part, after in model.chi2_per_number.items()
+    )
 
 
 def last_stage(search: Search) -> Stage:

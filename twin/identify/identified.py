@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.base_fit import fit_base
+from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution
@@ -33,14 +34,6 @@ LAW_POINTS = 48
 POOR_FIT = 1.5
 """Chi2 per degree of freedom above which the model misses something."""
 POOR_POLYNOMIAL_PERCENT = 0.5
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value with its standard deviation."""
-
-    value: float
-    std: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -262,6 +262,10 @@ class Predictor:
         by_loss = J[:, :, n + k : n + 2 * k] @ unknowns.law.loss
         return step_factor(self.evidence.steps, (by_softening, by_loss), self.slack.error_scale)
 
+    def motion_at_forces(self, unknowns: Unknowns) -> Array:
+        """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
+        return self._port_motion(*self.step_receptance(unknowns))[0]
+
     def extra_harmonics(self, unknowns: Unknowns, R: Array) -> Array:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
         forces = self.local.harmonics(*self._forced(unknowns, R))

@@ -11,6 +11,7 @@ from twin.diagnose.result import Diagnosis, Estimate, Gain
 from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import compared_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.missing_force import missing_force_section
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
 from twin.views.style import AFTER, BEFORE, CAUTION
 
@@ -58,6 +59,7 @@ def write_report(
 
 def _sections(diagnosis: Diagnosis, commands: Sequence[str]) -> Iterator[Section | None]:
     yield _gain(diagnosis)
+    yield missing_force_section(diagnosis)
     yield _causes(diagnosis)
     yield _misfit(diagnosis)
     yield _sweeps(diagnosis)

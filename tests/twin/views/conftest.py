@@ -13,6 +13,7 @@ from recordings import Run
 from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
+from twin.diagnose.footing import Footing
 from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse
@@ -21,7 +22,7 @@ from twin.identify.gauss_newton import Solution
 from twin.identify.joint_law import SplineLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import SteadyState
-from twin.identify.unknowns import Unknowns
+from twin.identify.unknowns import TIGHT, Unknowns
 from twin.rigs import load_rig
 from twin.views.curves import broadband_responses
 
@@ -97,6 +98,7 @@ def diagnosis(run: Run) -> Diagnosis:
     evidence = replace(evidence, steps=replace(steps, response=response))
     evidence = replace(evidence, broadband=(replace(binned, H=broadband_responses(evidence, true, 0)),))
     sweeps = compare_sweeps(evidence, base, true)
+    footing = Footing(base=base, start=unknowns, slack=TIGHT, harmonics=None)
     return Diagnosis(
         verdict="explained",
         misfit=Misfit(
@@ -121,7 +123,7 @@ def diagnosis(run: Run) -> Diagnosis:
         next_test=None,
         seconds=21.0,
         evidence=evidence,
-        search=Search(base, true, (), 1.0, None, evidence),
+        search=Search(footing, base, true, (), evidence, None),
         sweeps=sweeps,
         held_out=sweeps[1:],
         notes=("2 step(s) were still changing and were left out",),

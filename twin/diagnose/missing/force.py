@@ -1,0 +1,103 @@
+"""A force of simple terms between ground and one place of the structure: what is fitted where no cause explains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.diagnose.missing.terms import TERMS, Term
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension, NonlinearForce
+
+__all__ = ["LocalForce", "law_of", "named_law"]
+
+Array = NDArray[Any]
+
+USUAL_N = 2.0
+"""Force of a term at the largest measured motion of the tip, one standard deviation of its prior."""
+POINTS = 96
+NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
+WEIGHTS = WEIGHTS / WEIGHTS.sum()
+
+
+def named_law(terms: Sequence[Term]) -> str:
+    """The label of a force made of these terms."""
+    return " + ".join(term.name for term in terms)
+
+
+def law_of(label: Mapping[str, str]) -> tuple[Term, ...]:
+    """The terms of a label."""
+    return tuple(TERMS[name] for name in label["law"].split(" + "))
+
+
+class LocalForce(Cause):
+    """The sum of its terms; one search for each single term, more of them by a label of its own."""
+
+    name = "missing-force"
+    summary = "a force between ground and one place of the structure"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """One law of a single term each."""
+        return tuple({"law": term.name} for term in TERMS.values())
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """A coefficient for each term, by the term's name, and the place."""
+        largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
+        coefficients = []
+        for term in law_of(label):
+            usual = USUAL_N / term.size(largest, evidence.reference_omega)
+            coefficients.append(
+                # Where the structure moves less than at the tip the same force has a far larger coefficient.
+                Parameter(
+                    name=term.name, scale=usual, lower=-20 * usual, upper=2e3 * usual, null=0.0, starts=(0.1 * usual,)
+                )
+            )
+        return (*coefficients, position(evidence, 12))
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A local nonlinear force, its harmonics and linear substitutes by quadrature."""
+        terms = [(term, values[term.name]) for term in law_of(label)]
+
+        def force(u: Array, v: Array, a: Array) -> Array:
+            return sum((c * term.force(u, v, a) for term, c in terms), np.zeros(np.shape(u)))
+
+        def equivalent(amplitude: Array, omega: Array) -> Array:
+            amplitude = np.maximum(amplitude, 1e-12)
+            return np.asarray(force_harmonics(force, amplitude, omega, 1)[:, 0] / amplitude)
+
+        local = NonlinearForce(
+            row=single_point(values["position_m"]),
+            equivalent=equivalent,
+            harmonics=lambda amplitude, count, joint: force_harmonics(force, amplitude, joint.omega, count),
+            random=lambda u, v, omega: linear_substitute(force, u, v, omega),
+        )
+        return Extension(nonlinear=(local,))
+
+
+def force_harmonics(force: Any, amplitude: Array, omega: Array, count: int) -> Array:
+    """Complex harmonics 1 ... count (s, count) of a force f(u, v, a) of the motion u = amplitude cos(omega t)."""
+    # Half a step off, so that no point lies on the jump of a friction force.
+    theta = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
+    A, w = amplitude[:, None], omega[:, None]
+    f = force(A * np.cos(theta), -A * w * np.sin(theta), -A * w**2 * np.cos(theta))
+    return np.asarray(f @ np.exp(-1j * np.outer(theta, np.arange(1, count + 1))) * (2 / POINTS))
+
+
+def linear_substitute(force: Any, displacement: float, velocity: float, omega: Array) -> Array:
+    """Dynamic stiffness (f,) of the linear force nearest to f(u, v, a) under Gaussian motion of these rms values."""
+    still = np.zeros_like(NODES)
+
+    def slope(values: Array, along: Array) -> float:
+        return float(WEIGHTS @ (values * along) / (WEIGHTS @ along**2))
+
+    u, v = max(displacement, 1e-12) * NODES, max(velocity, 1e-12) * NODES
+    k, c, m = (
+        slope(force(u, still, still), u),
+        slope(force(still, v, still), v),
+        slope(force(still, still, NODES), NODES),
+    )
+    return np.asarray(k + 1j * omega * c - omega**2 * m)

@@ -1,0 +1,224 @@
+"""Where a force is missing, how it depends on the motion there, and the simplest terms that make it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
+from twin.diagnose.cause import along_beam
+from twin.diagnose.footing import Footing
+from twin.diagnose.missing.force import LocalForce, law_of, named_law
+from twin.diagnose.missing.terms import TERMS, Term
+from twin.diagnose.search import Search, search_causes
+from twin.diagnose.thin import thin_evidence
+from twin.diagnose.tournament import Report
+from twin.identify.estimate import Estimate
+from twin.identify.evidence import Evidence
+from twin.identify.prediction import Predictor
+
+__all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
+
+Array = NDArray[Any]
+
+MOST_TERMS = 3
+LEAST_GAIN, LEAST_SHARE = 8.0, 0.08
+"""Of log evidence and of chi2, for a further term."""
+GOOD = 1.0
+"""Chi2 per degree of freedom at which no further term is asked for."""
+PLACES = 14
+"""At which it is tried along the structure."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedTerm:
+    """A term with its coefficient, whose unit is ``term.unit``."""
+
+    term: Term
+    coefficient: Estimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceAtLevel:
+    """The fundamental of the force at the largest motion of one sweep.
+
+    Attributes
+    ----------
+    phase_deg
+        Ahead of the displacement: 0 is a spring, 90 a damper, 180 a mass.
+    """
+
+    sweep: str
+    frequency_Hz: float
+    displacement_m: float
+    force_N: float
+    phase_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissingForce:
+    """The picture that the data support of a force nobody has named.
+
+    Attributes
+    ----------
+    places_m : ndarray, (p,)
+        Along the structure.
+    left : ndarray, (p,)
+        Chi2 per degree of freedom with the force of these terms at each of them, all else refitted.
+    position_m : Estimate
+        Where it fits best.
+    terms : tuple of FittedTerm
+        The simplest law that fits.
+    levels : tuple of ForceAtLevel
+    before, after : float
+        Chi2 per degree of freedom without and with the force.
+    """
+
+    places_m: Array
+    left: Array
+    position_m: Estimate
+    terms: tuple[FittedTerm, ...]
+    levels: tuple[ForceAtLevel, ...]
+    before: float
+    after: float
+
+    @property
+    def formula(self) -> str:
+        """Such as ``c u³ + c v``."""
+        return " + ".join(fitted.term.formula for fitted in self.terms)
+
+    def force(self, u: Array, v: Array, a: Array) -> Array:
+        """The force at displacement, velocity and acceleration of its place."""
+        return sum((f.coefficient.value * f.term.force(u, v, a) for f in self.terms), np.zeros(np.shape(u)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "position_m": asdict(self.position_m),
+            "formula": self.formula,
+            "terms": [
+                {"term": f.term.name, "formula": f.term.formula, "unit": f.term.unit, **asdict(f.coefficient)}
+                for f in self.terms
+            ],
+            "chi2_per_dof": {"before": self.before, "after": self.after},
+            "along": [
+                {"position_m": float(x), "chi2_per_dof": float(left)}
+                for x, left in zip(self.places_m, self.left, strict=True)
+            ],
+            "levels": [asdict(level) for level in self.levels],
+        }
+
+
+def find_missing_force(
+    evidence: Evidence, footing: Footing, *, report: Report = lambda text: None
+) -> MissingForce | None:
+    """Ask the data for a force at one place that the base family lacks.
+
+    None where no force of these terms at any one place takes a share of the misfit away: what is wrong is then none.
+
+    Parameters
+    ----------
+    footing
+        The base family as fitted.
+    report
+        Told what is being done.
+    """
+    report("looking for a missing force")
+    search = search_causes(evidence, {LocalForce.name: LocalForce()}, most=1, footing=footing, report=report)
+    if not search.model.blames:
+        return None
+    model = _with_further_terms(search, report)
+    report("moving the force along the structure")
+    places, left = _along_the_structure(search, model)
+    blame = model.blames[-1]
+    return MissingForce(
+        places_m=places,
+        left=left,
+        position_m=Estimate(blame.values["position_m"], blame.std["position_m"]),
+        terms=tuple(
+            FittedTerm(term=term, coefficient=Estimate(blame.values[term.name], blame.std[term.name]))
+            for term in law_of(blame.label)
+        ),
+        levels=_at_each_level(search.evidence, model),
+        before=footing.base.chi2_per_dof,
+        after=model.chi2_per_dof,
+    )
+
+
+def _along_the_structure(search: Search, model: Candidate) -> tuple[Array, Array]:
+    """Chi2 per degree of freedom with the same terms at each place, all else refitted, beginning from a neighbour's."""
+    evidence, harmonics = thin_evidence(search.evidence, search.harmonics)
+    blame = model.blames[-1]
+    here = blame.values["position_m"]
+    places = np.array(along_beam(evidence, PLACES)[::-1])
+    left = np.empty(len(places))
+    for side in (places <= here, places > here):
+        neighbour = model
+        for i in sorted(np.flatnonzero(side), key=lambda i: abs(places[i] - here)):
+            last = neighbour.blames[-1]
+            moved = replace(last, values={**last.values, "position_m": float(places[i])})
+            neighbour = fit_candidate(
+                evidence, harmonics, neighbour.unknowns, (moved,), iterations=8, tolerance=2.0, held="position_m"
+            )
+            left[i] = neighbour.chi2_per_dof
+    return places, left
+
+
+def _with_further_terms(search: Search, report: Report) -> Candidate:
+    """The model with as many terms at its place as the data pay for."""
+    best, evidence, harmonics = search.model, search.evidence, search.harmonics
+    thinner, thin_harmonics = thin_evidence(evidence, harmonics)
+    while len(law_of(best.blames[-1].label)) < MOST_TERMS and best.chi2_per_dof > GOOD:
+        report(f"asking whether {best.blames[-1].label['law']} is all")
+        blames = [_with_term(best.blames[-1], term, evidence) for term in TERMS.values()]
+        tried = [
+            fit_candidate(thinner, thin_harmonics, best.unknowns, (blame,), iterations=6, tolerance=2.0)
+            for blame in blames
+            if blame is not None
+        ]
+        top = max(tried, key=lambda trial: trial.log_evidence)
+        further = fit_candidate(evidence, harmonics, top.unknowns, top.blames, tolerance=0.3)
+        temper = further.chi2_per_dof
+        if further.weight(temper) - best.weight(temper) < LEAST_GAIN:
+            break
+        if further.solution.chi2 > (1 - LEAST_SHARE) * best.solution.chi2:
+            break
+        best = further
+    return best
+
+
+def _with_term(blame: Blame, term: Term, evidence: Evidence) -> Blame | None:
+    """The force with a little of a further term; None if it has that already."""
+    terms = law_of(blame.label)
+    if term in terms:
+        return None
+    label = {"law": named_law((*terms, term))}
+    small = next(p for p in blame.cause.parameters(evidence, label) if p.name == term.name).scale * 1e-3
+    return Blame(blame.cause, label, {**blame.values, term.name: small}, {})
+
+
+def _at_each_level(evidence: Evidence, model: Candidate) -> tuple[ForceAtLevel, ...]:
+    """The force's fundamental where each sweep moves its place most."""
+    if not len(evidence.steps):
+        return ()
+    extension = extension_of(evidence, model.blames)
+    motion = Predictor(evidence, extension).motion_at_forces(model.unknowns)[:, 0]
+    amplitude, omega = np.abs(motion), evidence.steps.omega
+    stiffness = extension.nonlinear[0].equivalent(amplitude, omega)
+    largest: dict[str, int] = {}
+    for i, state in enumerate(evidence.steps.states):
+        if state.sweep not in largest or amplitude[i] > amplitude[largest[state.sweep]]:
+            largest[state.sweep] = i
+    return tuple(
+        ForceAtLevel(
+            sweep=sweep,
+            frequency_Hz=float(omega[i] / (2 * np.pi)),
+            displacement_m=float(amplitude[i]),
+            force_N=float(abs(stiffness[i]) * amplitude[i]),
+            phase_deg=float(np.degrees(np.angle(stiffness[i]))),
+        )
+        for sweep, i in largest.items()
+    )

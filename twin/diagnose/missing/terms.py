@@ -1,0 +1,73 @@
+"""The simple terms that a force nobody has named may be made of: springs, dampers, a mass, each of one power."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["TERMS", "Term"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """A restoring force of one coefficient, by displacement u, velocity v and acceleration a of its place.
+
+    Attributes
+    ----------
+    name : str
+        In an engineer's words.
+    formula : str
+        With c for the coefficient.
+    unit : str
+        Of the coefficient, as a suffix of its name.
+    force : callable
+        Of u, v, a at coefficient one.
+    size : callable
+        The force at coefficient one, roughly, when the place moves with an amplitude u at omega.
+    """
+
+    name: str
+    formula: str
+    unit: str
+    force: Callable[[Array, Array, Array], Array]
+    size: Callable[[float, float], float]
+
+
+def _of_displacement(name: str, formula: str, power: int, force: Callable[[Array], Array]) -> Term:
+    unit = "N_per_m" if power == 1 else f"N_per_m{power}"
+    return Term(
+        name=name, formula=formula, unit=unit, force=lambda u, v, a: force(u), size=lambda u, omega: float(u**power)
+    )
+
+
+def _of_velocity(name: str, formula: str, power: int, force: Callable[[Array], Array]) -> Term:
+    unit = {0: "N", 1: "N_s_per_m"}.get(power, f"N_s{power}_per_m{power}")
+    return Term(
+        name=name,
+        formula=formula,
+        unit=unit,
+        force=lambda u, v, a: force(v),
+        size=lambda u, omega: float((omega * u) ** power),
+    )
+
+
+_ALL = (
+    _of_displacement("spring", "c u", 1, lambda u: u),
+    _of_displacement("one-sided spring", "c u²", 2, lambda u: u**2),
+    _of_displacement("stiffening spring", "c u |u|", 2, lambda u: u * np.abs(u)),
+    _of_displacement("cubic spring", "c u³", 3, lambda u: u**3),
+    _of_displacement("quintic spring", "c u⁵", 5, lambda u: u**5),
+    _of_velocity("dry friction", "c sign(v)", 0, np.sign),
+    _of_velocity("dashpot", "c v", 1, lambda v: v),
+    _of_velocity("drag", "c v |v|", 2, lambda v: v * np.abs(v)),
+    _of_velocity("cubic damper", "c v³", 3, lambda v: v**3),
+    Term(name="mass", formula="c a", unit="kg", force=lambda u, v, a: a, size=lambda u, omega: float(omega**2 * u)),
+)
+TERMS = {term.name: term for term in _ALL}
+"""By name."""
