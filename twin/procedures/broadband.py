@@ -1,126 +1,158 @@
-"""Random noise with a held rms, and swept sines: excitation that is measured in one piece."""
+"""Random noise and multisines: broadband excitation with a held rms."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from recordings.run import StepState
 from recordings.streams import Excitation
-from twin.procedures.kinds import Random, SweptSine
-from twin.procedures.results import StepResult
+from twin.procedures.kinds import Multisine, Random
 from twin.procedures.session import MEASURED, Place, Session
 from twin.procedures.stream import Series
+from twin.procedures.stretch import finish, measure, rms
 
-__all__ = ["run_random", "run_swept_sine"]
+__all__ = ["run_multisine", "run_random"]
 
 TRIAL_S = 2.0
+"""Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
 MOST_TRIALS = 12
-CHIRP_STEP_S = 0.05
+STILL_FALLING = 0.9
+"""What has not fallen to this part of itself within :data:`TRIAL_S` does not fall: time constants up to 19 s do."""
 
 
 def run_random(procedure: Random, session: Session) -> None:
     """Find the voltage that gives the wanted rms, settle, and measure once."""
+    held = _hold(procedure, session, trial_s=TRIAL_S)
+    assert procedure.settle.seconds is not None
+    wait_ns = round(procedure.settle.seconds * 1e9)
+    start_ns = session.stream.align(max(held.since_ns, session.stream.latest_ns) + wait_ns)
+    session.stream.wait(start_ns)
+    _measure(procedure, session, held, start_ns, procedure.duration)
+
+
+def run_multisine(procedure: Multisine, session: Session) -> None:
+    """Find the voltage that gives the wanted rms, wait until the periods repeat, and measure whole periods."""
+    held = _hold(procedure, session, trial_s=math.ceil(TRIAL_S / procedure.period - 1e-9) * procedure.period)
+    settle = procedure.settle
+    start_ns = held.since_ns
+    longest_s = settle.maximum if settle.seconds is None else settle.seconds
+    periods: list[dict[str, Series]] = []
+    settled: bool | None = None if settle.seconds is not None else False
+    left: float | None = None
+    changes: list[float] = []
+    while (start_ns - held.since_ns) * 1e-9 + procedure.period <= longest_s + 1e-9:
+        periods = [*periods[-1:], session.window(start_ns, procedure.period)]
+        start_ns += round(procedure.period * 1e9)
+        changes += [_change(session, before, after) for before, after in pairwise(periods)]
+        left = _left(changes, apart=math.ceil(TRIAL_S / procedure.period - 1e-9))
+        waited_s = (start_ns - held.since_ns) * 1e-9
+        if settle.seconds is None and left is not None and left <= settle.tolerance and waited_s >= settle.minimum:
+            settled = True
+            break
+    if settle.seconds is not None:
+        start_ns = max(start_ns, held.since_ns + round(settle.seconds * 1e9))
+    start_ns = session.stream.align(start_ns)
+    session.stream.wait(start_ns)
+    duration_s = procedure.periods * procedure.period
+    _measure(procedure, session, held, start_ns, duration_s, settled=settled, remaining=left)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """Broadband excitation since `since_ns`; the first since `first_ns`."""
+
+    place: Place
+    voltage_V: float
+    first_ns: int
+    since_ns: int
+
+
+def _hold(procedure: Random | Multisine, session: Session, *, trial_s: float) -> _Held:
+    """Switch on, and find the voltage that gives the wanted rms."""
     open_loop = procedure.control == "voltage"
     channel = "voltage" if open_loop else procedure.target_channel
-    place = Place(sweep="random", index=0, target_channel=channel, target_amplitude=procedure.rms)
+    place = Place(sweep=procedure.procedure, index=0, target_channel=channel, target_amplitude=procedure.rms)
     voltage_V = procedure.rms if open_loop else procedure.controller.start_voltage
     voltage_V = min(voltage_V, procedure.limits.voltage)
-    start_ns = _drive(procedure, session, voltage_V)
-    first_ns = start_ns
-    session.mark(place, StepState.SETTLING, start_ns, 0.0)
-    if not open_loop:
-        for _ in range(MOST_TRIALS):
-            series = session.window(start_ns, TRIAL_S)
-            found = _rms(series[channel]) if channel in series else math.nan
-            factor = procedure.rms / max(found, 1e-12) if math.isfinite(found) else 1.0
-            if abs(factor - 1.0) <= 0.5 * procedure.controller.tolerance:
-                break
-            wanted = voltage_V * min(factor, 5.0)
-            if wanted > procedure.limits.voltage and voltage_V >= procedure.limits.voltage:
-                break
-            voltage_V = min(wanted, procedure.limits.voltage)
-            start_ns = _drive(procedure, session, voltage_V)
-    assert procedure.settle.seconds is not None
-    start_ns = session.stream.align(max(start_ns, session.stream.latest_ns) + round(procedure.settle.seconds * 1e9))
-    session.stream.wait(start_ns)
-    series = _measure(session, place, start_ns, procedure.duration)
-    amplitude = voltage_V if open_loop else _rms(series[channel]) if channel in series else math.nan
-    if abs(amplitude / procedure.rms - 1.0) > procedure.controller.tolerance:
-        session.note("not-held", f"rms {amplitude:.4g} instead of {procedure.rms:.4g}", source=channel)
-    _finish(session, place, series, voltage_V=voltage_V, amplitude=amplitude, settle_s=(start_ns - first_ns) * 1e-9)
+    first_ns = since_ns = _drive(procedure, session, voltage_V)
+    session.mark(place, StepState.SETTLING, first_ns, 0.0)
+    for _ in range(0 if open_loop else MOST_TRIALS):
+        series = session.window(since_ns, trial_s)
+        found = rms(series[channel]) if channel in series else math.nan
+        factor = procedure.rms / max(found, 1e-12) if math.isfinite(found) else 1.0
+        if abs(factor - 1.0) <= 0.5 * procedure.controller.tolerance:
+            break
+        wanted = voltage_V * min(factor, 5.0)
+        if wanted > procedure.limits.voltage and voltage_V >= procedure.limits.voltage:
+            break
+        voltage_V = min(wanted, procedure.limits.voltage)
+        since_ns = _drive(procedure, session, voltage_V)
+    return _Held(place, voltage_V, first_ns, since_ns)
 
 
-def run_swept_sine(procedure: SweptSine, session: Session) -> None:
-    """Sweep at a fixed voltage; the frequency moves in steps of 50 ms without a phase jump.
-
-    Each sweep is one step of frequency 0 in the recording, as all excitation that is not one sine.
-    """
-    ways = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[procedure.direction]
-    duration_s = (procedure.stop - procedure.start) / procedure.rate
-    for voltage_V in procedure.voltages:
-        for way in ways:
-            place = Place(sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V)
-            first, last = (procedure.start, procedure.stop) if way == "up" else (procedure.stop, procedure.start)
-            session.stream.begin_step()
-            start_ns = session.set_sine(first, voltage_V)
-            # the first oscillation at a fixed frequency is a transient, not a sweep
-            measure_ns = session.stream.align(start_ns + round(2e9 / first))
-            session.mark(place, StepState.SETTLING, start_ns, 0.0)
-            session.stream.wait(measure_ns)
-            session.mark(place, StepState.MEASURING, measure_ns, 0.0)
-            end_ns = measure_ns + round(duration_s * 1e9)
-            session.recorder.open(measure_ns, end_ns, session.stream.buffered)
-            now_ns = measure_ns
-            while now_ns < end_ns:
-                share = (now_ns - measure_ns) * 1e-9 / duration_s
-                holds_ns = session.set_sine(first + share * (last - first), voltage_V)
-                now_ns = min(end_ns, max(now_ns, holds_ns) + round(CHIRP_STEP_S * 1e9))
-                session.stream.wait(now_ns)
-            series = session.window(measure_ns, duration_s)
-            _finish(session, place, series, voltage_V=session.voltage_V, amplitude=session.voltage_V, settle_s=0.0)
-
-
-def _drive(procedure: Random, session: Session, voltage_V: float) -> int:
-    excitation = Excitation(kind="random", amplitude_V=voltage_V, band_Hz=procedure.band, seed=procedure.seed)
+def _drive(procedure: Random | Multisine, session: Session, voltage_V: float) -> int:
     session.voltage_V = voltage_V
-    return session.set_output(excitation)
+    return session.set_output(
+        Excitation(
+            kind=procedure.procedure,
+            amplitude_V=voltage_V,
+            band_Hz=procedure.band,
+            seed=procedure.seed,
+            period_s=procedure.period if isinstance(procedure, Multisine) else 1.0,
+        )
+    )
 
 
-def _measure(session: Session, place: Place, start_ns: int, duration_s: float) -> dict[str, Series]:
-    end_ns = start_ns + round(duration_s * 1e9)
-    session.stream.begin_step()
-    session.stream.drop_before(start_ns)
-    session.mark(place, StepState.MEASURING, start_ns, 0.0)
-    session.recorder.open(start_ns, end_ns, session.stream.buffered)
-    done_s = 0.0
-    while done_s < duration_s:
-        done_s = min(duration_s, done_s + 1.0)
-        session.stream.wait(start_ns + round(done_s * 1e9))
-        session.tick()
-    return session.window(start_ns, duration_s)
-
-
-def _finish(
-    session: Session, place: Place, series: Mapping[str, Series], *, voltage_V: float, amplitude: float, settle_s: float
+def _measure(
+    procedure: Random | Multisine,
+    session: Session,
+    held: _Held,
+    start_ns: int,
+    duration_s: float,
+    *,
+    settled: bool | None = None,
+    remaining: float | None = None,
 ) -> None:
-    duration_s = max((len(one.samples) / one.sample_rate_Hz for one in series.values()), default=0.0)
-    peak = {name: float(np.nanmax(np.abs(one.samples), initial=0.0)) for name, one in series.items()}
-    end_ns = session.stream.latest_ns
-    session.finish_step(
-        StepResult(
-            sweep=place.sweep, index=place.index, frequency_Hz=0.0, target_channel=place.target_channel,
-            target_amplitude=place.target_amplitude, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
-            measure_s=duration_s, peak={n: p for n, p in peak.items() if session.channels[n].quantity in MEASURED},
-        ),
-        end_ns,
+    place = held.place
+    series = measure(session, place, start_ns, duration_s)
+    amplitude = held.voltage_V
+    if procedure.control != "voltage":
+        amplitude = rms(series[place.target_channel]) if place.target_channel in series else math.nan
+    if abs(amplitude / procedure.rms - 1.0) > procedure.controller.tolerance:
+        session.note("not-held", f"rms {amplitude:.4g} instead of {procedure.rms:.4g}", source=place.target_channel)
+    finish(
+        session, place, series, voltage_V=held.voltage_V, amplitude=amplitude,
+        settle_s=(start_ns - held.first_ns) * 1e-9, settled=settled, remaining=remaining,
     )  # fmt: skip
-    session.recorder.close()
-    session.mark(place, StepState.DONE, end_ns, 0.0)
 
 
-def _rms(series: Series) -> float:
-    known = series.samples[np.isfinite(series.samples)]
-    return float(np.std(known)) if len(known) else math.nan
+def _change(session: Session, before: dict[str, Series], after: dict[str, Series]) -> float:
+    """From one period to the next, relative to the signal: the worst channel's."""
+    changes = []
+    for name, one in after.items():
+        if session.channels[name].quantity in MEASURED and name in before:
+            difference = one.samples - before[name].samples
+            known = difference[np.isfinite(difference)]
+            size = rms(one)
+            if len(known) and size > 0:
+                changes.append(float(np.sqrt(np.mean(known**2))) / size)
+    return max(changes, default=math.inf)
+
+
+def _left(changes: list[float], *, apart: int) -> float | None:
+    """What of a transient is left, extrapolated from how the change between periods falls; None before that is known.
+
+    How it falls is seen between periods so far `apart` that a slow decay stands out of the scatter.  A change that
+    falls no more is the noise of two periods: nothing is left of the transient that could be told from it.
+    """
+    if len(changes) <= apart:
+        return None
+    before, now = changes[-1 - apart], changes[-1]
+    if now > STILL_FALLING * before:
+        return 0.0
+    ratio = (now / before) ** (1 / apart)
+    return now * ratio / (1.0 - ratio)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from twin.procedures.kinds import Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 from twin.procedures.tables import Grid
 
 __all__ = ["fixed_frequencies", "planned_steps", "step_frequencies"]
@@ -32,7 +32,7 @@ def fixed_frequencies(procedure: SteppedSine) -> list[float]:
 
 def planned_steps(procedure: Procedure) -> int:
     """How many steps a procedure will measure; an adaptive grid may take more."""
-    if isinstance(procedure, Random):
+    if isinstance(procedure, (Random, Multisine)):
         return 1
     ways = 2 if procedure.direction == "both" else 1
     if isinstance(procedure, SweptSine):

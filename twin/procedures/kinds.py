@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -22,7 +23,7 @@ from twin.procedures.tables import (
     Table,
 )
 
-__all__ = ["Dwell", "Procedure", "Random", "RingDown", "SteppedSine", "SweptSine"]
+__all__ = ["Dwell", "Multisine", "Procedure", "Random", "RingDown", "SteppedSine", "SweptSine"]
 
 
 class _Common(Table):
@@ -107,18 +108,14 @@ class RingDown(_Sine):
     duration: Duration
 
 
-class Random(_Common):
-    """Gaussian noise in a band, Hz, with the `rms` of the target channel (or of the voltage) for `duration` seconds."""
+class _Broadband(_Common):
+    """What broadband procedures share: a `band`, Hz, and the `rms` of the target channel (or of the voltage) in it."""
 
-    procedure: Literal["random"] = "random"
     sample_rate: Annotated[float, Field(ge=1, le=1e7)] = 5120.0
     band: tuple[NonNegative, Positive]
     rms: Positive
-    duration: Duration
     control: Literal["force", "response", "voltage"] = "force"
-    controller: Controller = Controller(tolerance=0.1)
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 1
-    settle: Settle = Settle(seconds=5.0)
 
     @model_validator(mode="after")
     def _band(self) -> Self:
@@ -129,8 +126,44 @@ class Random(_Common):
                 f"sample_rate {self.sample_rate:g} Hz is too low for {self.band[1]:g} Hz; at least "
                 f"{2.5 * self.band[1]:g}"
             )
+        return self
+
+
+class Random(_Broadband):
+    """Gaussian noise for `duration` seconds."""
+
+    procedure: Literal["random"] = "random"
+    duration: Duration
+    controller: Controller = Controller(tolerance=0.1)
+    settle: Settle = Settle(seconds=5.0)
+
+    @model_validator(mode="after")
+    def _fixed_wait(self) -> Self:
         if self.settle.seconds is None:
             raise ValueError("random excitation settles for a fixed time: settle.seconds")
+        return self
+
+
+class Multisine(_Broadband):
+    """Equally high sines at all multiples of 1/`period` in the band, phases drawn from `seed`; `periods` are measured.
+
+    Once the response has settled it repeats with the excitation: no leakage, and what differs from period to period is
+    noise.  The automatic wait compares periods.
+    """
+
+    procedure: Literal["multisine"] = "multisine"
+    period: Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)]
+    periods: Annotated[int, Field(ge=1, le=10_000)] = 4
+    controller: Controller = Controller(tolerance=0.02)
+    settle: Settle = Settle(tolerance=2e-3)
+
+    @model_validator(mode="after")
+    def _lines(self) -> Self:
+        samples = self.period * self.sample_rate
+        if abs(samples - round(samples)) > 1e-6 * samples:
+            raise ValueError(f"a period of {self.period:g} s is no whole number of samples at {self.sample_rate:g} Hz")
+        if math.floor(self.band[1] * self.period) < max(1, math.ceil(self.band[0] * self.period)):
+            raise ValueError(f"no multiple of 1/period, {1 / self.period:g} Hz, lies in the band")
         return self
 
 
@@ -156,4 +189,4 @@ class SweptSine(_Common):
         return self
 
 
-Procedure = SteppedSine | Dwell | RingDown | Random | SweptSine
+Procedure = SteppedSine | Dwell | RingDown | Random | Multisine | SweptSine

@@ -42,6 +42,8 @@ class StepResult:
         Higher harmonics over the fundamental of each channel.
     peak
         Largest magnitude of each channel while measuring.
+    peak_frequency_Hz
+        Of a swept sine: its frequency when the response that moves most was largest.
     """
 
     sweep: str
@@ -61,6 +63,7 @@ class StepResult:
     harmonics: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     distortion: Mapping[str, float] = field(default_factory=dict)
     peak: Mapping[str, float] = field(default_factory=dict)
+    peak_frequency_Hz: float | None = None
 
     @property
     def amplitude_error(self) -> float:

@@ -9,13 +9,14 @@ from typing import Literal
 from recordings.errors import InputError
 from recordings.run import Channel, StepState
 from recordings.streams import Acquisition
-from twin.procedures.broadband import run_random, run_swept_sine
-from twin.procedures.kinds import Procedure, Random, SweptSine
+from twin.procedures.broadband import run_multisine, run_random
+from twin.procedures.kinds import Multisine, Procedure, Random, SweptSine
 from twin.procedures.recorder import Recorder, RunSink
 from twin.procedures.results import ProcedureResult, StepResult
 from twin.procedures.session import MEASURED, Session
 from twin.procedures.sine_sweeps import run_sine
 from twin.procedures.stream import GuardTrip, Stream
+from twin.procedures.swept_sine import run_swept_sine
 
 __all__ = ["check_channels", "run_procedure"]
 
@@ -74,6 +75,8 @@ def run_procedure(
         stream.wait(1)  # the first block tells the devices' time
         if isinstance(procedure, Random):
             run_random(procedure, session)
+        elif isinstance(procedure, Multisine):
+            run_multisine(procedure, session)
         elif isinstance(procedure, SweptSine):
             run_swept_sine(procedure, session)
         else:
@@ -143,6 +146,12 @@ def _check_rate(procedure: Procedure, rate_Hz: float) -> None:
             "procedure",
             "sample_rate",
             f"the converter's nearest rate to {procedure.sample_rate:g} Hz is {rate_Hz:g} Hz",
+        )
+    if isinstance(procedure, Multisine) and abs((procedure.period * rate_Hz + 0.5) % 1.0 - 0.5) > 1e-6:
+        raise InputError(
+            "procedure",
+            "period",
+            f"{procedure.period:g} s is no whole number of samples at {rate_Hz:g} Hz, which the converter has",
         )
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from recordings.errors import InputError
 from recordings.toml_input import parse_toml
-from twin.procedures.kinds import Dwell, Procedure, Random, RingDown, SteppedSine, SweptSine
+from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 
 __all__ = ["PROCEDURE_FILES", "dump_procedure", "load_procedure", "parse_procedure", "save_procedure"]
 
@@ -22,6 +22,7 @@ KINDS: dict[str, type[BaseModel]] = {
     "dwell": Dwell,
     "ring-down": RingDown,
     "random": Random,
+    "multisine": Multisine,
     "swept-sine": SweptSine,
 }
 

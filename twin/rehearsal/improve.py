@@ -16,7 +16,7 @@ __all__ = ["improved_procedure"]
 def improved_procedure(procedure: Procedure, cautions: Sequence[Caution]) -> Procedure | None:
     """`procedure` with the changes of all cautions; None if they change nothing.
 
-    Where cautions disagree on how much, the careful one wins: of amplitudes the lower, of measurements the longer, of
+    Where cautions disagree on how much, the careful one wins: of amplitudes and rates the lower, of measurements and
     waits the longer.
     """
     table: dict[str, Any] = procedure.model_dump(exclude_none=True, exclude_defaults=True)
@@ -40,7 +40,7 @@ def _careful(name: str, first: Any, second: Any) -> Any:
         highest = min(max(first), max(second))
         lowest = min(max(min(first), min(second)), highest)
         return sorted({min(max(value, lowest), highest) for value in [*first, *second]})
-    if name == "rms":
+    if name in ("rms", "rate"):
         return min(first, second)
     if name == "measure" and "seconds" in first and "seconds" in second:
         return max(first, second, key=lambda measure: measure["seconds"])

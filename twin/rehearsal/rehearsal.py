@@ -23,8 +23,8 @@ class Caution:
     Attributes
     ----------
     kind
-        ``dwell-too-short``, ``grid-too-coarse``, ``overload``, ``limit-reached``, ``force-drop-out``, ``jump-ahead``,
-        ``noise-floor`` or ``quantisation``.
+        ``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``,
+        ``force-drop-out``, ``jump-ahead``, ``noise-floor`` or ``quantisation``.
     severity
         ``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the
         procedure is right, its reader should know.

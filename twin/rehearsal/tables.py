@@ -56,7 +56,7 @@ def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> 
         "measure_s": step.measure_s,
         "settled": step.settled,
         "remaining": step.remaining,
-        "transient": step.remaining if step.settled else transient_left(rehearsal, step, before),
+        "transient": step.remaining if step.settled or not step.phasors else transient_left(rehearsal, step, before),
         "drift": step.drift,
         "phasors": {
             name: {"amplitude": abs(phasor), "phase_rad": cmath.phase(phasor), "std": step.std.get(name)}

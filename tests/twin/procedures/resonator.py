@@ -21,9 +21,9 @@ def _march(state, count, h, m, c, k, k3, kf, cb, amplitude, omega, phase, noise,
     x, v = state[0], state[1]
     for i in range(count):
         t = i * h
-        drive = amplitude * np.sin(phase + omega * t) + noise[i]
-        mid = amplitude * np.sin(phase + omega * (t + 0.5 * h)) + noise[i]
-        end = amplitude * np.sin(phase + omega * (t + h)) + noise[i]
+        drive = amplitude * np.sin(phase + omega * t) + noise[i, 0]
+        mid = amplitude * np.sin(phase + omega * (t + 0.5 * h)) + noise[i, 1]
+        end = amplitude * np.sin(phase + omega * (t + h)) + noise[i, 2]
         f = kf * drive - cb * v
         a1 = (f - c * v - k * x - k3 * x**3) / m
         force[i], acc[i] = f, a1
@@ -93,13 +93,29 @@ class Resonator:
     def set_output(self, excitation: Excitation) -> None:
         self._excitation = excitation
 
+    def _multisine(self, out: Excitation) -> np.ndarray:
+        """One period at half steps, from its spectrum."""
+        count = round(2 * out.period_s * self.sample_rate_Hz)
+        first, last = np.ceil(out.band_Hz[0] * out.period_s), np.floor(out.band_Hz[1] * out.period_s)
+        spectrum = np.zeros(count // 2 + 1, complex)
+        lines = spectrum[int(first) : int(last) + 1]
+        lines[:] = np.exp(2j * np.pi * np.random.default_rng(out.seed).random(len(lines)))
+        values = np.fft.irfft(spectrum, count)
+        return values / values.std()
+
     def read(self, count: int) -> SampleBlock:
         if self.frozen_after is not None and self._index >= self.frozen_after:
             count = 0
         h = 1.0 / self.sample_rate_Hz
         out = self._excitation
         amplitude = min(out.amplitude_V, self.voltage_limit_V) if out.kind == "sine" else 0.0
-        noise = self._rng.normal(size=count) * out.amplitude_V if out.kind == "random" else np.zeros(count)
+        noise = np.zeros((count, 3))  # at the beginning, in the middle and at the end of each step
+        if out.kind == "random":
+            noise[:] = self._rng.normal(size=(count, 1)) * out.amplitude_V
+        elif out.kind == "multisine":
+            half_steps = 2 * np.arange(self._index, self._index + count)[:, None] + [0, 1, 2]
+            values = self._multisine(out)
+            noise = out.amplitude_V * values[half_steps % len(values)]
         omega = 2 * np.pi * out.frequency_Hz if out.kind == "sine" else 0.0
         force, acc = np.empty(count), np.empty(count)
         _march(

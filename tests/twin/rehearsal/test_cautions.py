@@ -4,7 +4,7 @@ import pytest
 from resonator import Resonator
 
 from recordings import read_run
-from twin.procedures import Random, SteppedSine
+from twin.procedures import Multisine, Random, SteppedSine, SweptSine
 from twin.procedures.tables import Grid, Limits, Measure, Settle
 from twin.rehearsal import Believed, rehearse, rehearse_until_clear
 
@@ -150,3 +150,24 @@ def test_random_excitation_is_judged_by_its_peaks(tmp_path):
     better = improve()
     assert better.clear
     assert better.rehearsal.procedure.rms < 0.3
+
+
+def test_a_multisine_measured_too_early_is_given_time(tmp_path):
+    multisine = Multisine(band=(10.0, 100.0), rms=0.2, period=2.0, sample_rate=2048.0)
+    assert rehearsed(tmp_path, multisine)[0].cautions == ()
+    hasty = multisine.model_copy(update={"settle": Settle(seconds=6.0)})
+    first, improve = rehearsed(tmp_path, hasty)
+    assert kinds(first) == {"dwell-too-short"}
+    assert improve().clear
+
+
+def test_a_swept_sine_that_passes_too_fast_is_slowed_until_the_peak_is_whole(tmp_path):
+    fast = SweptSine(start=25.5, stop=27.5, rate=0.2, voltages=[0.1])
+    first, improve = rehearsed(tmp_path, fast, back_emf_ratio=0.0)
+    assert kinds(first) == {"sweep-too-fast"}
+    better = improve()
+    assert better.clear
+    exact = 4.0 * 0.1 / (2 * DAMPING * 5.0)  # acceleration at resonance: force per volt times V / (2 zeta m)
+    peaks = [one.rehearsal.result.steps[0].peak["acc"] for one in (first, better)]
+    assert peaks[0] < 0.8 * exact
+    assert peaks[1] == pytest.approx(exact, rel=0.05)

@@ -10,6 +10,7 @@ from twin.rehearsal.checks.limits import check_limits
 from twin.rehearsal.checks.noise import check_noise
 from twin.rehearsal.checks.overload import check_overload
 from twin.rehearsal.checks.quantisation import check_quantisation
+from twin.rehearsal.checks.sweep_rate import check_sweep_rate
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["CHECKS"]
@@ -20,6 +21,7 @@ CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
     check_jumps,
     check_grid,
     check_dwell,
+    check_sweep_rate,
     check_drop_out,
     check_overload,
     check_limits,

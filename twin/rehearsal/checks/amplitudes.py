@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from twin.procedures import Dwell, Procedure, Random, RingDown, SteppedSine
+from twin.procedures import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine
 
 __all__ = ["amplitudes_at_least", "amplitudes_at_most"]
 
@@ -10,7 +10,7 @@ __all__ = ["amplitudes_at_least", "amplitudes_at_most"]
 def amplitudes_at_most(procedure: Procedure, offending: float, highest: float) -> dict[str, object]:
     """The change that brings the amplitude `offending`, and all above, down to `highest`."""
     highest = _short(highest)
-    if isinstance(procedure, Random):
+    if isinstance(procedure, (Random, Multisine)):
         return {"rms": highest}
     if isinstance(procedure, (SteppedSine, Dwell, RingDown)):
         kept = [a for a in procedure.amplitudes if a < offending * (1 - 1e-9) and a < highest]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from twin.procedures import Random, StepResult, SweptSine
+from twin.procedures import Multisine, Random, StepResult, SweptSine
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
@@ -31,7 +31,8 @@ def check_drop_out(rehearsal: Rehearsal) -> list[Caution]:
         else:
             why = f"the controller had {worst.settle_s:.3g} s"
             advice = "let the wait end when amplitude and response have settled"
-            changes = {} if isinstance(procedure, Random) else {"settle": {"tolerance": 5e-4, "maximum": 60.0}}
+            broadband = isinstance(procedure, (Random, Multisine))
+            changes = {} if broadband else {"settle": {"tolerance": 5e-4, "maximum": 60.0}}
         found.append(
             Caution(
                 kind="force-drop-out", severity="warning", sweep=sweep, index=worst.index,

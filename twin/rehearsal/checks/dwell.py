@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from twin.procedures import SteppedSine, StepResult
+from twin.procedures import Multisine, SteppedSine, StepResult
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["check_dwell", "transient_left"]
@@ -18,9 +18,11 @@ ALLOWED = 0.01
 
 
 def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
-    """Judge each sweep by its worst step."""
-    found = []
+    """Judge each sweep by its worst step; a multisine by what its periods told of the transient."""
     procedure = rehearsal.procedure
+    if isinstance(procedure, Multisine):
+        return [_restless(step) for step in rehearsal.result.steps if not _repeats(step)]
+    found = []
     for sweep, steps in rehearsal.sweeps().items():
         left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
         worst = max(range(len(steps)), key=lambda i: left[i])
@@ -68,6 +70,20 @@ def transient_left(rehearsal: Rehearsal, step: StepResult, before: StepResult | 
         if name in before.phasors and phasor and name in rehearsal.response_channels
     ]
     return max(changes, default=0.0) * math.exp(-step.settle_s / tau_s)
+
+
+def _repeats(step: StepResult) -> bool:
+    return bool(step.settled) or (step.remaining is not None and step.remaining <= ALLOWED)
+
+
+def _restless(step: StepResult) -> Caution:
+    left = "nobody knows how much" if step.remaining is None else _part(step.remaining)
+    return Caution(
+        kind="dwell-too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=0.0, steps=1,
+        reason=f"after {step.settle_s:.3g} s {left} of the response is still a transient: its periods do not repeat",
+        advice="let the wait end when the periods repeat",
+        changes={"settle": {"tolerance": 2e-3, "maximum": max(60.0, round(3 * step.settle_s))}},
+    )  # fmt: skip
 
 
 def _part(left: float) -> str:

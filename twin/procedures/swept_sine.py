@@ -1,0 +1,65 @@
+"""Swept sines: the frequency moves without a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from recordings.run import StepState
+from twin.procedures.kinds import SweptSine
+from twin.procedures.session import MEASURED, Place, Session
+from twin.procedures.stream import Series
+from twin.procedures.stretch import finish
+
+__all__ = ["run_swept_sine"]
+
+CHIRP_STEP_S = 0.05
+
+
+def run_swept_sine(procedure: SweptSine, session: Session) -> None:
+    """Sweep at a fixed voltage; the frequency moves in steps of 50 ms without a phase jump.
+
+    Each sweep is one step of frequency 0 in the recording, as all excitation that is not one sine.
+    """
+    ways = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}[procedure.direction]
+    duration_s = (procedure.stop - procedure.start) / procedure.rate
+    for voltage_V in procedure.voltages:
+        for way in ways:
+            place = Place(sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V)
+            first, last = (procedure.start, procedure.stop) if way == "up" else (procedure.stop, procedure.start)
+            session.stream.begin_step()
+            start_ns = session.set_sine(first, voltage_V)
+            # the first oscillation at a fixed frequency is a transient, not a sweep
+            measure_ns = session.stream.align(start_ns + round(2e9 / first))
+            session.mark(place, StepState.SETTLING, start_ns, 0.0)
+            session.stream.wait(measure_ns)
+            session.mark(place, StepState.MEASURING, measure_ns, 0.0)
+            end_ns = measure_ns + round(duration_s * 1e9)
+            session.recorder.open(measure_ns, end_ns, session.stream.buffered)
+            now_ns = measure_ns
+            while now_ns < end_ns:
+                share = (now_ns - measure_ns) * 1e-9 / duration_s
+                holds_ns = session.set_sine(first + share * (last - first), voltage_V)
+                now_ns = min(end_ns, max(now_ns, holds_ns) + round(CHIRP_STEP_S * 1e9))
+                session.stream.wait(now_ns)
+                session.tick()
+            series = session.window(measure_ns, duration_s)
+            peak = _share_at_peak(session, series)
+            finish(
+                session, place, series, voltage_V=session.voltage_V, amplitude=session.voltage_V, settle_s=0.0,
+                peak_frequency_Hz=None if peak is None else first + peak * (last - first),
+            )  # fmt: skip
+
+
+def _share_at_peak(session: Session, series: Mapping[str, Series]) -> float | None:
+    """At what part of the sweep the acceleration, velocity or displacement that moves most was largest."""
+    sizes = {
+        name: np.abs(one.samples)
+        for name, one in series.items()
+        if session.channels[name].quantity in MEASURED[1:] and np.isfinite(one.samples).any()
+    }
+    if not sizes:
+        return None
+    most = max(sizes.values(), key=lambda size: float(np.nanmax(size)))
+    return int(np.nanargmax(most)) / len(most)
