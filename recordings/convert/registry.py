@@ -15,7 +15,7 @@ from recordings.errors import InputError
 from recordings.reader import read_run
 from recordings.run import Run
 
-__all__ = ["FORMATS", "Format", "convert"]
+__all__ = ["FORMATS", "Format", "convert", "read_as"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,15 +77,13 @@ def convert(
     source, target = Path(source), Path(target)
     known = {each.suffix: each for each in formats}
     reader, writer = _format(source, known), _format(target, known)
-    if reader.read is None:
-        raise InputError(source, "", f"{reader.name} can be written but not read")
     if writer.write is None:
         raise InputError(target, "", f"{writer.name} can be read but not written")
     if reader.suffix == writer.suffix:
         raise InputError(target, "", "has the same format as the source", "there is nothing to convert")
     if target.exists() and not overwrite:
         raise InputError(target, "", "exists already", "choose another name or remove it")
-    run = reader.read(source)
+    run = read_as(source, formats=known.values())
     unread = [] if reader.read is read_run else [each.detail for each in run.events if each.kind == "not-converted"]
     part = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
     try:
@@ -100,6 +98,21 @@ def convert(
     finally:
         part.unlink(missing_ok=True)
     return unread + notes
+
+
+def read_as(source: str | Path, *, formats: Iterable[Format] = FORMATS) -> Run:
+    """Read a run in any of `formats`, chosen by suffix.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not known, or the file cannot be read.
+    """
+    source = Path(source)
+    reader = _format(source, {each.suffix: each for each in formats})
+    if reader.read is None:
+        raise InputError(source, "", f"{reader.name} can be written but not read")
+    return reader.read(source)
 
 
 def _format(path: Path, known: dict[str, Format]) -> Format:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import console, json_option, next_step, print_json, working
 
 if TYPE_CHECKING:
     from recordings.check import CheckReport
@@ -17,6 +17,8 @@ __all__ = ["command"]
 
 LISTED = 20
 """Problems printed for people; --json has them all."""
+CHECKING_s_per_B = 1e-8
+"""Measured on one core."""
 
 
 @click.command(name="check")
@@ -42,15 +44,25 @@ def command(run: Path, out: Path | None, as_json: bool) -> int:
     from recordings.check import check_run
     from recordings.recover import recover
 
-    report = check_run(run)
-    recovered = recover(run, out) if out else None
+    with working(f"checking {run.name}", usual_s=_usual_s(run)):
+        report = check_run(run)
+    recovered = None
+    if out:
+        with working(f"recovering {run.name}", usual_s=2 * _usual_s(run)):
+            recovered = recover(run, out)
     if as_json:
         print_json({**asdict(report), "recovered": asdict(recovered) if recovered else None})
     else:
         _print_report(report)
         if recovered:
             _print_recovered(recovered)
+        elif not report.sound:
+            next_step(f"twin check {run} --recover {run.with_name(run.stem + '-whole.mcap')}")
     return 0 if report.sound else 1
+
+
+def _usual_s(run: Path) -> float:
+    return 0.5 + run.stat().st_size * CHECKING_s_per_B if run.is_file() else 0.5
 
 
 def _check_table(path: Path, as_json: bool) -> None:
