@@ -43,11 +43,11 @@ def run_multisine(procedure: Multisine, session: Session) -> None:
     periods: list[dict[str, Series]] = []
     settled: bool | None = None if settle.seconds is not None else False
     left: float | None = None
-    changes: list[float] = []
+    changes: list[dict[str, float]] = []
     while (start_ns - held.since_ns) * 1e-9 + procedure.period <= longest_s + 1e-9:
         periods = [*periods[-1:], session.window(start_ns, procedure.period)]
         start_ns += round(procedure.period * 1e9)
-        changes += [_change(session, before, after) for before, after in pairwise(periods)]
+        changes += [_changes(session, before, after) for before, after in pairwise(periods)]
         left = _left(changes, apart=math.ceil(TRIAL_S / procedure.period - 1e-9))
         waited_s = (start_ns - held.since_ns) * 1e-9
         if settle.seconds is None and left is not None and left <= settle.tolerance and waited_s >= settle.minimum:
@@ -130,29 +130,31 @@ def _measure(
     )  # fmt: skip
 
 
-def _change(session: Session, before: dict[str, Series], after: dict[str, Series]) -> float:
-    """From one period to the next, relative to the signal: the worst channel's."""
-    changes = []
+def _changes(session: Session, before: dict[str, Series], after: dict[str, Series]) -> dict[str, float]:
+    """From one period to the next, relative to the signal, of each channel that follows the excitation."""
+    found = {}
     for name, one in after.items():
         if session.channels[name].quantity in MEASURED and name in before:
             difference = one.samples - before[name].samples
             known = difference[np.isfinite(difference)]
             size = rms(one)
             if len(known) and size > 0:
-                changes.append(float(np.sqrt(np.mean(known**2))) / size)
-    return max(changes, default=math.inf)
+                found[name] = float(np.sqrt(np.mean(known**2))) / size
+    return found
 
 
-def _left(changes: list[float], *, apart: int) -> float | None:
-    """What of a transient is left, extrapolated from how the change between periods falls; None before that is known.
+def _left(changes: list[dict[str, float]], *, apart: int) -> float | None:
+    """What of a transient is left in the worst channel, extrapolated from how its change between periods falls.
 
-    How it falls is seen between periods so far `apart` that a slow decay stands out of the scatter.  A change that
-    falls no more is the noise of two periods: nothing is left of the transient that could be told from it.
+    How it falls is seen between periods so far `apart` that a slow decay stands out of the scatter; None before.  A
+    change that falls no more is the noise of two periods: nothing is left of the transient that could be told from it.
     """
     if len(changes) <= apart:
         return None
-    before, now = changes[-1 - apart], changes[-1]
-    if now > STILL_FALLING * before:
-        return 0.0
-    ratio = (now / before) ** (1 / apart)
-    return now * ratio / (1.0 - ratio)
+    worst = 0.0
+    for name, now in changes[-1].items():
+        before = changes[-1 - apart].get(name, math.inf)
+        if now <= STILL_FALLING * before:
+            ratio = (now / before) ** (1 / apart)
+            worst = max(worst, now * ratio / (1.0 - ratio))
+    return worst

@@ -61,6 +61,12 @@ def test_short_periods_do_not_hide_a_slow_decay():
     assert step.settle_s > 4 * tau_s
 
 
+def test_a_noisy_channel_does_not_hide_the_transient_of_another():
+    quiet, noisy = (measured(Resonator(noise=noise, damping_ratio=0.001))[0].steps[0] for noise in (1e-5, 0.05))
+    assert noisy.settled
+    assert noisy.settle_s == pytest.approx(quiet.settle_s, abs=PROCEDURE.period)
+
+
 def test_a_fixed_wait_is_kept():
     procedure = PROCEDURE.model_copy(update={"settle": Settle(seconds=9.0), "control": "voltage"})
     step = measured(Resonator(), procedure)[0].steps[0]
