@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.result import Diagnosis, Estimate
+from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
+from twin.views.table import Table
 
-__all__ = ["answer_markdown", "estimate_text", "residual_rows"]
+__all__ = ["answer_markdown", "causes_table", "errors_table", "estimate_text", "residual_rows", "residuals_table"]
 
 
 def estimate_text(value: Estimate | str) -> str:
@@ -37,6 +38,51 @@ def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, flo
         for comparison in sweeps
         for i, channel in enumerate(comparison.channels)
     ]
+
+
+def causes_table(causes: Sequence[NamedCause]) -> Table:
+    """What is blamed, and what could be instead."""
+    return Table(
+        caption="Most probable first; parameters in SI units with one standard deviation",
+        head=("cause", "parameters", "probability", "in the model", "could be confused with"),
+        rows=[
+            (
+                cause.cause,
+                "; ".join(f"{name} = {estimate_text(value)}" for name, value in cause.parameters.items()),
+                f"{cause.probability:.3f}",
+                "yes" if cause.in_model else "no",
+                ", ".join(cause.confused_with) or "nothing listed",
+            )
+            for cause in causes
+        ],
+        numbers=(2,),
+    )
+
+
+def errors_table(gain: Gain, *, several: bool) -> Table:
+    """Errors on what was held out; `several` if the accepted model is another than the base family."""
+    caption = "Root-mean-square relative error of the complex response over the held-out steps"
+    if len(gain.by_harmonic) > 1:
+        caption += ", fundamental and second harmonic where it stands out, each relative to itself"
+    rows = [("believed rig, base family refitted", f"{100 * gain.before:.2f} %")]
+    if several:
+        rows.append(("extended model", f"{100 * gain.after:.2f} %"))
+    rows.append(("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %"))
+    return Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))
+
+
+def residuals_table(sweeps: Sequence[SweepComparison], *, several: bool) -> Table:
+    """Residuals by sweep and channel; `several` if before and after are two models."""
+    rows = residual_rows(sweeps)
+    return Table(
+        caption="Root-mean-square residual of the fundamental, in standard deviations of its noise",
+        head=("sweep", "channel", "before", "after") if several else ("sweep", "channel", "residual"),
+        rows=[
+            (sweep, channel, *(f"{value:.3g}" for value in ((before, after) if several else (after,))))
+            for sweep, channel, before, after in rows
+        ],
+        numbers=(2, 3) if several else (2,),
+    )
 
 
 def answer_markdown(diagnosis: Diagnosis) -> str:

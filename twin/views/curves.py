@@ -30,6 +30,7 @@ __all__ = [
     "compared_models",
     "law_band",
     "mode_shapes",
+    "shown_models",
     "stepped_sweeps",
 ]
 
@@ -210,6 +211,12 @@ def compared_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
     if diagnosis.verdict in ("explained", "ambiguous") and search.model.blames:
         return {"before": search.base, "after": search.model}
     return {"before": search.base}
+
+
+def shown_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
+    """As :func:`compared_models`; a single one, which is neither before nor after anything, is called ``model``."""
+    models = compared_models(diagnosis)
+    return models if len(models) > 1 else {"model": models["before"]}
 
 
 def broadband_responses(evidence: Evidence, model: Fitted, index: int, *, extension: Extension | None = None) -> Array:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.result import Estimate
 from twin.identify.base_fit import HELD_PRECISION
+from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.identified import Identified, Polynomials
 from twin.identify.linear_fit import base_prior
@@ -108,7 +108,7 @@ def _flat(found: Identified) -> tuple[list[str], list[str], list[Estimate]]:
             name = NAMES.get(key, key.replace("_", " "))
             names.append(f"{name} {number}" if several else name)
             units.append(UNITS.get(key, ""))
-            estimates.append(Estimate(estimate.value, estimate.std))
+            estimates.append(estimate)
     return names, units, estimates
 
 

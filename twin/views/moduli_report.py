@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from twin.diagnose.result import Estimate
 from twin.identify.eigensensitivity import FrequencyUpdate
+from twin.identify.estimate import Estimate
 from twin.identify.identifiability import weak_directions
 from twin.views.answer import estimate_text
 from twin.views.figures import dressed, legend, panels

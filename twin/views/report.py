@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain
-from twin.views.answer import estimate_text, residual_rows
-from twin.views.curves import compared_models
+from twin.views.answer import causes_table, errors_table, estimate_text, residual_rows, residuals_table
+from twin.views.curves import compared_models, shown_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
 from twin.views.style import AFTER, BEFORE, CAUTION
+from twin.views.tried import fitted_table, scores_table
 
 __all__ = ["write_report"]
 
@@ -61,6 +62,7 @@ def _sections(diagnosis: Diagnosis, commands: Sequence[str]) -> Iterator[Section
     yield _gain(diagnosis)
     yield missing_force_section(diagnosis)
     yield _causes(diagnosis)
+    yield _tried(diagnosis)
     yield _misfit(diagnosis)
     yield _sweeps(diagnosis)
     yield _broadband(diagnosis)
@@ -76,24 +78,15 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
     if gain is None:
         return None
     where = ", ".join(gain.sweeps) + (f" of {', '.join(gain.runs)}" if gain.runs else "")
-    floor = ("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %")
-    caption = "Root-mean-square relative error of the complex response over the held-out steps"
-    if len(gain.by_harmonic) > 1:
-        caption += ", fundamental and second harmonic where it stands out, each relative to itself"
-    if len(compared_models(diagnosis)) == 1:
-        rows = [("believed rig, base family refitted", f"{100 * gain.before:.2f} %"), floor]
+    several = len(compared_models(diagnosis)) > 1
+    tables = [errors_table(gain, several=several)]
+    if not several:
         return Section(
             title="On sweeps that were held out",
             texts=[f"No cause is in the model; this is its error on sweeps that no fit has seen: {where}."],
-            tables=[Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))],
+            tables=tables,
         )
     fold = gain.before / gain.after if gain.after > 0 else np.inf
-    rows = [
-        ("believed rig, base family refitted", f"{100 * gain.before:.2f} %"),
-        ("extended model", f"{100 * gain.after:.2f} %"),
-        floor,
-    ]
-    tables = [Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))]
     if len(gain.by_harmonic) > 1:
         tables.append(_by_harmonic(gain))
     told = f"The error falls {fold:.1f}-fold" if fold > 1.05 else "The error stays as it is"
@@ -120,30 +113,28 @@ def _by_harmonic(gain: Gain) -> Table:
 def _causes(diagnosis: Diagnosis) -> Section | None:
     if not diagnosis.causes:
         return None
-    rows = []
-    for cause in diagnosis.causes:
-        values = "; ".join(f"{name} = {estimate_text(value)}" for name, value in cause.parameters.items())
-        rows.append(
-            (
-                cause.cause,
-                values,
-                f"{cause.probability:.3f}",
-                "yes" if cause.in_model else "no",
-                ", ".join(cause.confused_with) or "nothing listed",
-            )
-        )
     summaries = [f"{cause.cause}: {cause.summary}." for cause in diagnosis.causes]
+    return Section(title="Causes", tables=[causes_table(diagnosis.causes)], items=summaries)
+
+
+def _tried(diagnosis: Diagnosis) -> Section | None:
+    """Why this cause and not another: first-order scores, and the models that were fitted."""
+    stages = diagnosis.search.stages
+    if not stages:
+        return None
+    tables = []
+    for number, stage in enumerate(stages, 1):
+        of = f" (turn {number} of the search)" if len(stages) > 1 else ""
+        tables.append(fitted_table(stage, caption=f"Models fitted to all evidence, the likeliest first{of}"))
+        if number == 1:
+            tables.append(scores_table(stage))
     return Section(
-        title="Causes",
-        tables=[
-            Table(
-                caption="Most probable first; parameters in SI units with one standard deviation",
-                head=("cause", "parameters", "probability", "in the model", "could be confused with"),
-                rows=rows,
-                numbers=(2,),
-            )
+        title="What was tried",
+        texts=[
+            "Every listed cause is scored to first order at every place where it could sit, the best few are fitted "
+            "together with moduli, damping and the joint's law, and the evidence decides."
         ],
-        items=summaries,
+        tables=[table for table in tables if table.rows],
     )
 
 
@@ -155,6 +146,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
         for place in misfit.where
         if place["share"] >= LEAST_SHARE
     ]
+    several = len(compared_models(diagnosis)) > 1
     tables = []
     if where:
         tables.append(
@@ -165,34 +157,22 @@ def _misfit(diagnosis: Diagnosis) -> Section:
                 numbers=(2, 3),
             )
         )
-    rows = [(s, c, f"{before:.3g}", f"{after:.3g}") for s, c, before, after in residual_rows(diagnosis.sweeps)]
-    if rows:
-        tables.append(
-            Table(
-                caption="Root-mean-square residual of the fundamental, in standard deviations of its noise",
-                head=("sweep", "channel", "before", "after"),
-                rows=rows,
-                numbers=(2, 3),
-            )
-        )
+    if diagnosis.sweeps:
+        tables.append(residuals_table(diagnosis.sweeps, several=several))
     pictures = []
     if diagnosis.sweeps:
-        alt = (
-            "Residuals in standard deviations against frequency, before and after, by channel and sweep. "
-            + "; ".join(
-                f"{s} {c}: {before:.3g} before, {after:.3g} after (rms)"
-                for s, c, before, after in residual_rows(diagnosis.sweeps)
-            )
+        sizes = "; ".join(
+            f"{s} {c}: " + (f"{before:.3g} before, {after:.3g} after" if several else f"{after:.3g}")
+            for s, c, before, after in residual_rows(diagnosis.sweeps)
         )
+        alt = f"Residuals in standard deviations against frequency, by channel and sweep. Root mean square: {sizes}."
         caption = (
             "Residuals of the fundamental in standard deviations of the measurement's noise alone. Close to a sharp "
             "resonance a shift of a thousandth of a hertz already shows here; chi² also allows for such errors of the "
             "model."
         )
         pictures.append(
-            picture(
-                residuals_figure(diagnosis.sweeps, kinds=tuple(compared_models(diagnosis))), alt=alt, caption=caption
-            )
+            picture(residuals_figure(diagnosis.sweeps, kinds=tuple(shown_models(diagnosis))), alt=alt, caption=caption)
         )
     verb = "agrees with" if agrees else "does not agree with"
     return Section(
@@ -200,7 +180,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
         texts=[
             f"Chi² per degree of freedom of the base family (moduli, damping and joint's law refitted) is "
             f"{misfit.chi2_per_dof:.3g}: it {verb} the data, the threshold being {misfit.threshold:.3g}."
-            + (f" After the diagnosis it is {misfit.after:.3g}." if len(compared_models(diagnosis)) > 1 else "")
+            + (f" After the diagnosis it is {misfit.after:.3g}." if several else "")
         ],
         tables=tables,
         pictures=pictures,
@@ -208,6 +188,12 @@ def _misfit(diagnosis: Diagnosis) -> Section:
 
 
 def _sweeps(diagnosis: Diagnosis) -> Section | None:
+    if len(compared_models(diagnosis)) > 1:
+        lines = "measured (points), before (dashed), after (solid)"
+        meant = "Before means the believed rig with moduli, damping and joint's law refitted."
+    else:
+        lines = "measured (points) and model (lines)"
+        meant = "The model is the believed rig with moduli, damping and joint's law refitted."
     pictures = []
     for sweeps, told in (
         (diagnosis.sweeps, "that the models were fitted to"),
@@ -222,17 +208,16 @@ def _sweeps(diagnosis: Diagnosis) -> Section | None:
         )
         pictures.append(
             picture(
-                sweeps_figure(diagnosis.evidence, sweeps, kinds=("measured", *compared_models(diagnosis))),
-                alt=f"Receptance against frequency for {names}, measured and by both models. {peaks}.",
-                caption=f"Sweeps {told}: measured (points), before (dashed), after (solid); amplitude of displacement "
-                "per newton. Before means the believed rig with moduli, damping and joint's law refitted.",
+                sweeps_figure(diagnosis.evidence, sweeps, kinds=("measured", *shown_models(diagnosis))),
+                alt=f"Receptance against frequency for {names}, measured and modelled. {peaks}.",
+                caption=f"Sweeps {told}: {lines}; amplitude of displacement per newton. {meant}",
             )
         )
     return Section(title="Sweeps", pictures=pictures) if pictures else None
 
 
 def _broadband(diagnosis: Diagnosis) -> Section | None:
-    evidence, models = diagnosis.evidence, compared_models(diagnosis)
+    evidence, models = diagnosis.evidence, shown_models(diagnosis)
     pictures = [
         picture(
             broadband_figure(evidence, models, i),
@@ -247,7 +232,7 @@ def _broadband(diagnosis: Diagnosis) -> Section | None:
 
 
 def _identified(diagnosis: Diagnosis) -> Section:
-    evidence, models = diagnosis.evidence, compared_models(diagnosis)
+    evidence, models = diagnosis.evidence, shown_models(diagnosis)
     model = list(models.values())[-1]
     base = model.unknowns.base
     std = np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0))
@@ -277,7 +262,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
             picture(
                 law,
                 alt="Softening and loss of the joint against amplitude on a logarithmic axis, with bands of one "
-                "standard deviation, for both models.",
+                "standard deviation.",
                 caption="The joint's law with one standard deviation either way. Framed by the accepted model: a wrong "
                 "one may need a law of quite another size, and then lies outside.",
             )

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
-from twin.views.answer import estimate_text
+from twin.views.answer import causes_table
 from twin.views.figures import dressed, legend, panels
 from twin.views.page import Section, Table, picture, require_folder, write_page
 from twin.views.report import ACCENT
 from twin.views.style import AFTER, BEFORE, MEASURED
 
-__all__ = ["write_table_report"]
+__all__ = ["table_figure", "tried_table", "write_table_report"]
 
 MOST_TRIED = 12
 
@@ -59,7 +59,7 @@ def _sections(diagnosis: TableDiagnosis, commands: Sequence[str]) -> Iterator[Se
     if sweeps:
         yield _sweeps(diagnosis, sweeps)
     if diagnosis.tried:
-        yield _tried(diagnosis)
+        yield Section(title="What was tried", tables=[tried_table(diagnosis)])
     if frequencies:
         yield _identified(diagnosis)
     yield Section(title="What was assumed", items=diagnosis.assumed)
@@ -95,19 +95,8 @@ def _gain(diagnosis: TableDiagnosis) -> Section:
 
 
 def _causes(diagnosis: TableDiagnosis) -> Section:
-    rows = [
-        (
-            cause.cause,
-            f"{cause.probability:.2f}",
-            "yes" if cause.in_model else "no",
-            "; ".join(f"{name} = {estimate_text(value)}" for name, value in cause.parameters.items()),
-            ", ".join(cause.confused_with) or "none",
-            cause.summary,
-        )
-        for cause in diagnosis.causes
-    ]
-    head = ("cause", "probability", "in the model", "parameters (SI)", "rivals", "in words")
-    return Section(title="Causes", tables=[Table(caption="Most probable first", head=head, rows=rows, numbers=(1,))])
+    summaries = [f"{cause.cause}: {cause.summary}." for cause in diagnosis.causes]
+    return Section(title="Causes", tables=[causes_table(diagnosis.causes)], items=summaries)
 
 
 def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Section:
@@ -228,18 +217,26 @@ def _sweep_figure(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Figure
     return figure
 
 
-def _tried(diagnosis: TableDiagnosis) -> Section:
+def tried_table(diagnosis: TableDiagnosis) -> Table:
+    """The models that were fitted, the likeliest first."""
     rows = [
         (model.blames, f"{model.log_evidence:+.1f}", f"{model.chi2_per_dof:.3g}", f"{100 * model.rms_error:.2f} %")
         for model in diagnosis.tried[:MOST_TRIED]
     ]
-    table = Table(
+    return Table(
         caption="Log evidence against blaming nothing, what is believed beforehand included",
         head=("blamed", "log evidence", "chi² per degree of freedom", "rms error"),
         rows=rows,
         numbers=(1, 2, 3),
     )
-    return Section(title="What was tried", tables=[table])
+
+
+def table_figure(diagnosis: TableDiagnosis) -> Figure:
+    """Errors of the frequencies, or resonances of the sweeps beside their law."""
+    frequencies = [row for row in diagnosis.rows if isinstance(row, FrequencyRow)]
+    if frequencies:
+        return _frequency_figure(frequencies, extended=any(row.before_Hz != row.after_Hz for row in frequencies))
+    return _sweep_figure(diagnosis, [row for row in diagnosis.rows if isinstance(row, SweepRow)])
 
 
 def _identified(diagnosis: TableDiagnosis) -> Section:
