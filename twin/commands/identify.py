@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import console, json_option, print_json, working
 
 if TYPE_CHECKING:
     from recordings import FrequencyTable
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from twin.rigs import Rig
 
 __all__ = ["command"]
+
+USUAL_s = 20.0
+"""What recordings take on two cores."""
 
 
 @click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
@@ -66,12 +69,12 @@ def _from_recordings(paths: Sequence[Path], rig_name: str, preload: str | None, 
 
     rig = load_rig(rig_name)
     _need_preload(rig, preload)
-    with console.status("reading") as status:
+    with working("reading", usual_s=USUAL_s) as say:
         runs = [read_run(path) for path in paths]
-        status.update("reducing the runs to responses")
+        say("reducing the runs to responses")
         evidence = gather_evidence(runs, rig, preload=preload)
         extension = effects_extension(evidence, rig.effect, source=rig_name)
-        found = identify_rig(evidence, extension, report=status.update)
+        found = identify_rig(evidence, extension, report=say)
     _write_rig(found.rig, out)
     warnings = [
         f"the effect {cause} acts on recordings only and is left out" for cause in unmodelled_effects(rig.effect)

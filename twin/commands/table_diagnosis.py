@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from recordings.errors import InputError
-from twin.commands.output import console
+from twin.commands.output import working
 
 if TYPE_CHECKING:
     from twin.diagnose.tables import TableDiagnosis
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["EXTENDED", "diagnose_tables"]
 
 EXTENDED = "extended.toml"
+USUAL_s = 10.0
+"""What the diagnosis of a table takes on two cores."""
 
 
 def diagnose_tables(
@@ -45,12 +47,12 @@ def diagnose_tables(
         odd = list(tables)[frequencies.index(not frequencies[0])]
         kind = "sweeps" if frequencies[0] else "natural frequencies"
         raise InputError(odd, "", f"holds {kind}, {runs[0]} does not", "diagnose them by themselves")
-    with console.status("starting") as status:
+    with working("starting", usual_s=USUAL_s) as say:
         if all(frequencies):
-            result = _frequencies(tables, runs, held_out, rig_name, preloads, status.update)
+            result = _frequencies(tables, runs, held_out, rig_name, preloads, say)
         else:
             result = _sweeps(runs, held_out, rig_name, preloads)
-        status.update("writing the report")
+        say("writing the report")
         write_table_report(result, report, commands=[again])
         _save(result, report.with_name(EXTENDED))
     return result.to_dict(EXTENDED)

@@ -15,11 +15,13 @@ from typing import Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import console, json_option, print_json, working
 
 __all__ = ["command"]
 
 RESULT = "result.json"
+USUAL_s = 5.0
+"""What reading and drawing a run of some minutes takes."""
 LARGEST_RESULT = 200_000_000
 """Bytes; a larger result.json is nobody's."""
 
@@ -77,9 +79,9 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
 
     if recording.suffix.lower() == ".rrd":
         return _copy(recording, out)
-    with console.status(f"reading {recording.name}"):
+    with working(f"reading {recording.name}", usual_s=USUAL_s) as say:
         run = read_run(recording)
-    with console.status("reducing and drawing"):
+        say("reducing and drawing")
         save_run(run, out, rehearsal=rehearsal)
     return out
 
