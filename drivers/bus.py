@@ -1,4 +1,4 @@
-"""Opening a CAN FD bus by name, any interface of python-can."""
+"""Opening a CAN bus by name, any interface of python-can."""
 
 from __future__ import annotations
 
@@ -22,25 +22,27 @@ IP_MULTICAST_ALL, IPV6_MULTICAST_ALL = 49, 29
 """Linux's options of these names, which Python does not list."""
 
 
-def open_bus(address: Address, *, bitrate: int = 1_000_000, data_bitrate: int = 5_000_000) -> can.BusABC:
-    """Open a bus for CAN FD.
+def open_bus(
+    address: Address, *, bitrate: int = 1_000_000, data_bitrate: int = 5_000_000, is_fd: bool = True
+) -> can.BusABC:
+    """Open a bus for CAN FD, or for classic frames alone.
 
     Raises
     ------
     InputError
         If the interface cannot be opened.
     """
-    options: dict[str, Any] = {"fd": True}
+    options: dict[str, Any] = {"fd": is_fd}
     if address.interface == "slcan":
         # Adapters for CAN FD are USB devices: unlike serial ones they do not restart when their port is opened.
         options |= {"sleep_after_open": 0.1}
     elif address.interface not in ("virtual", "udp_multicast", "unixbus", "socketcan"):
-        options |= {"bitrate": bitrate, "data_bitrate": data_bitrate}
+        options |= {"bitrate": bitrate, "data_bitrate": data_bitrate} if is_fd else {"bitrate": bitrate}
     try:
         bus = can.Bus(channel=address.channel, interface=address.interface, **options)
         if isinstance(bus, slcanBus):
             try:
-                bus.set_bitrate(bitrate, data_bitrate)
+                bus.set_bitrate(bitrate, data_bitrate if is_fd else None)
             except BaseException:
                 bus.shutdown()
                 raise

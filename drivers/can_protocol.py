@@ -1,5 +1,7 @@
 """Messages of the acquisition node on CAN FD: identifiers and layouts, the same as in ``rig.dbc``.
 
+How they go over classic CAN says :mod:`drivers.can_dialect`.
+
 Samples travel as int16 with the scale range / 32767, 30 in a frame behind a uint32 count of the first one; a time-sync
 frame every 100 ms of the node's time says when a sample was taken.  A frame at the end of a stream may be shorter.
 All fields are little-endian.  The database shipped as ``drivers/rig.dbc`` is what other programs read; a test holds the
@@ -206,21 +208,28 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """The node's answer to a command: result 0 is done, 1 refused; the rate is the one in force."""
+    """The node's answer to a command: result 0 is done, 1 refused; the rate is the converter's, in force now.
+
+    Of `decimation` samples of the converter the bus gets one.
+    """
 
     opcode: int
     result: int
     sample_rate_Hz: float
-    _layout = struct.Struct("<BB2xd")
+    decimation: int = 1
+    _layout = struct.Struct("<BBHd")
 
     def pack(self) -> bytes:
         """Payload."""
-        return self._layout.pack(self.opcode, self.result, self.sample_rate_Hz)
+        return self._layout.pack(self.opcode, self.result, self.decimation, self.sample_rate_Hz)
 
     @classmethod
     def unpack(cls, data: bytes) -> Reply:
-        """From a payload; raises struct.error if it is too short."""
-        return cls(*cls._layout.unpack_from(data))
+        """From a payload; raises struct.error if it is too short, ValueError if it makes no sense."""
+        opcode, result, decimation, sample_rate_Hz = cls._layout.unpack_from(data)
+        if decimation == 0:
+            raise ValueError("a decimation of 0")
+        return cls(opcode, result, sample_rate_Hz, decimation)
 
 
 def frame_sizes(count: int) -> list[int]:

@@ -20,6 +20,7 @@
     address = "can:socketcan:can0"
     bitrate = 1000000
     data_bitrate = 5000000
+    frames = "fd"                       # "classic" for a node on a bus without CAN FD, which sends decimated samples
     start = "trigger"                   # "immediate" for a node without the trigger line
 
     [[device]]
@@ -81,6 +82,7 @@ class DeviceSettings(BaseModel):
     baud: int = Field(default=921600, ge=300, le=20_000_000)
     bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000)
     data_bitrate: int = Field(default=5_000_000, ge=10_000, le=8_000_000)
+    frames: Literal["fd", "classic"] = "fd"
     channel: tuple[ChannelSettings, ...] = ()
 
     @field_validator("address")

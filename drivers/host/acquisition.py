@@ -137,6 +137,8 @@ class RigAcquisition:
             meter.start()
         for device in sorted(self._devices, key=lambda device: device is self._generator):
             device.start(block_length=self._block_length)
+            # A block has some samples of every device: as many as converter samples, or a power of two fewer.
+            self._block_length = max(self._block_length, 30 * device.inbox.decimation)
 
     def stop(self) -> None:
         """Generator to zero, streaming off; never raises."""
@@ -246,7 +248,7 @@ class RigAcquisition:
     def _take_rest(self) -> list[SampleBlock]:
         """What is left of a stream that the instrument has ended."""
         with self._mailbox.changed:
-            self._consumed = max(device.inbox.samples.high for device in self._devices)
+            self._consumed = max(device.inbox.high for device in self._devices)
             blocks = self._take(self._consumed)
         if not blocks:
             reason = self._generator.why_ended()
@@ -257,7 +259,7 @@ class RigAcquisition:
 
     def _is_complete(self, target: int) -> bool:
         for device in self._devices:
-            if device.inbox.samples.ready >= target:
+            if device.inbox.ready >= target:
                 self._silent.discard(device.name)
             elif device.name not in self._silent:
                 return False
@@ -266,7 +268,7 @@ class RigAcquisition:
     def _give_up_silent(self, target: int) -> bool:
         """Go on without devices that have sent nothing for a while; whether any is left."""
         for device in self._devices:
-            if device.inbox.samples.ready < target and device.name not in self._silent:
+            if device.inbox.ready < target and device.name not in self._silent:
                 self._silent.add(device.name)
                 self._mailbox.report(device.name, "silent", f"no samples for {SILENT_S:g} s")
         return len(self._silent) < len(self._devices)
@@ -283,12 +285,13 @@ class RigAcquisition:
             rate_Hz = inbox.sample_rate_Hz or self._rate_Hz
             pieces, overload = inbox.take(target)
             for piece in pieces:
-                time_ns = self._align(device, inbox.times.time_ns(piece.first_index, rate_Hz))
+                time_ns = self._align(device, inbox.times.time_ns(piece.first_index * inbox.decimation, rate_Hz))
                 if piece.values is None:
                     self._lose(device.name, piece, time_ns)
                     continue
                 self._report_loss(device.name)
-                blocks.append(self._block(device, piece.first_index, piece.values, time_ns, rate_Hz, overload))
+                own_rate_Hz = rate_Hz / inbox.decimation
+                blocks.append(self._block(device, piece.first_index, piece.values, time_ns, own_rate_Hz, overload))
                 overload = np.zeros_like(overload)
             inbox.times.forget_before(target)
             self._report_disorder(device)

@@ -1,4 +1,4 @@
-"""Host side of the acquisition node on CAN FD, over any interface of python-can."""
+"""Host side of the acquisition node on CAN FD or classic CAN, over any interface of python-can."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.bus import open_bus
+from drivers.can_dialect import make_dialect, unwrap
 from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
     NO_PULSE,
-    SAMPLE_FRAME,
-    SAMPLES_PER_FRAME,
     ChannelInfo,
     Command,
     Heartbeat,
-    MessageId,
     NodeState,
     Opcode,
     Reply,
@@ -38,7 +36,10 @@ __all__ = ["CanClient"]
 
 ATTEMPTS = 4
 BATCH_FRAMES = 512
-CLOCK_TOLERANCE = 1e-3
+LATE_SAMPLES = 60
+"""How late a frame may come; the samples of two FD frames."""
+LOST_TRACK_S = 1.0
+"""A count of 16 bits tells where it belongs if the pause before it was no longer."""
 FULL_BUS_PERCENT = 95
 ERRORS_TOLD_S = 1.0
 _ERROR_STATES = {
@@ -65,6 +66,8 @@ class CanClient:
     ) -> None:
         self.name = settings.name
         self.address = str(settings.parsed_address)
+        self._frames = settings.frames
+        self._dialect = make_dialect(settings.frames)
         self._start_opcode = Opcode.ARM if settings.start == "trigger" else Opcode.START
         self._mailbox = mailbox
         self._timeout_s = timeout_s
@@ -86,7 +89,15 @@ class CanClient:
         self.channels: Sequence[Channel] = ()
         self.recovering = False
         self.inbox = DeviceInbox(CHANNELS_LIMIT, Wiring([], None), tolerance=0)
-        self._bus = open_bus(settings.parsed_address, bitrate=settings.bitrate, data_bitrate=settings.data_bitrate)
+        self._lost_track = False
+        self._on_track_s = 0.0
+        self._uptime_ms = 0
+        self._bus = open_bus(
+            settings.parsed_address,
+            bitrate=settings.bitrate,
+            data_bitrate=settings.data_bitrate,
+            is_fd=self._dialect.is_fd,
+        )
         self._thread = threading.Thread(target=self._receive, name=f"reader of {self.name}", daemon=True)
         self._thread.start()
         try:
@@ -109,12 +120,10 @@ class CanClient:
 
     def _command(self, opcode: Opcode, value: float = 0.0) -> object:
         """Send a command until it is answered; commands may be repeated without harm."""
+        fd = self._dialect.is_fd
+        identifier, data = self._dialect.encode(Command(opcode, value))[0]
         message = can.Message(
-            arbitration_id=MessageId.COMMAND,
-            data=Command(opcode, value).pack(),
-            is_extended_id=False,
-            is_fd=True,
-            bitrate_switch=True,
+            arbitration_id=identifier, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd
         )
         with self._answered:
             for _ in range(ATTEMPTS):
@@ -150,13 +159,15 @@ class CanClient:
     def start(self, *, block_length: int) -> None:
         """Stream from sample 0, at once or at the trigger."""
         with self._mailbox.changed:
-            self.inbox = DeviceInbox(self._node_channels, self._wiring, tolerance=2 * SAMPLES_PER_FRAME)
+            self._dialect = make_dialect(self._frames)
+            self.inbox = DeviceInbox(self._node_channels, self._wiring, tolerance=LATE_SAMPLES)
             self._mailbox.register_clock(self.name, self.inbox.clock)
             self._highest = 0
             self._overrun = 0
             self._error_state, self._full = 0, False
+            self._lost_track = False
             self._streaming = True
-        self._heard_s = self._started_s = time.monotonic()
+        self._heard_s = self._started_s = self._on_track_s = time.monotonic()
         self._restarted = False
         self._failed = False
         answer = self._command(self._start_opcode)
@@ -184,27 +195,30 @@ class CanClient:
         while not self._stopping.is_set():
             pending: list[list[bytes]] = [[] for _ in range(CHANNELS_LIMIT)]
             control: list[tuple[int, bytes]] = []
+            lost = ""
+            wait_s = 0.05
             try:
-                message = self._bus.recv(0.05)
                 for _ in range(BATCH_FRAMES):
+                    message = self._bus.recv(wait_s)
+                    wait_s = 0.0
                     if message is None:
                         break
-                    channel = message.arbitration_id - MessageId.SAMPLES
+                    channel = self._dialect.channel_of(message.arbitration_id)
                     if message.is_error_frame or message.is_extended_id or message.is_remote_frame:
                         self._error_frames += 1
-                    elif 0 <= channel < CHANNELS_LIMIT:
+                    elif channel is not None:
                         pending[channel].append(bytes(message.data))
                     else:
                         control.append((message.arbitration_id, bytes(message.data)))
-                    message = self._bus.recv(0)
             except (can.CanError, OSError, ValueError) as error:
-                if not self._lose(str(error)):
-                    return
-                continue
-            self._watch(bool(control) or any(pending))
+                lost = str(error) or repr(error)
+            heard = bool(control) or any(pending)
+            self._watch(heard)
             self._tell_errors()
-            if control or any(pending):
+            if heard:
                 self._digest(control, pending)
+            if lost and not self._lose(lost):
+                return
 
     def _tell_errors(self, *, now: bool = False) -> None:
         """Error frames come in bursts: one event a second has their number."""
@@ -240,48 +254,56 @@ class CanClient:
                 except (struct.error, ValueError) as error:
                     self._mailbox.report(self.name, "protocol", f"frame {identifier:#x}: {error}")
             if self._streaming:
-                for channel, frames in enumerate(pending[: self._node_channels]):
-                    if frames:
-                        self._take_samples(channel, frames)
+                self._take_samples(pending[: self._node_channels])
                 self._mailbox.announce(self.inbox)
 
     def _take_control(self, identifier: int, data: bytes) -> None:
-        inbox = self.inbox
-        if identifier == MessageId.TIME_SYNC and self._streaming:
-            sync = TimeSync.unpack(data)
-            inbox.sample_rate_Hz = sync.sample_rate_Hz
-            inbox.times.add(self._unwrap(sync.counter), sync.time_ns)
-            if sync.pulse != NO_PULSE:
-                inbox.clock.add_local(sync.pulse, sync.time_ns)
-        elif identifier in (MessageId.REPLY, MessageId.CHANNEL_INFO):
-            answer: Reply | ChannelInfo = (
-                Reply.unpack(data) if identifier == MessageId.REPLY else ChannelInfo.unpack(data)
-            )
-            opcode = answer.opcode if isinstance(answer, Reply) else Opcode.DESCRIBE
+        message = self._dialect.decode(identifier, data)
+        if isinstance(message, TimeSync):
+            if self._streaming:
+                self._take_sync(message)
+        elif isinstance(message, (Reply, ChannelInfo)):
+            opcode = message.opcode if isinstance(message, Reply) else Opcode.DESCRIBE
+            if isinstance(message, Reply) and opcode in (Opcode.START, Opcode.ARM):
+                self.inbox.decimation = message.decimation
             with self._answered:
-                self._answer = opcode, answer
+                self._answer = opcode, message
                 self._answered.notify_all()
-        elif identifier == MessageId.HEARTBEAT:
-            beat = Heartbeat.unpack(data)
-            self._hear_beat(beat)
-            running_s = time.monotonic() - self._started_s
-            younger = beat.uptime_ms * 1e-3 < running_s * (1 - CLOCK_TOLERANCE) - 0.05
-            if self._streaming and not self._failed and beat.state == NodeState.FAILED:
-                self._failed = True
-                self._mailbox.report(self.name, "device-error", "the node has nothing to measure any more")
-            if self._streaming and not self._restarted and beat.state == NodeState.IDLE and younger:
-                self._restarted = True
-                self._mailbox.report(self.name, "device-restart", "it is idle, and on for less time than the stream")
-        elif identifier == MessageId.STATUS:
-            status = Status.unpack(data)
-            if status.overrun > self._overrun:
-                self._mailbox.report(self.name, "overrun", f"{status.overrun} samples lost in the node so far")
-            self._overrun = status.overrun
+        elif isinstance(message, Heartbeat):
+            self._hear_beat(message)
+        elif isinstance(message, Status):
+            if message.overrun > self._overrun:
+                self._mailbox.report(self.name, "overrun", f"{message.overrun} samples lost in the node so far")
+            self._overrun = message.overrun
+
+    def _take_sync(self, sync: TimeSync) -> None:
+        """A sample's time, and with it where the node's count has got to."""
+        inbox = self.inbox
+        index = unwrap(sync.counter, 1 << 32, self._highest * inbox.decimation)
+        if index < 0:
+            raise ValueError(f"sample number {sync.counter} before the start")
+        inbox.sample_rate_Hz = sync.sample_rate_Hz
+        inbox.times.add(index, sync.time_ns)
+        if sync.pulse != NO_PULSE:
+            inbox.clock.add_local(sync.pulse, sync.time_ns)
+        self._highest = max(self._highest, index // inbox.decimation)
+        self._on_track_s = time.monotonic()
+        self._lost_track = False
 
     def _hear_beat(self, beat: Heartbeat) -> None:
-        """Note what a node says of its bus, when it gets worse."""
+        """Note what a node says of itself and of its bus, when it gets worse."""
+        running_s = time.monotonic() - self._started_s
+        # A beat may come late, but not before an earlier one.
+        younger = beat.uptime_ms < self._uptime_ms or beat.uptime_ms * 1e-3 < running_s - SILENCE_S
+        self._uptime_ms = beat.uptime_ms
         if not self._streaming:
             return
+        if not self._failed and beat.state == NodeState.FAILED:
+            self._failed = True
+            self._mailbox.report(self.name, "device-error", "the node has nothing to measure any more")
+        if not self._restarted and beat.state == NodeState.IDLE and younger:
+            self._restarted = True
+            self._mailbox.report(self.name, "device-restart", "it is idle, and on for less time than the stream")
         if beat.error_state > self._error_state and beat.error_state in _ERROR_STATES:
             kind, detail = _ERROR_STATES[beat.error_state]
             self._mailbox.report(self.name, kind, detail)
@@ -291,25 +313,21 @@ class CanClient:
             self._mailbox.report(self.name, "bus-load", f"the bus is busy {beat.bus_load_percent} % of the time")
         self._full = full
 
-    def _unwrap(self, counter: int) -> int:
-        """The full number of a sample whose lowest 32 bits were sent: the one nearest to the latest."""
-        return self._highest + ((counter - self._highest + 0x80000000) & 0xFFFFFFFF) - 0x80000000
-
-    def _take_samples(self, channel: int, frames: list[bytes]) -> None:
-        """Samples of one channel; runs of full frames that follow each other go in one piece."""
-        whole = [frame for frame in frames if len(frame) == SAMPLE_FRAME.itemsize]
-        if whole:
-            table = np.frombuffer(b"".join(whole), SAMPLE_FRAME)
-            breaks = np.flatnonzero(np.diff(table["counter"]) != SAMPLES_PER_FRAME) + 1
-            for run in np.split(table, breaks):
-                self._put(channel, int(run["counter"][0]), run["samples"].reshape(-1))
-        for frame in frames:
-            if 4 < len(frame) < SAMPLE_FRAME.itemsize:
-                values = np.frombuffer(frame, "<i2", offset=4, count=(len(frame) - 4) // 2)
-                self._put(channel, int.from_bytes(frame[:4], "little"), values)
+    def _take_samples(self, pending: list[list[bytes]]) -> None:
+        """Frames by channel; they are lost where nothing has told for too long where a short count belongs."""
+        if not any(pending):
+            return
+        now = time.monotonic()
+        self._lost_track = self._lost_track or now - self._on_track_s > LOST_TRACK_S
+        if self._lost_track and not self._dialect.is_fd:
+            return
+        self._on_track_s = now
+        for channel, frames in enumerate(pending):
+            for counter, samples in self._dialect.decode_samples(frames):
+                self._put(channel, counter, samples)
 
     def _put(self, channel: int, counter: int, raw: NDArray[np.int16]) -> None:
-        first = self._unwrap(counter)
+        first = unwrap(counter, self._dialect.counters, self._highest)
         if first < 0:
             self._mailbox.report(self.name, "protocol", f"sample number {counter} before the start")
             return

@@ -35,7 +35,7 @@ class Mailbox:
 
     def announce(self, inbox: DeviceInbox) -> None:
         """Wake the acquisition if a device has what it waits for: not for every frame, which would cost more."""
-        if inbox.ended or inbox.samples.ready >= self.wanted:
+        if inbox.ended or inbox.ready >= self.wanted:
             self.changed.notify_all()
 
     def register_clock(self, device: str, clock: ClockFit) -> None:
@@ -78,13 +78,25 @@ class DeviceInbox:
         self.sample_rate_Hz = 0.0
         self.overload = np.zeros(channels, np.int64)
         self.ended = False
+        self.decimation = 1
+        """Samples of the converter to one that comes; those of the converter are counted alike on all devices."""
+
+    @property
+    def ready(self) -> int:
+        """Everything before this sample of the converter has come or is given up."""
+        return self.samples.ready * self.decimation
+
+    @property
+    def high(self) -> int:
+        """One past the newest sample of the converter."""
+        return self.samples.high * self.decimation
 
     def take(self, stop: int) -> tuple[list[Piece], NDArray[np.int64]]:
-        """The wanted channels before sample `stop`, and how many samples of each are on the converter's limit."""
+        """The wanted channels before sample `stop` of the converter, and how many of each are on its limit."""
         overload, self.overload = self.overload, np.zeros_like(self.overload)
         rows, factors = self._wiring
         pieces = []
-        for piece in self.samples.take(stop):
+        for piece in self.samples.take(-(-stop // self.decimation)):
             if piece.values is not None:
                 values = piece.values[rows]
                 piece = Piece(piece.first_index, piece.count, values if factors is None else values * factors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import can
 
 from drivers.addresses import Address, parse_can, parse_tcp
 from drivers.bus import open_bus
+from drivers.can_dialect import make_dialect
 from drivers.virtual.bus_time import BusTime
 from drivers.virtual.can_node import CanNode
 from drivers.virtual.daq import AcquisitionInstrument
@@ -37,7 +38,7 @@ class Addresses:
     which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `meter`, for the slow one, is
     like either; `can` is ``INTERFACE:CHANNEL``, where the channel of ``slcan`` is like `serial`; `can_channels` are the
     channels that go over CAN instead of the line.  With `baud` a pseudo-terminal is as slow as a wire, and deaf to
-    other rates; `bitrate` and `data_bitrate` limit the CAN bus.
+    other rates; `bitrate` and `data_bitrate` limit the CAN bus, whose frames are ``fd`` or ``classic``.
     Neither speed is limited where the rig runs as fast as it can.
     """
 
@@ -49,6 +50,7 @@ class Addresses:
     baud: int | None = None
     bitrate: float = DEFAULT_BITRATE
     data_bitrate: float = DEFAULT_DATA_BITRATE
+    can_frames: str = "fd"
 
     def __post_init__(self) -> None:
         """Refuse addresses that make no sense before anything is opened; raises InputError."""
@@ -100,6 +102,7 @@ class VirtualRig:
         self._origin = origin
         self._baud = addresses.baud
         self._rates = addresses.bitrate, addresses.data_bitrate
+        self._can_frames = addresses.can_frames
         self._feed = SampleFeed(source, flow_controlled=speed is None, renew=renew)
         on_line, on_can = split_channels(source.channels, addresses)
         names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
@@ -150,12 +153,14 @@ class VirtualRig:
         assert addresses.can is not None
         where = _parsed(parse_can, "--can", addresses.can)
         told = addresses.can
+        dialect = make_dialect(addresses.can_frames)
         if where.interface == "slcan":
             line = open_serial(where.channel, None, self._speed, option="--can")
             bus: can.BusABC = SlcanAdapter(line, bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate)
             told = f"slcan:{line.address}"
         else:
-            bus = open_bus(where, bitrate=round(addresses.bitrate), data_bitrate=round(addresses.data_bitrate))
+            rates = {"bitrate": round(addresses.bitrate), "data_bitrate": round(addresses.data_bitrate)}
+            bus = open_bus(where, **rates, is_fd=dialect.is_fd)
         try:
             self._devices.append(
                 CanNode(
@@ -166,8 +171,12 @@ class VirtualRig:
                     faults=self._faults.link("can"),
                     clock=self._faults.clock("can"),
                     bus_time=BusTime(
-                        bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate, multiple=self._speed
+                        bitrate=addresses.bitrate,
+                        data_bitrate=addresses.data_bitrate,
+                        multiple=self._speed,
+                        is_fd=dialect.is_fd,
                     ),
+                    dialect=dialect,
                 )
             )
         except BaseException:
@@ -208,6 +217,11 @@ class VirtualRig:
         self._devices.clear()
 
     @property
+    def fault_hits(self) -> Mapping[str, int]:
+        """How often each kind of fault has happened so far."""
+        return self._faults.hits
+
+    @property
     def instruments_toml(self) -> str:
         """The instruments file of a client of this rig.
 
@@ -227,6 +241,8 @@ class VirtualRig:
                 lines.append(f"baud = {self._baud}")
             if device == "can" and self._rates != (DEFAULT_BITRATE, DEFAULT_DATA_BITRATE):
                 lines += [f"bitrate = {self._rates[0]:.0f}", f"data_bitrate = {self._rates[1]:.0f}"]
+            if device == "can" and self._can_frames != "fd":
+                lines.append(f'frames = "{self._can_frames}"')
             lines += {"daq": ["generator = true"], "meter": ['kind = "meter"']}.get(device, [])
             lines.append("")
         if "generator = true" not in lines:

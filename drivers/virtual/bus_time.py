@@ -1,16 +1,18 @@
-"""How long a frame occupies a CAN FD bus: no software bus enforces it, so the node does, or a rehearsal would lie."""
+"""How long a frame occupies a CAN bus: no software bus enforces it, so the node does, or a rehearsal would lie."""
 
 from __future__ import annotations
 
 import time
 
-__all__ = ["BusTime", "frame_seconds"]
+__all__ = ["BusTime", "classic_frame_seconds", "frame_seconds"]
 
 STUFFING = 1.1
 _NOMINAL_BITS = 17 + 12
 """Start to bit-rate switch; acknowledge, end of frame and the gap to the next one."""
 _DATA_BITS = 1 + 4 + 4 + 1
 """Error-state indicator, length code, stuff count, CRC delimiter."""
+_CLASSIC_BITS = 1 + 11 + 3 + 4 + 15 + 3 + 7 + 3
+"""Start, identifier, flags, length code, CRC, its delimiter with the acknowledgement, end of frame, gap."""
 
 
 def frame_seconds(data_bytes: int, *, bitrate: float, data_bitrate: float) -> float:
@@ -18,6 +20,11 @@ def frame_seconds(data_bytes: int, *, bitrate: float, data_bitrate: float) -> fl
     checksum = 17 + 5 if data_bytes <= 16 else 21 + 6  # with its fixed stuff bits
     data_phase = _DATA_BITS + 8 * data_bytes + checksum
     return STUFFING * (_NOMINAL_BITS / bitrate + data_phase / data_bitrate)
+
+
+def classic_frame_seconds(data_bytes: int, *, bitrate: float) -> float:
+    """Time of one classic frame with an 11-bit identifier, with a tenth of its bits stuffed (ISO 11898-1)."""
+    return STUFFING * (_CLASSIC_BITS + 8 * data_bytes) / bitrate
 
 
 class BusTime:
@@ -29,17 +36,29 @@ class BusTime:
         Of the arbitration and of the data phase, bit/s.
     multiple
         Of real time; None for a bus without limit.
+    is_fd
+        Whether the frames are those of CAN FD, or classic ones.
     """
 
     BURST_S = 0.02
     """How late the node may be called and still make use of the time that has passed."""
 
-    def __init__(self, *, bitrate: float = 1e6, data_bitrate: float = 5e6, multiple: float | None = None) -> None:
-        self._seconds = [frame_seconds(size, bitrate=bitrate, data_bitrate=data_bitrate) for size in range(65)]
+    def __init__(
+        self, *, bitrate: float = 1e6, data_bitrate: float = 5e6, multiple: float | None = None, is_fd: bool = True
+    ) -> None:
+        self._seconds = (
+            [frame_seconds(size, bitrate=bitrate, data_bitrate=data_bitrate) for size in range(65)]
+            if is_fd
+            else [classic_frame_seconds(size, bitrate=bitrate) for size in range(9)]
+        )
         self._multiple = multiple
         self._free_at = 0.0
         self._busy_s = 0.0
         self._since = time.monotonic()
+
+    def frame_s(self, data_bytes: int) -> float:
+        """How long a frame takes."""
+        return self._seconds[data_bytes]
 
     def take(self, data_bytes: int) -> bool:
         """Whether the bus is free for a frame now; if so, it is taken for the time the frame needs."""

@@ -1,17 +1,20 @@
-"""The acquisition node on CAN FD: int16 samples, time sync, heartbeat, status, commands."""
+"""The acquisition node on CAN FD or classic CAN: int16 samples, time sync, heartbeat, status, commands."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import struct
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import can
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.can_dialect import Dialect, FdDialect, Message
 from drivers.can_protocol import (
     CHANNELS_LIMIT,
     FULL_SCALE,
@@ -20,15 +23,14 @@ from drivers.can_protocol import (
     ChannelInfo,
     Command,
     Heartbeat,
-    MessageId,
     NodeState,
     Opcode,
     Reply,
     Status,
     TimeSync,
-    frame_sizes,
 )
 from drivers.virtual.bus_time import BusTime
+from drivers.virtual.decimation import Decimator
 from drivers.virtual.error_state import ErrorCounter, ErrorState
 from drivers.virtual.faults import ClockFault, LinkFaults
 from drivers.virtual.feed import SampleFeed, SourceFailedError
@@ -45,23 +47,27 @@ _COMMANDS_A_TURN = 64
 _BUSY = (NodeState.ARMED, NodeState.STREAMING)
 _LOST = -FULL_SCALE - 1
 """Stands for a sample that the source does not have; it is not sent."""
+FULL_LOAD = 0.7
+"""The part of a classic bus that samples may take; what is more is decimated away."""
 
 
 class CanNode:
-    """Some channels on a CAN FD bus.
+    """Some channels on a CAN bus.
 
     Parameters
     ----------
     feed
         Where samples come from.
     bus
-        Any python-can bus that carries FD frames.
+        Any python-can bus that carries the frames.
     channels
         Names of the feed's channels this node carries, at most four; each needs a range.
     lossless
         Let the feed wait for the bus; otherwise a full queue is an overrun.
     bus_time
         How fast the bus is; without limit if left out.
+    dialect
+        The frames it speaks in; those of CAN FD if left out.  On a classic bus it decimates as far as is needed.
     """
 
     def __init__(
@@ -75,6 +81,7 @@ class CanNode:
         faults: LinkFaults | None = None,
         clock: ClockFault | None = None,
         bus_time: BusTime | None = None,
+        dialect: Dialect | None = None,
     ) -> None:
         self.name = name
         known = {channel.name: channel for channel in feed.channels}
@@ -92,21 +99,34 @@ class CanNode:
         self._lossless = lossless
         self._faults = faults or LinkFaults()
         self._clock = clock or ClockFault()
+        self._dialect = dialect or FdDialect()
         self._bus_time = bus_time or BusTime()
         self._errors = ErrorCounter()
         self._state = NodeState.IDLE
         self._queue: deque[can.Message] = deque()
+        self._urgent: deque[can.Message] = deque()
         self._born = time.monotonic()
         self._next_heartbeat = self._born
         self._begin()
 
     def _begin(self) -> None:
         self._origin = self._feed.index
+        self._decimator = Decimator(len(self._channels), self._decimation)
         self._rest = np.empty((len(self._channels), 0), np.int16)
         self._sent = 0
         self._status = Status(0, (0,) * len(self._channels))
         self._reported = self._status
         self._announced = False
+
+    @property
+    def _decimation(self) -> int:
+        """Of how many samples the bus gets one: a power of two, as the host's blocks are."""
+        if self._dialect.is_fd:
+            return 1
+        a_frame = self._dialect.samples_per_frame
+        frames_per_s = len(self._channels) * self._feed.sample_rate_Hz / a_frame
+        load = frames_per_s * self._bus_time.frame_s(2 + 2 * a_frame) / FULL_LOAD
+        return 1 << max(0, math.ceil(math.log2(load)))
 
     @property
     def listening(self) -> bool:
@@ -116,14 +136,14 @@ class CanNode:
     @property
     def has_room(self) -> bool:
         """Whether the bus has taken what came before."""
-        return not self._queue
+        return not self._queue and not self._urgent
 
     def descriptors(self) -> list[tuple[int, bool]]:
         """What to wait for; -1 where the bus must be asked again and again."""
         try:
             return [(self._bus.fileno(), False)]
         except NotImplementedError:
-            return [(-1, bool(self._queue))]
+            return [(-1, not self.has_room)]
 
     def service(self) -> bool:
         """Obey commands, keep the heartbeat, send what the bus takes; whether anything moved."""
@@ -135,9 +155,12 @@ class CanNode:
             moved = True
             if self._errors.state == ErrorState.BUS_OFF or self._faults.away:
                 continue  # off the bus it hears nothing either
-            if message.arbitration_id == MessageId.COMMAND and not message.is_error_frame:
-                with contextlib.suppress(struct.error):  # too short: noise, as if it had not come
-                    self._obey(Command.unpack(bytes(message.data)))
+            if message.is_error_frame or message.is_extended_id or message.is_remote_frame:
+                continue
+            with contextlib.suppress(struct.error, ValueError):  # too short: noise, as if it had not come
+                command = self._dialect.decode(message.arbitration_id, bytes(message.data))
+                if isinstance(command, Command):
+                    self._obey(command)
         now = time.monotonic()
         if now >= self._next_heartbeat and self._errors.state != ErrorState.BUS_OFF:
             self._beat(now)
@@ -152,7 +175,7 @@ class CanNode:
             self._state, len(self._channels), int(1000 * (now - self._born)), self._errors.take_worst(),
             LOAD_UNKNOWN if load is None else round(100 * load),
         )  # fmt: skip
-        self._tell(MessageId.HEARTBEAT, beat.pack())
+        self._tell(beat)
 
     def _receive(self) -> can.Message | None:
         try:
@@ -167,7 +190,7 @@ class CanNode:
             self._state = NodeState.FAILED
             refused = True
         if command.opcode != Opcode.DESCRIBE or refused:
-            self._tell(MessageId.REPLY, Reply(command.opcode, int(refused), self._feed.sample_rate_Hz).pack())
+            self._tell(Reply(command.opcode, int(refused), self._feed.sample_rate_Hz, self._decimation))
 
     def _try(self, command: Command) -> bool:
         """Do what a command asks for; whether it is refused."""
@@ -175,18 +198,19 @@ class CanNode:
             self._feed.recover()
             self._feed.disarm(self._start)
             self._start()
+            self._beat(time.monotonic())  # from now on a shorter uptime is a restart
         elif command.opcode == Opcode.ARM and self._state != NodeState.STREAMING:
             self._feed.recover()
             self._feed.arm(self._start)
             self._state = NodeState.ARMED
+            self._beat(time.monotonic())
         elif command.opcode == Opcode.STOP:
             self._stop()
         elif command.opcode == Opcode.SET_RATE and self._state not in _BUSY and 1.0 <= command.value <= 1e6:
             self._feed.set_sample_rate(command.value)
         elif command.opcode == Opcode.DESCRIBE and 0 <= command.value < len(self._channels):
             index = int(command.value)
-            info = ChannelInfo(index, len(self._channels), self._channels[index])
-            self._tell(MessageId.CHANNEL_INFO, info.pack())
+            self._tell(ChannelInfo(index, len(self._channels), self._channels[index]))
         else:
             return True
         return False
@@ -198,9 +222,10 @@ class CanNode:
     def _stop(self) -> None:
         self._feed.disarm(self._start)
         if self._state == NodeState.STREAMING:
+            values = np.concatenate((self._rest, self._quantise(self._decimator.flush())), axis=1)
             position = 0
-            for size in frame_sizes(self._rest.shape[1]):
-                self._put_samples(self._rest[:, position : position + size])
+            for size in self._dialect.frame_sizes(values.shape[1]):
+                self._put_samples(values[:, position : position + size])
                 position += size
             for message in self._faults.flush():
                 self._queue.append(message)
@@ -216,29 +241,33 @@ class CanNode:
             self._put_sync(block, block.first_index, NO_PULSE)
         for number, index in self._feed.pulses(block):
             self._put_sync(block, index, number)
-        raw = self._quantise(block)
-        values = np.concatenate((self._rest, raw), axis=1)
-        whole = values.shape[1] // 30 * 30
-        for start in range(0, whole, 30):
-            self._put_samples(values[:, start : start + 30])
+        taken = self._decimator.take(np.stack([block.samples[channel.name] for channel in self._channels]))
+        values = np.concatenate((self._rest, self._quantise(taken, block.overload)), axis=1)
+        a_frame = self._dialect.samples_per_frame
+        whole = values.shape[1] // a_frame * a_frame
+        for start in range(0, whole, a_frame):
+            self._put_samples(values[:, start : start + a_frame])
         self._rest = values[:, whole:]
         if self._status != self._reported:
             self._reported = self._status
-            self._tell(MessageId.STATUS, self._status.pack())
+            self._tell(self._status)
         if self._faults.advance(1e-9 * block.time_ns + len(block) / block.sample_rate_Hz) == "restart":
             # The node loses its power: it comes back idle, and says nothing of what it had.
             self._queue.clear()
+            self._urgent.clear()
             self._state = NodeState.IDLE
-            self._born = time.monotonic()
+            self._born = self._next_heartbeat = time.monotonic()  # a node that boots says so
 
-    def _quantise(self, block: SampleBlock) -> NDArray[np.int16]:
-        steps = np.rint(np.stack([block.samples[channel.name] for channel in self._channels]) * self._scale)
+    def _quantise(
+        self, values: NDArray[np.floating], overload_counts: Mapping[str, int] = MappingProxyType({})
+    ) -> NDArray[np.int16]:
+        steps = np.rint(values * self._scale)
         lost = np.isnan(steps)
         within = lost | (np.abs(steps) < FULL_SCALE)
-        if within.all() and not lost.any() and not any(block.overload.values()):
+        if within.all() and not lost.any() and not any(overload_counts.values()):
             return steps.astype(np.int16)
         overload = tuple(
-            total + max(len(row) - int(np.count_nonzero(row)), block.overload.get(channel.name, 0))
+            total + max(len(row) - int(np.count_nonzero(row)), overload_counts.get(channel.name, 0))
             for total, row, channel in zip(self._status.overload, within, self._channels, strict=True)
         )
         if overload != self._status.overload:
@@ -252,28 +281,43 @@ class CanNode:
             self._status = Status(self._status.overrun + values.shape[1], self._status.overload)
             return
         for k, samples in enumerate(values):
-            for start, stop in _stretches(samples):
-                counter = struct.pack("<I", (first + start) & 0xFFFFFFFF)
-                self._put(MessageId.SAMPLES + k, counter + samples[start:stop].astype("<i2").tobytes())
+            for start, stop in self._stretches(samples):
+                frame = self._message(*self._dialect.encode_samples(k, first + start, samples[start:stop]))
+                self._queue.extend(self._faults.pass_on(frame))
+
+    def _stretches(self, samples: NDArray[np.int16]) -> list[tuple[int, int]]:
+        """Where the samples of a frame go: all in one unless some are lost, else in pieces as long as frames can be."""
+        have = samples != _LOST
+        if have.all():
+            return [(0, len(samples))]
+        edges = np.flatnonzero(np.diff(have, prepend=False, append=False)).tolist()
+        found = []
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            for size in self._dialect.frame_sizes(stop - start):
+                found.append((start, start + size))
+                start += size
+        return found
+
+    def _message(self, identifier: int, data: bytes) -> can.Message:
+        fd = self._dialect.is_fd
+        return can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd)
 
     def _put_sync(self, block: SampleBlock, index: int, pulse: int) -> None:
         time_ns = block.time_ns + round((index - block.first_index) * 1e9 / block.sample_rate_Hz)
         sync = TimeSync(index - self._origin, self._clock.show(time_ns), pulse, block.sample_rate_Hz)
-        self._put(MessageId.TIME_SYNC, sync.pack())
+        self._queue.extend(self._message(*frame) for frame in self._dialect.encode(sync))
 
-    def _put(self, identifier: int, data: bytes) -> None:
-        """Queue a frame of the stream."""
-        message = _message(identifier, data)
-        self._queue.extend(self._faults.pass_on(message) if identifier != MessageId.TIME_SYNC else [message])
-
-    def _tell(self, identifier: int, data: bytes) -> None:
+    def _tell(self, message: Message) -> None:
         """Send ahead of the samples that wait; dropped if the bus takes nothing at all."""
-        if len(self._queue) < QUEUE_FRAMES + URGENT_FRAMES:
-            self._queue.appendleft(_message(identifier, data))
+        if len(self._urgent) < URGENT_FRAMES:
+            self._urgent.extend(self._message(*frame) for frame in self._dialect.encode(message))
 
     def _flush(self) -> bool:
         moved = False
-        while self._may_send() and self._bus_time.take(len(self._queue[0].data)):
+        while self._may_send():
+            queue = self._urgent or self._queue
+            if not self._bus_time.take(len(queue[0].data)):
+                break
             if self._faults.noisy:
                 self._errors.fail()  # the frame stays, to be sent again
                 with contextlib.suppress(can.CanError):
@@ -281,16 +325,16 @@ class CanNode:
                 moved = True
                 continue
             try:
-                self._bus.send(self._queue[0], timeout=0)
+                self._bus.send(queue[0], timeout=0)
             except can.CanError:
                 break  # the bus is full, off, or its hub has gone: frames wait, then overrun
             self._errors.succeed()
-            self._queue.popleft()
+            queue.popleft()
             moved = True
         return moved
 
     def _may_send(self) -> bool:
-        return bool(self._queue) and not self._faults.stalled and self._errors.state != ErrorState.BUS_OFF
+        return not self.has_room and not self._faults.stalled and self._errors.state != ErrorState.BUS_OFF
 
     def end(self) -> None:
         """The source has ended."""
@@ -305,21 +349,3 @@ class CanNode:
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()
-
-
-def _stretches(samples: NDArray[np.int16]) -> list[tuple[int, int]]:
-    """Where the samples of a frame go: all in one unless some are lost, else in pieces as long as frames can be."""
-    have = samples != _LOST
-    if have.all():
-        return [(0, len(samples))]
-    edges = np.flatnonzero(np.diff(have, prepend=False, append=False)).tolist()
-    found = []
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        for size in frame_sizes(stop - start):
-            found.append((start, start + size))
-            start += size
-    return found
-
-
-def _message(identifier: int, data: bytes) -> can.Message:
-    return can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=True, bitrate_switch=True)

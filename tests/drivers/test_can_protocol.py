@@ -31,10 +31,12 @@ def decode(identifier: int, data: bytes) -> dict:
     return DATABASE.decode_message(identifier, data, decode_choices=False)
 
 
-def test_every_message_is_can_fd_and_known():
-    identifiers = {message.frame_id for message in DATABASE.messages}
-    assert identifiers == {*MessageId, 0x101, 0x102, 0x103}
-    assert all(message.is_fd for message in DATABASE.messages)
+def test_every_message_is_known_and_in_its_kind_of_frame():
+    fd = {message.frame_id for message in DATABASE.messages if message.is_fd}
+    classic = {message.frame_id for message in DATABASE.messages if not message.is_fd}
+    assert fd == {*MessageId, 0x101, 0x102, 0x103}
+    assert classic == {8 + identifier for identifier in fd} | {0x089}
+    assert {len(bytes(message.length)) <= 8 for message in DATABASE.messages if not message.is_fd} == {True}
 
 
 @given(U32, st.integers(-(2**63), 2**63 - 1), U32, st.floats(1, 1e6))
@@ -56,7 +58,9 @@ def test_heartbeat_command_and_reply():
     }  # fmt: skip
     assert Heartbeat.unpack(Heartbeat(2, 3, 70_000, 1, 42).pack()) == Heartbeat(2, 3, 70_000, 1, 42)
     assert decode(0x200, Command(4, 1024.5).pack()) == {"Opcode": 4, "Value": 1024.5}
-    assert decode(0x201, Reply(4, 1, 512.0).pack()) == {"Opcode": 4, "Result": 1, "SampleRate": 512.0}
+    assert decode(0x201, Reply(4, 1, 512.0).pack()) == {
+        "Opcode": 4, "Result": 1, "Decimation": 1, "SampleRate": 512.0,
+    }  # fmt: skip
 
 
 def test_channel_info():

@@ -79,7 +79,7 @@ def test_any_program_can_run_the_node_with_the_database_alone():
 
         assert wait_for("Heartbeat")["State"] == "IDLE"
         command("SET_RATE", 2000.0)
-        assert wait_for("Reply") == {"Opcode": "SET_RATE", "Result": "DONE", "SampleRate": 2048.0}
+        assert wait_for("Reply") == {"Opcode": "SET_RATE", "Result": "DONE", "Decimation": 1, "SampleRate": 2048.0}
         command("START")
         assert wait_for("TimeSync")["Counter"] == 0
         assert wait_for("Samples2")["Counter"] == 0  # alone on the bus, the node carries all channels

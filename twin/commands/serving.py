@@ -23,8 +23,15 @@ __all__ = ["address_options", "serve_source"]
 _OPTIONS = [
     click.option("--serial", metavar="auto|PATH", help="New pseudo-terminal, a name for one, or a port."),
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
-    click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN FD node on any python-can interface."),
+    click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN node on any python-can interface."),
     click.option("--can-channels", metavar="NAME,...", default="", help="Channels on CAN instead of the line."),
+    click.option(
+        "--can-frames",
+        type=click.Choice(["fd", "classic"]),
+        default="fd",
+        show_default=True,
+        help="What the bus carries; in classic frames samples are decimated as far as it needs.",
+    ),
     click.option(
         "--bitrate",
         type=click.IntRange(10_000, 1_000_000),
@@ -64,6 +71,7 @@ def serve_source(
     tcp: str | None,
     can: str | None,
     can_channels: str,
+    can_frames: str,
     bitrate: int,
     data_bitrate: int,
     baud: int | None,
@@ -94,7 +102,7 @@ def serve_source(
 
     addresses = Addresses(
         serial=serial, tcp=tcp, can=can, meter=meter, baud=baud, bitrate=bitrate, data_bitrate=data_bitrate,
-        can_channels=tuple(name for name in can_channels.split(",") if name),
+        can_channels=tuple(name for name in can_channels.split(",") if name), can_frames=can_frames,
     )  # fmt: skip
     multiple = _parse_speed(speed)
     parsed_faults = [parse_fault(fault) for fault in faults]
