@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
+import io
+import os
+import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import click
 import pytest
+from rich.console import Console
 
-from twin.cli import SUMMARIES, main
+from twin.cli import SUMMARIES, group, main
+from twin.commands import output
+from twin.commands.examples import EXAMPLES
 
 RIG = ["--rig", "steel-lap-joint"]
 BAD = {
@@ -69,6 +77,26 @@ def test_every_option_is_explained(name):
     assert silent == []
 
 
+@pytest.mark.parametrize("name", SUMMARIES)
+def test_every_example_is_a_command_line_that_is_understood(name, capsys):
+    """Shown by the help, each on a line of its own; the command's own parser takes it."""
+    assert run(name, "--help") == 0
+    lines = capsys.readouterr().out.splitlines()
+    command = group.get_command(click.Context(group), name)
+    for example in EXAMPLES[name]:
+        assert f"    {example}" in lines
+        words = shlex.split(example)
+        assert words[:2] == ["twin", name]
+        command.make_context(name, words[2:], resilient_parsing="--commands" in words)
+
+
+def test_no_help_shows_its_own_markup(capsys):
+    """Click's mark for lines to be kept is a control character, which a raw docstring turns into text."""
+    for name in SUMMARIES:
+        assert run(name, "--help") == 0
+        assert "\\b" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("name", BAD)
 def test_bad_usage_is_one_line_and_leaves_nothing(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -109,9 +137,74 @@ def test_the_version_tells_what_results_depend_on(capsys):
     assert all(name in shown for name in ("Python", "numpy", "scipy", "numba", "rerun-sdk"))
 
 
-def test_unknown_commands_are_one_line(capsys):
-    assert run("dance") == 2
-    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+def test_unknown_commands_are_one_line_with_what_was_meant(capsys):
+    assert run("rehears") == 2
+    assert capsys.readouterr().err == "twin: no command 'rehears', perhaps rehearse; see 'twin --help'\n"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_completion_script_is_one_for_that_shell(shell, capsys):
+    if shutil.which("bash") is None and shell == "bash":
+        pytest.skip("no bash, whose version the script depends on")
+    assert run("--completion", shell) == 0
+    assert "_TWIN_COMPLETE" in capsys.readouterr().out
+
+
+def test_a_shell_completes_commands_options_shipped_names_and_files(installed_twin, tmp_path):
+    def completed(words):
+        environment = {
+            "_TWIN_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")),
+            "PATH": os.environ["PATH"],
+        }  # fmt: skip
+        done = subprocess.run(
+            [installed_twin], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
+        )
+        return done.stdout.split()
+
+    assert completed("twin rep") == ["plain,replay", "plain,reproduce"]
+    assert "plain,--held-out" in completed("twin diagnose --h")
+    assert completed("twin rehearse steel-s") == ["plain,steel-sweeps", "file,steel-s"]
+    assert "plain,steel-lap-joint" in completed("twin serve --rig steel")
+
+
+def test_quiet_leaves_errors_only_and_lasts_for_one_command(tmp_path, capsys):
+    table = tmp_path / "frequencies.csv"
+    table.write_text("mode,frequency_Hz\n1,26.5\n2,157.6\n")
+    assert run("check", str(table), "--quiet") == 0
+    assert capsys.readouterr() == ("", "")
+    assert run("check", str(table)) == 0
+    assert "sound" in capsys.readouterr().err
+    assert run("check", str(tmp_path / "none.csv"), "-q") == 2
+    assert "none.csv" in capsys.readouterr().err
+
+
+def test_verbose_says_what_was_done_when_and_where_an_error_came_from(tmp_path, capsys):
+    (tmp_path / "rubbish.mcap").write_bytes(b"rubbish")
+    assert run("check", str(tmp_path / "rubbish.mcap"), "--verbose") == 2
+    shown = capsys.readouterr().err
+    assert "0.0 s  checking rubbish.mcap" in shown
+    assert "Traceback" in shown
+    assert shown.splitlines()[-1].startswith("twin: ")
+
+
+def test_work_of_unknown_length_tells_the_time_that_it_usually_still_takes(monkeypatch):
+    screen = Console(file=io.StringIO(), force_terminal=True, width=100)
+    monkeypatch.setattr(output, "console", screen)
+    with output.working("fitting", usual_s=90.0) as say:
+        say("scoring causes")
+    shown = screen.file.getvalue()
+    assert "scoring causes" in shown
+    assert "about 90 s left" in shown
+
+
+def test_a_full_disk_is_one_line(monkeypatch, capsys):
+    def full(**_):
+        raise OSError(errno.ENOSPC, "No space left on device", "results/run.mcap")
+
+    monkeypatch.setattr("twin.cli.group.main", full)
+    monkeypatch.setattr(output, "_verbose", False)
+    assert run("demo") == 2
+    assert capsys.readouterr().err == "twin: results/run.mcap: no space left on device\n"
 
 
 def test_the_module_is_the_command():
