@@ -122,9 +122,7 @@ class CanClient:
         """Send a command until it is answered; commands may be repeated without harm."""
         fd = self._dialect.is_fd
         identifier, data = self._dialect.encode(Command(opcode, value))[0]
-        message = can.Message(
-            arbitration_id=identifier, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd
-        )
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False, is_fd=fd, bitrate_switch=fd)
         with self._answered:
             for _ in range(ATTEMPTS):
                 self._answer = None
