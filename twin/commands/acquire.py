@@ -15,11 +15,14 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.output import console, json_option, print_json, progress_bar
+from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
     from drivers.host import RigAcquisition
     from recordings import Event, Indicator, RunWriter, SampleBlock, Step
-    from twin.procedures import Procedure, ProcedureResult, StepResult
+    from recordings.streams import Acquisition
+    from twin.procedures import Procedure, ProcedureResult, RunSink, StepResult
+    from twin.views.live_about import LiveAbout
 
 __all__ = ["command"]
 
@@ -34,6 +37,7 @@ _PRELOAD = re.compile(r"(\d+(?:\.\d+)?)(N|Nm)")
 @click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Without a procedure: how long.")
 @click.option("--overwrite", is_flag=True, help="Replace an existing recording.")
+@view_options
 @json_option
 def command(
     procedure_name: str | None,
@@ -43,12 +47,16 @@ def command(
     preload: str | None,
     seconds: float | None,
     overwrite: bool,
+    watch: WatchOptions,
     as_json: bool,
 ) -> int:
     """Run PROCEDURE (a shipped one's name or a TOML file) on instruments, and record it.
 
     Without a procedure, record with the generator off, until the instruments end their stream or for --seconds.
     Everything that goes wrong on the way is written to the recording as an event and told at the end.
+
+    A live view never holds the run up: what a slow viewer has no room for is left out of the picture and counted.
+    With --rig the sweeps grow over their predicted branches.
     """
     from drivers.host import open_instruments
     from recordings import RunWriter
@@ -63,6 +71,8 @@ def command(
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
     if out.exists() and not overwrite:
         raise InputError(out, "", "exists already", "give another name, or --overwrite")
+    watch.check()
+    branches = _branches(rig_name, preload, procedure) if watch.wanted else []
     with _terminable(), open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
         for value, quantity in acquisition.meter_values.values():
@@ -70,6 +80,10 @@ def command(
                 info["preload_N"] = f"{value:.4g}"
         if procedure is not None:
             check_channels(procedure, acquisition.channels)
+
+        def about() -> LiveAbout:
+            return _about(info, acquisition, procedure, branches)
+
         try:
             writer = RunWriter(
                 out, info=info, channels=acquisition.channels, attachments=attachments, overwrite=overwrite
@@ -78,14 +92,16 @@ def command(
             raise InputError(instruments, "", str(error), "correct the channel in the instruments file") from error
         sink = _CountingSink(writer, acquisition.take_indicators)
         try:
-            with writer:
+            with writer, watched(watch, about) as shown:
                 if procedure is None:
-                    state, reason = _record(acquisition, sink, seconds)
+                    state, reason = _record(shown.acquisition(acquisition), shown.sink(sink), seconds)
                     ended: dict[str, Any] = {"state": state, "reason": reason, "steps": 0}
                 else:
-                    result = _run(procedure, acquisition, sink)
+                    result = _run(procedure, acquisition, sink, shown)
                     ended = {"state": result.state, "reason": result.reason, "steps": len(result.steps)}
                     ended["rig_seconds"] = result.duration_s
+                if watch.wanted:
+                    ended["view"] = {"not_shown": shown.not_shown}
         except (InputError, KeyboardInterrupt):
             if not sink.samples:
                 out.unlink(missing_ok=True)  # nothing was measured: leave nothing behind
@@ -94,6 +110,24 @@ def command(
             out.unlink(missing_ok=True)
             raise InputError(instruments, "", str(error), "are the instruments still on?") from error
     return _tell(out, sink, ended, as_json)
+
+
+def _branches(rig_name: str | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
+    from twin.rigs import load_rig
+
+    if rig_name is None:
+        return []
+    with console.status("predicting the branches"):
+        return known_branches(load_rig(rig_name), preload, procedure)
+
+
+def _about(
+    info: dict[str, str], acquisition: RigAcquisition, procedure: Procedure | None, branches: list[dict[str, Any]]
+) -> LiveAbout:
+    from twin.views.live_about import LiveAbout
+
+    title = " · ".join(text for text in (info.get("rig"), info.get("procedure")) if text) or "Recording"
+    return LiveAbout(title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches))
 
 
 @contextmanager
@@ -185,7 +219,7 @@ def _origin(identity: str) -> str:
     return serial if maker == "Virtual Test Rig" and serial in ("simulated", "replayed") else "measured"
 
 
-def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink) -> ProcedureResult:
+def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink, shown: Watch) -> ProcedureResult:
     from twin.procedures import run_procedure
 
     with progress_bar() as bar:
@@ -202,14 +236,17 @@ def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink)
             nonlocal where
             where = f", {step.sweep} at {step.frequency_Hz:.2f} Hz"
             on_time(passed)
+            shown.result(step)
 
-        result = run_procedure(procedure, acquisition, sink, progress=on_time, on_step=on_step)
+        result = run_procedure(
+            procedure, shown.acquisition(acquisition), shown.sink(sink), progress=on_time, on_step=on_step
+        )
     for event in acquisition.take_events():  # what ended the run may have been noticed after its last sample
         sink.write_event(replace(event, time_ns=sink.end_ns))
     return result
 
 
-def _record(acquisition: RigAcquisition, sink: _CountingSink, seconds: float | None) -> tuple[str, str]:
+def _record(acquisition: Acquisition, sink: RunSink, seconds: float | None) -> tuple[str, str]:
     """Record what comes, with the generator off; how it ended, and why if something is wrong."""
     from drivers.host import StreamEndedError
 

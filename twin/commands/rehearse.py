@@ -15,14 +15,19 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.output import console, json_option, plain, print_json, progress_bar, write_json
+from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource
-    from twin.procedures import Procedure
+    from twin.procedures import Procedure, StepResult
     from twin.rehearsal import Caution, Rehearsed
     from twin.rigs import Rig
+    from twin.views.live_about import LiveAbout
 
 __all__ = ["command"]
+
+REHEARSED_WINDOW_S = 120.0
+"""Of the rig's time that a live view has in sight: it passes hundreds of times as fast as the wall's."""
 
 
 @click.command()
@@ -37,20 +42,33 @@ __all__ = ["command"]
 @click.option(
     "--rounds", type=click.IntRange(0, 20), default=5, show_default=True, help="Most improvements; 0 for none."
 )
+@view_options
 @json_option
 def command(
-    procedure: str, rig_name: str, out: Path, preloads: tuple[str, ...], seed: int, rounds: int, as_json: bool
+    procedure: str,
+    rig_name: str,
+    out: Path,
+    preloads: tuple[str, ...],
+    seed: int,
+    rounds: int,
+    watch: WatchOptions,
+    as_json: bool,
 ) -> int:
     """Rehearse PROCEDURE (a shipped procedure's name or a TOML file) on the twin of RIG.
 
     Writes run.mcap, report.html, result.json with every step and warning, and procedure.toml: the procedure improved
     until its rehearsal (improved.mcap) raises no warning, or unchanged where there was none.  Ends with status 1 if the
     procedure must not be run as it is: a guard ended it, or a converter was overloaded.
+
+    A live view shows the procedure as it was asked for, not its improvements, and never holds the rehearsal up.
     """
     jobs = [
-        _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=folder)
+        _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=folder, watch=watch)
         for name, folder in _folders(out, preloads)
     ]
+    if watch.wanted and len(jobs) > 1:
+        raise InputError("--preload", "", "is given more than once", "watch the rehearsal of one preload at a time")
+    watch.check()
     for job in jobs:
         job.prepare()
     for job in jobs:
@@ -80,6 +98,7 @@ class _Job:
     seed: int
     rounds: int
     out: Path
+    watch: WatchOptions
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
@@ -112,12 +131,28 @@ class _Job:
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
         )
-        started = time.perf_counter()
-        with _Meter("rehearsing", asked, shown=meter) as shown:
+        branches = known_branches(rig, self.preload, asked)
+
+        def about() -> LiveAbout:
+            return _about(rig, Path(self.procedure).stem, asked, source, branches)
+
+        with watched(self.watch, about) as watch, _Meter("rehearsing", asked, shown=meter) as shown:
+            started = time.perf_counter()
+
+            def on_step(step: StepResult) -> None:
+                shown.step(step)
+                watch.result(step)
+
             first = rehearse(
-                asked, source, self.out / "run.mcap", believed=believed, on_step=shown.step, progress=shown.time
+                asked,
+                source,
+                self.out / "run.mcap",
+                believed=believed,
+                on_step=on_step,
+                progress=shown.time,
+                watch=watch.both,
             )
-        wall_s = time.perf_counter() - started
+            wall_s = time.perf_counter() - started
         better = None
         if self.rounds:
             with _Meter("improving", asked, shown=meter) as shown:
@@ -136,7 +171,7 @@ class _Job:
             "seed": self.seed,
             **rehearsed_table(first),
             "wall_s": wall_s,
-            "branches": [] if first.rehearsal.result.state == "interrupted" else _branches(rig, self.preload, asked),
+            "branches": branches,
             "improved": rehearsed_table(better) if better is not None else None,
         }
         result = plain(result)
@@ -243,18 +278,18 @@ def _line(caution: Caution) -> str:
     return f"[{colour}]{caution.kind}[/{colour}] ({where}): {caution.reason}; {caution.advice}"
 
 
-def _branches(rig: Rig, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
-    """Predicted curves of a force-controlled sweep; none, with a word, where the continuation fails."""
-    from twin.procedures import SteppedSine
-    from twin.rehearsal import branch_table, predicted_branches
+def _about(
+    rig: Rig, name: str, procedure: Procedure, source: SampleSource, branches: list[dict[str, Any]]
+) -> LiveAbout:
+    from twin.views.live_about import LiveAbout
 
-    if not isinstance(procedure, SteppedSine):
-        return []
-    try:
-        return [branch_table(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
-    except ArithmeticError as error:
-        console.print(f"no predicted branches: {error}")
-        return []
+    return LiveAbout(
+        title=f"{rig.name} · {name}, rehearsed",
+        channels=tuple(source.channels),
+        procedure=procedure,
+        branches=tuple(branches),
+        window_s=REHEARSED_WINDOW_S,
+    )
 
 
 def _rig_bytes(rig: Rig) -> bytes:

@@ -57,7 +57,7 @@ class Chart:
     path
         Entity under which everything of the chart lies.
     x_label, y_label
-        Quantity and unit, as printed.
+        Quantity and unit, as printed; the vertical axis may do without.
     x_range, y_range
         Ends of the axes, in data.
     log_x, log_y
@@ -66,6 +66,8 @@ class Chart:
         Of the frame, beside its height of 640: of a chart for a pane that is wide.
     growing
         Drawn anew, under the same entity, as data come: what is drawn holds from the recording's present time on.
+    bare_y
+        Without ticks on the vertical axis, where it only keeps things apart.
     legend_rows
         Room for the legend, in rows; as it turns out if left out.
     """
@@ -81,6 +83,7 @@ class Chart:
     log_y: bool = False
     width: float = WIDTH
     growing: bool = False
+    bare_y: bool = False
     legend_rows: int | None = None
     _legend: list[tuple[str, str]] = field(default_factory=list)
 
@@ -128,6 +131,11 @@ class Chart:
             self._log(name, rr.Points2D(at, colors=[on_dark(colour)], radii=rr.Radius.ui_points(size), draw_order=40))
             if legend:
                 self.tell(name, colour, "point")
+
+    def label(self, name: str, x: float, y: float, text: str, colour: str) -> None:
+        """Text that begins about at a place; labels are centred, so the longer the farther to the right."""
+        at = self._place(np.array([x]), np.array([y]))[0]
+        self._log(name, _text([[at[0] + max(90, 9 * len(text)), at[1]]], [text], on_dark(colour)))
 
     def move(
         self, name: str, curves: Sequence[tuple[Array, Array]], colours: Sequence[tuple[int, int, int]], *, width: float
@@ -178,7 +186,7 @@ class Chart:
 
     def _draw_frame(self) -> None:
         xs = ticks(*self.x_range, log=self.log_x)
-        ys = ticks(*self.y_range, log=self.log_y, most=6)
+        ys = [] if self.bare_y else ticks(*self.y_range, log=self.log_y, most=6)
         at_x = self._place(np.array(xs), np.full(len(xs), self.y_range[0]))[:, 0]
         at_y = self._place(np.full(len(ys), self.x_range[0]), np.array(ys))[:, 1]
         grid: Any = [[[x, 0], [x, -HEIGHT]] for x in at_x] + [[[0, y], [self.width, y]] for y in at_y]
@@ -191,7 +199,8 @@ class Chart:
         if ys:
             self._log("axes/y", _text([[-38, y - 12] for y in at_y], [f"{value:g}" for value in ys]))
         self._log("axes/x_label", _text([[self.width / 2, 48]], [self.x_label]))
-        self._log("axes/y_label", _text([[max(90, 9 * len(self.y_label) - 150), -HEIGHT - 44]], [self.y_label]))
+        if self.y_label:
+            self._log("axes/y_label", _text([[max(90, 9 * len(self.y_label) - 150), -HEIGHT - 44]], [self.y_label]))
 
 
 def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] = TEXT) -> Any:

@@ -10,7 +10,6 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
-from rerun.blueprint.encodings import TextLogColumn
 
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
@@ -18,6 +17,7 @@ from twin.views.chart import Chart, common_range
 from twin.views.curves import SteppedSweep, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import receptance_mm_per_N
+from twin.views.rerun_log import log_line, log_view
 from twin.views.rrd import recording_file
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
@@ -60,7 +60,7 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
         recording.log("about", about, static=True)
         left: list[Any] = [rrb.TextDocumentView(origin="/about", name="About this run")]
         if told:
-            left += [rrb.TextLogView(origin="/events", name="Steps and events", columns=_log_columns())]
+            left += [log_view(TIME)]
         right: list[Any] = [rrb.Vertical(*signals)] if signals else []
         right += [rrb.Horizontal(*charts)] if charts else []
         right += [harmonics] if harmonics else []
@@ -238,13 +238,6 @@ def _harmonics(recording: rr.RecordingStream, run: Run, reduced: Sequence[Steppe
     )
 
 
-def _log_columns() -> rrb.TextLogColumns:
-    return rrb.TextLogColumns(
-        timeline_columns=[TIME],
-        text_log_columns=[TextLogColumn("LogLevel"), TextLogColumn("Body")],
-    )
-
-
 def _log_events(recording: rr.RecordingStream, run: Run) -> bool:
     """Events, and where each sweep begins and ends; whether there were any."""
     origin = _origin_ns(run)
@@ -266,5 +259,5 @@ def _log_events(recording: rr.RecordingStream, run: Run) -> bool:
         lines = [*lines[:MOST_EVENTS], (lines[MOST_EVENTS][0], more, rr.TextLogLevel.WARN)]
     for time_ns, text, level in lines:
         recording.set_time(TIME, duration=np.timedelta64(time_ns - origin, "ns"))
-        recording.log("/events", rr.TextLog(text, level=level))
+        log_line(recording, (time_ns - origin) * 1e-9, text, level)
     return bool(lines)

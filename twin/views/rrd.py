@@ -10,9 +10,10 @@ import rerun as rr
 
 from recordings.errors import InputError
 
-__all__ = ["recording_file"]
+__all__ = ["APPLICATION", "recording_file"]
 
 APPLICATION = "twin"
+"""What the viewer calls all of this project's recordings."""
 
 
 @contextmanager
