@@ -9,15 +9,14 @@ from typing import Any
 
 import click
 
-from recordings.errors import InputError
 from twin.commands.output import console, json_option, print_json, working, write_json
 from twin.commands.staging import staged_folder
 
 __all__ = ["command"]
 
 REPORT, VIEW, RESULT = "report.html", "view.rrd", "result.json"
-USUAL_s = 30.0
-"""What a diagnosis of recordings takes on two cores: 10 s of a clean rig, 15 to 40 s of another."""
+USUAL_s, USUAL_TABLE_s = 30.0, 10.0
+"""What a diagnosis of recordings takes on two cores (10 s of a clean rig, 15 to 40 s of another), and one of tables."""
 
 
 @click.command(name="diagnose", short_help="Show what the model gets wrong and name the cause.")
@@ -46,70 +45,22 @@ def command(
     acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the
     name and the channel's are taken.
     """
-    tables = _are_tables([*runs, *held_out])
-    again = _again(runs, held_out, rig_name, preloads, out)
-    with staged_folder(out) as folder:
-        if tables:
-            from twin.commands.table_diagnosis import diagnose_tables
+    from twin.lab import load_rig
+    from twin.lab.files import are_tables
 
-            data = diagnose_tables(runs, held_out, rig_name, preloads, folder / REPORT, again)
-        else:
-            data = _diagnose_recordings(runs, held_out, rig_name, preloads, folder, again)
+    tables = are_tables([*runs, *held_out])
+    again = _again(runs, held_out, rig_name, preloads, out)
+    rig = load_rig(rig_name)
+    with staged_folder(out) as folder, working("reading", usual_s=USUAL_TABLE_s if tables else USUAL_s) as say:
+        found = rig.diagnose(runs, held_out=held_out, preload=preloads, out=folder, report=say)
+        say("writing the report and the pictures")
+        found.report(folder / REPORT, commands=[again])
+        data = found.save(folder)
         write_json(data, folder / RESULT)
     if as_json:
         print_json(data)
     else:
         _tell(data, out, [RESULT, data["extended_model"], REPORT, *([] if tables else [VIEW])])
-
-
-def _are_tables(paths: Sequence[Path]) -> bool:
-    """Whether all of these are tables; mixed ones are refused."""
-    for path in paths:
-        if path.is_dir():
-            raise InputError(path, "", "is a folder", "give the recordings (.mcap) or tables (.csv) in it")
-        if not path.exists():
-            raise InputError(path, "", "there is no such file")
-    tables = [path.suffix.lower() == ".csv" for path in paths]
-    if any(tables) and not all(tables):
-        odd = paths[tables.index(not tables[0])]
-        raise InputError(
-            odd, "", f"stands beside {paths[0]}: tables and recordings cannot be diagnosed together", "give either"
-        )
-    return all(tables)
-
-
-def _diagnose_recordings(
-    runs: Sequence[Path],
-    held_out: Sequence[Path],
-    rig_name: str,
-    preloads: Sequence[str],
-    folder: Path,
-    again: str,
-) -> dict[str, Any]:
-    from recordings import read_run
-    from twin.diagnose import diagnose
-    from twin.rigs import load_rig
-    from twin.rigs.beam import is_beam_rig
-    from twin.rigs.modal import is_modal_rig
-    from twin.views import save_diagnosis, write_report
-
-    if is_beam_rig(rig_name) or is_modal_rig(rig_name):
-        raise InputError(rig_name, "kind", "is not a lap joint", "recordings need a rig with drive and sensors")
-    rig = load_rig(rig_name)
-    if len(preloads) > 1:
-        raise InputError(
-            "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
-        )
-    preload = preloads[0] if preloads else None
-    if preload is not None and preload not in rig.joint.preload:
-        raise InputError(rig_name, f"preload {preload}", "no such preload", f"it has {', '.join(rig.joint.preload)}")
-    recorded, kept = [read_run(path) for path in runs], [read_run(path) for path in held_out]
-    with working("starting", usual_s=USUAL_s) as say:
-        result = diagnose(recorded, rig, preload=preload, held_out=kept, out=folder, report=say)
-        say("writing the report and the pictures")
-        write_report(result, folder / REPORT, commands=[again])
-        save_diagnosis(result, folder / VIEW)
-    return result.to_dict()
 
 
 def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloads: Sequence[str], out: Path) -> str:

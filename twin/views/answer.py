@@ -20,8 +20,8 @@ def estimate_text(value: Estimate | str) -> str:
     if not np.isfinite(value.std) or value.std <= 0:
         return f"{value.value:.4g}"
     decimals = 1 - int(np.floor(np.log10(value.std)))
-    if 0 <= decimals <= 8 and abs(value.value) < 1e6:
-        return f"{value.value:.{decimals}f} ± {value.std:.{decimals}f}"
+    if -4 <= decimals <= 8 and abs(value.value) < 1e6:
+        return " ± ".join(f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value.value, value.std))
     digits = max(2, decimals + int(np.floor(np.log10(max(abs(value.value), value.std)))) + 1)
     return f"{value.value:.{min(digits, 8)}g} ± {value.std:.2g}"
 

@@ -1,0 +1,202 @@
+"""What a diagnosis gives: an answer to show, to save and to go on with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from recordings import InputError
+from twin.diagnose import Diagnosis
+from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.extended import extended_rig
+from twin.diagnose.tables import TableDiagnosis
+from twin.lab.files import write_whole
+from twin.lab.shown import Shown
+from twin.rigs import Rig, save_rig
+from twin.rigs.beam import BeamRig, save_beam_rig
+from twin.rigs.modal import ModalRig, save_modal_rig
+from twin.views.answer import causes_table, errors_table, residuals_table
+from twin.views.curves import shown_models
+from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.report import write_report
+from twin.views.table import Table
+from twin.views.table_report import table_figure, tried_table, write_table_report
+
+if TYPE_CHECKING:
+    from twin.lab.rig import LabRig
+
+__all__ = ["EXTENDED", "VIEW", "DiagnosedRecordings", "DiagnosedTables"]
+
+EXTENDED, VIEW = "extended.toml", "view.rrd"
+"""Files of a saved diagnosis."""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class DiagnosedRecordings(Shown):
+    """The diagnosis of recordings; `diagnosis` holds all that is behind it."""
+
+    diagnosis: Diagnosis
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        return self.diagnosis.sentence
+
+    @property
+    def verdict(self) -> str:
+        """``explained``, ``none``, ``ambiguous`` or ``unknown``."""
+        return self.diagnosis.verdict
+
+    def tables(self) -> Sequence[Table]:
+        """Causes, errors on what was held out, residuals by sweep and channel."""
+        found = self.diagnosis
+        several = len(shown_models(found)) > 1
+        tables = [causes_table(found.causes)] if found.causes else []
+        if found.gain is not None:
+            tables.append(errors_table(found.gain, several=several))
+        if found.sweeps:
+            tables.append(residuals_table(found.sweeps, several=several))
+        return tables
+
+    @property
+    def rig(self) -> LabRig:
+        """The extended model as a rig."""
+        from twin.lab.rig import LabRig
+
+        found = self.diagnosis
+        accepted = list(shown_models(found).values())[-1]
+        rig = extended_rig(found.evidence, replace(found.search, model=accepted))
+        return LabRig(source=f"{rig.name}, extended", file=rig)
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        write_report(self.diagnosis, Path(path), commands=commands)
+
+    def save(self, folder: str | Path) -> dict[str, Any]:
+        """Write the extended model and a file for the rerun viewer into a folder, which is made if it is not there.
+
+        Returns what ``twin diagnose --json`` prints.
+        """
+        from twin.views import save_diagnosis
+
+        place = _folder(folder)
+        write_whole(lambda part: save_any(self.rig.file, part), place / EXTENDED)
+        save_diagnosis(self.diagnosis, place / VIEW)
+        return {**self.to_dict(), "extended_model": EXTENDED}
+
+    def plot_sweeps(self) -> Figure:
+        """Receptances of the sweeps that were learnt from: measured, before and after."""
+        return self._beside(self.diagnosis.sweeps)
+
+    def plot_held_out(self) -> Figure:
+        """The same of the sweeps that were held out."""
+        return self._beside(self.diagnosis.held_out)
+
+    def plot_residuals(self) -> Figure:
+        """Residuals in standard deviations of their noise, before and after."""
+        return residuals_figure(_some(self.diagnosis.sweeps), kinds=list(shown_models(self.diagnosis)))
+
+    def plot_law(self) -> Figure:
+        """The joint's law, before and after."""
+        figure = law_figure(self.diagnosis.evidence, shown_models(self.diagnosis))
+        if figure is None:
+            raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
+        return figure
+
+    def plot_broadband(self, index: int = 0) -> Figure:
+        """Responses of one broadband run: measured, before and after."""
+        evidence = self.diagnosis.evidence
+        if not 0 <= index < len(evidence.broadband):
+            raise ValueError(f"there are {len(evidence.broadband)} broadband runs, none is number {index}")
+        return broadband_figure(evidence, shown_models(self.diagnosis), index)
+
+    def plot_modes(self) -> Figure:
+        """Mode shapes of the accepted model's structure."""
+        return modes_figure(self.diagnosis.evidence, list(shown_models(self.diagnosis).values())[-1])
+
+    def _beside(self, sweeps: Sequence[SweepComparison]) -> Figure:
+        kinds = ["measured", *shown_models(self.diagnosis)]
+        return sweeps_figure(self.diagnosis.evidence, _some(sweeps), kinds=kinds)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``twin diagnose --json`` prints it."""
+        return self.diagnosis.to_dict()
+
+
+def _some(sweeps: Sequence[SweepComparison]) -> Sequence[SweepComparison]:
+    if not sweeps:
+        raise ValueError("there are no such sweeps")
+    return sweeps
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class DiagnosedTables(Shown):
+    """The diagnosis of natural frequencies or of sweeps; `diagnosis` holds all that is behind it."""
+
+    diagnosis: TableDiagnosis
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        return self.diagnosis.sentence
+
+    @property
+    def verdict(self) -> str:
+        """``explained``, ``none``, ``ambiguous`` or ``unknown``."""
+        return self.diagnosis.verdict
+
+    def tables(self) -> Sequence[Table]:
+        """Causes, and the models that were tried."""
+        found = self.diagnosis
+        tables = [causes_table(found.causes)] if found.causes else []
+        return [*tables, tried_table(found)] if found.tried else tables
+
+    @property
+    def rig(self) -> LabRig:
+        """The extended model as a rig."""
+        from twin.lab.rig import LabRig
+
+        return LabRig(source=f"{self.diagnosis.rig}, extended", file=self.diagnosis.model)
+
+    def save(self, folder: str | Path) -> dict[str, Any]:
+        """Write the extended model into a folder, which is made if it is not there.
+
+        Returns what ``twin diagnose --json`` prints.
+        """
+        write_whole(lambda part: save_any(self.diagnosis.model, part), _folder(folder) / EXTENDED)
+        return self.to_dict()
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        write_table_report(self.diagnosis, Path(path), commands=commands)
+
+    def plot(self) -> Figure:
+        """Errors of the frequencies, or resonances of the sweeps beside their law."""
+        return table_figure(self.diagnosis)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``twin diagnose --json`` prints it."""
+        return self.diagnosis.to_dict(EXTENDED)
+
+
+def _folder(path: str | Path) -> Path:
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, "", (error.strerror or str(error)).lower()) from error
+    return folder
+
+
+def save_any(rig: Rig | BeamRig | ModalRig, path: Path) -> None:
+    """Write a rig of whatever kind."""
+    if isinstance(rig, ModalRig):
+        save_modal_rig(rig, path)
+    elif isinstance(rig, BeamRig):
+        save_beam_rig(rig, path)
+    else:
+        save_rig(rig, path)

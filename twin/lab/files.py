@@ -1,0 +1,49 @@
+"""Files: which are tables, and how they appear whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from recordings import InputError
+
+__all__ = ["are_tables", "write_whole"]
+
+
+def are_tables(paths: Sequence[Path]) -> bool:
+    """Whether all of these files are tables.
+
+    Raises
+    ------
+    InputError
+        If one is not there, or is a folder; if tables and recordings are mixed.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise InputError(path, "", "is a folder", "give the recordings (.mcap) or tables (.csv) in it")
+        if not path.exists():
+            raise InputError(path, "", "there is no such file")
+    tables = [path.suffix.lower() == ".csv" for path in paths]
+    if any(tables) and not all(tables):
+        odd = paths[tables.index(not tables[0])]
+        raise InputError(
+            odd, "", f"stands beside {paths[0]}: tables and recordings cannot be diagnosed together", "give either"
+        )
+    return bool(tables) and all(tables)
+
+
+def write_whole(save: Callable[[Path], None], path: Path) -> None:
+    """Let `save` write a temporary file beside `path`, and rename it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    part = path.with_name(path.name + ".part")
+    try:
+        save(part)
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(path, "", (error.strerror or str(error)).lower()) from error

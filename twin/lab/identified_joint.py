@@ -1,0 +1,179 @@
+"""A joint identified from recordings: to save, to show and to go on with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from recordings import Run
+from twin.bench import open_bench
+from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.effects import effects_extension, unmodelled_effects
+from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.extension import Extension
+from twin.identify.identified import Identified, identify_rig
+from twin.identify.polynomial_law import PolynomialFit
+from twin.lab.files import write_whole
+from twin.lab.preload import known_preload
+from twin.lab.shown import Shown
+from twin.rigs import Rig, foreign_preload, save_rig
+from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.identified_figures import identified_law_figure, strength_figure
+from twin.views.identified_report import fitted_sweeps, identified_sentence, write_identified_report
+from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
+from twin.views.table import Table
+
+if TYPE_CHECKING:
+    from twin.lab.rig import LabRig
+
+__all__ = ["IdentifiedJoint", "identify_recordings"]
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class IdentifiedJoint(Shown):
+    """A lap joint's moduli, damping and law, identified from recordings.
+
+    Attributes
+    ----------
+    found : Identified
+        Values, covariance, polynomials, residuals.
+    evidence : Evidence
+        The recordings, reduced.
+    extension : Extension
+        What the rig file's effects change.
+    warnings : tuple of str
+    """
+
+    found: Identified
+    evidence: Evidence
+    extension: Extension
+    warnings: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """What was identified, in one sentence."""
+        return identified_sentence(self.found, self.evidence)
+
+    def tables(self) -> Sequence[Table]:
+        """Parameters, how well they are known, and residuals by sweep."""
+        rows = determined(self.found, self.evidence)
+        left = [residual_table(self.found)] if self.found.residual_percent else []
+        return [parameter_table(rows), determined_table(rows), *left]
+
+    @property
+    def rig(self) -> LabRig:
+        """The model as a rig, to rehearse, predict and diagnose with."""
+        from twin.lab.rig import LabRig
+
+        return LabRig(source=f"{self.found.rig.name}, identified", file=self.found.rig)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file (TOML), whole or not at all."""
+        write_whole(lambda part: save_rig(self.found.rig, part), Path(path))
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        write_identified_report(
+            self.found, self.evidence, Path(path), extension=self.extension, warnings=self.warnings, commands=commands
+        )
+
+    def plot_law(self) -> Figure:
+        """Softening and loss against amplitude, with one standard deviation and the papers' polynomials."""
+        return identified_law_figure(self.found)
+
+    def plot_sweeps(self) -> Figure:
+        """Measured and modelled receptances of every sweep."""
+        return sweeps_figure(self.evidence, self._sweeps(), kinds=("measured", "model"))
+
+    def plot_residuals(self) -> Figure:
+        """Residuals of the sweeps in standard deviations of their noise."""
+        return residuals_figure(self._sweeps(), kinds=("model",))
+
+    def plot_broadband(self, index: int = 0) -> Figure:
+        """Measured and modelled responses of one broadband run, and the error beside the noise."""
+        if not 0 <= index < len(self.evidence.broadband):
+            raise ValueError(f"there are {len(self.evidence.broadband)} broadband runs, none is number {index}")
+        return broadband_figure(self.evidence, {"model": self.found}, index, extension=self.extension)
+
+    def plot_modes(self) -> Figure:
+        """Mode shapes of the identified structure."""
+        return modes_figure(self.evidence, self.found)
+
+    def plot_strength(self) -> Figure:
+        """L-curve, cross-validation and iterations of the polynomials of all levels."""
+        if self.found.polynomials is None:
+            raise ValueError("no polynomials were identified: there are no sweeps, or too few steps")
+        return strength_figure(self.found.polynomials.together)
+
+    def _sweeps(self) -> tuple[SweepComparison, ...]:
+        sweeps = fitted_sweeps(self.found, self.evidence, self.extension)
+        if not sweeps:
+            raise ValueError("nothing was measured by stepped sines")
+        return sweeps
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``twin identify --json`` prints it, without the model file's name."""
+        found = self.found
+        law = found.rig.joint.law
+        assert law is not None
+        nonlinear: dict[str, Any] = {"law": law.model_dump(exclude={"channel"}), "channel": law.channel}
+        if found.polynomials is not None:
+            levels = {name: _fit_dict(fit) for name, fit in found.polynomials.levels.items()}
+            nonlinear["polynomials"] = levels | {"all": _fit_dict(found.polynomials.together)}
+            nonlinear["residual_percent"] = found.polynomials.residual_percent
+        return {
+            "preload": found.preload,
+            "linear": {
+                name: [asdict(e) for e in entry] if isinstance(entry, list) else asdict(entry)
+                for name, entry in found.linear.items()
+            },
+            "nonlinear": nonlinear,
+            "residual_percent": found.residual_percent,
+            "chi2_per_dof": found.chi2_per_dof,
+            "warnings": list(self.warnings),
+        }
+
+
+def identify_recordings(
+    runs: Sequence[Run], rig: Rig, *, source: str, preload: str | None, report: Report
+) -> IdentifiedJoint:
+    """Moduli, damping and joint law from recordings; `source` names the rig in errors."""
+    if preload is not None:
+        known_preload(rig, preload)
+    report("reducing the runs to responses")
+    evidence = gather_evidence(runs, rig, preload=preload)
+    extension = effects_extension(evidence, rig.effect, source=source)
+    found = identify_rig(evidence, extension, report=report)
+    warnings = [f"the effect {name} acts on recordings only and is left out" for name in unmodelled_effects(rig.effect)]
+    try:
+        open_bench(found.rig)
+    except ValueError as error:
+        warnings.append(f"the model predicts, but 'twin rehearse' cannot march it in time: {error}")
+    if (foreign := foreign_preload(rig, runs[0].info)) and preload is None:
+        warnings.append(foreign)
+    return IdentifiedJoint(found=found, evidence=evidence, extension=extension, warnings=(*warnings, *found.warnings))
+
+
+def _fit_dict(fit: PolynomialFit) -> dict[str, Any]:
+    curve = fit.l_curve
+    return {
+        "g1": {"coefficients": fit.softening, "std": fit.std[0], "order": fit.orders[0]},
+        "g2": {"coefficients": fit.loss, "std": fit.std[1], "order": fit.orders[1]},
+        "covariance": fit.covariance,
+        "bic": fit.bic,
+        "largest_amplitude_m": fit.largest_amplitude_m,
+        "residual_percent": fit.residual_percent,
+        "l_curve": {
+            "lambda": curve.strength, "rho": curve.residual_norm, "eta": curve.solution_norm,
+            "corner": curve.corner, "cross_validated": curve.cross_validated,
+        },
+        "history": [
+            {"cost": step.cost, "g1": step.softening, "g2": step.loss, "lambda": step.strength} for step in fit.history
+        ],
+    }  # fmt: skip

@@ -1,0 +1,84 @@
+"""One mode identified from a table of sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from twin.identify.modal_table import identify_sweep_table
+from twin.lab.files import write_whole
+from twin.lab.shown import Shown
+from twin.rigs.modal import ModalRig, save_modal_rig
+from twin.views.mode_report import mode_figure, mode_sentence, mode_table, write_mode_report
+from twin.views.table import Table
+
+if TYPE_CHECKING:
+    from twin.lab.rig import LabRig
+
+__all__ = ["IdentifiedMode", "identify_mode"]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class IdentifiedMode(Shown):
+    """One mode that depends on its amplitude, identified from a table of sweeps."""
+
+    model: ModalRig
+    table: str
+
+    @property
+    def sentence(self) -> str:
+        """What was identified, in one sentence."""
+        return mode_sentence(self.model)
+
+    def tables(self) -> Sequence[Table]:
+        """Every sweep by itself, and predicted from all others."""
+        return [mode_table(self.model)]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know beside it."""
+        return tuple(self.model.note)
+
+    @property
+    def rig(self) -> LabRig:
+        """The model as a rig, to predict with."""
+        from twin.lab.rig import LabRig
+
+        return LabRig(source=f"{self.model.name}, identified", file=self.model)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file (TOML), whole or not at all."""
+        write_whole(lambda part: save_modal_rig(self.model, part), Path(path))
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        write_mode_report(self.model, Path(path), table=Path(self.table).name, commands=commands)
+
+    def plot_law(self) -> Figure:
+        """Resonance and damping ratio against amplitude, with one standard deviation."""
+        return mode_figure(self.model)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``twin identify --json`` prints it, without the model file's name."""
+        law = self.model.law
+        assert law is not None
+        damping = law.damping_ratio[0]
+        return {
+            "linear": {
+                "natural_frequency_Hz": {"value": law.frequency_Hz[0], "std": law.frequency_std_Hz[0]},
+                "damping_ratio": {"value": damping, "std": damping * law.damping_relative_std[0]},
+                "modal_mass_kg": {"value": law.modal_mass_kg, "std": None},
+            },
+            "nonlinear": {"law": law.model_dump(), "levels": [level.model_dump() for level in self.model.level]},
+            "residual_percent": {level.level: 100 * level.left_out_force_rms for level in self.model.level},
+            "warnings": list(self.warnings),
+        }
+
+
+def identify_mode(path: str | Path, rig: ModalRig) -> IdentifiedMode:
+    """The law of one mode from a table of sweeps."""
+    return IdentifiedMode(model=identify_sweep_table(Path(path), rig), table=str(path))

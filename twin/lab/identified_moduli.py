@@ -1,0 +1,160 @@
+"""Moduli identified from a table of natural frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from recordings import FrequencyTable, InputError, read_table
+from twin.diagnose.effects import effects_extension
+from twin.identify.eigensensitivity import FrequencyUpdate
+from twin.identify.lap_joint_moduli import update_moduli
+from twin.identify.predict import blank_evidence
+from twin.identify.prediction import Predictor
+from twin.lab.files import write_whole
+from twin.lab.preload import known_preload
+from twin.lab.shown import Shown
+from twin.rigs import Rig, save_rig
+from twin.views.moduli_report import (
+    errors_figure,
+    frequency_table,
+    moduli_sentence,
+    moduli_table,
+    write_moduli_report,
+)
+from twin.views.table import Table
+
+if TYPE_CHECKING:
+    from twin.lab.rig import LabRig
+
+__all__ = ["IdentifiedModuli", "identify_moduli"]
+
+USUAL_STD = 1e-3
+"""Relative uncertainty of a natural frequency whose table does not say it."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class IdentifiedModuli(Shown):
+    """A lap joint's moduli, identified from a table of natural frequencies.
+
+    Attributes
+    ----------
+    model : Rig
+        With the identified moduli.
+    believed : Rig
+    preload : str
+    update : FrequencyUpdate
+    table : FrequencyTable
+    warnings : tuple of str
+    """
+
+    model: Rig
+    believed: Rig
+    preload: str
+    update: FrequencyUpdate
+    table: FrequencyTable
+    warnings: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """What was identified, in one sentence."""
+        return moduli_sentence(self.update)
+
+    def tables(self) -> Sequence[Table]:
+        """Moduli, and measured and modelled frequencies."""
+        return [moduli_table(self.update, self._believed()), frequency_table(self.update, self._modes())]
+
+    @property
+    def rig(self) -> LabRig:
+        """The model as a rig."""
+        from twin.lab.rig import LabRig
+
+        return LabRig(source=f"{self.model.name}, identified", file=self.model)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file (TOML), whole or not at all."""
+        write_whole(lambda part: save_rig(self.model, part), Path(path))
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        write_moduli_report(
+            self.update, Path(path), rig=self.believed.name, table=Path(self.table.path).name, modes=self._modes(),
+            believed=self._believed(), warnings=self.warnings, commands=commands,
+        )  # fmt: skip
+
+    def plot_errors(self) -> Figure:
+        """Relative errors of the frequencies, as believed and as identified."""
+        return errors_figure(self.update, self._modes())
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``twin identify --json`` prints it, without the model file's name."""
+        values = {key: f"{key}[{self.preload}]" for key in ("normal_modulus", "shear_modulus")}
+        error = 100 * (self.update.after[self.preload] / self.table.frequency_Hz - 1)
+        return {
+            "preload": self.preload,
+            "linear": {
+                key: {"value": self.update.values[name], "std": self.update.std[name]} for key, name in values.items()
+            },
+            "nonlinear": {},
+            "residual_percent": {f"mode {m}": float(e) for m, e in zip(self._modes(), error, strict=True)},
+            "warnings": list(self.warnings),
+        }
+
+    def _modes(self) -> list[int]:
+        return [int(mode) for mode in self.table.mode]
+
+    def _believed(self) -> dict[str, float]:
+        moduli = self.believed.joint.preload[self.preload]
+        return {f"{key}[{self.preload}]": getattr(moduli, key) for key in ("normal_modulus", "shear_modulus")}
+
+
+def identify_moduli(path: str | Path, rig: Rig, *, source: str, preload: str | None) -> IdentifiedModuli:
+    """Moduli from a table of natural frequencies.
+
+    Raises
+    ------
+    InputError
+        If the table holds anything else, fewer than two frequencies, or several preloads.
+    """
+    table = read_table(path)
+    if not isinstance(table, FrequencyTable):
+        raise InputError(path, "", "holds sweeps, which need a rig of kind modal", "--rig brake-reuss, for example")
+    if len(table) < 2:
+        raise InputError(path, "", "holds one natural frequency", "E' and G' need at least two")
+    if len(states := dict.fromkeys(table.preload)) > 1:
+        raise InputError(path, "column preload", f"holds {', '.join(states)}", "identify each preload by itself")
+    if (state := table.preload[0]) and preload not in (None, state):
+        raise InputError("--preload", "", f"is {preload}, {path} holds {state}")
+    name = known_preload(rig, preload or state or None)
+    evidence = blank_evidence(rig, name)
+    structure = Predictor(evidence, effects_extension(evidence, rig.effect, source=source)).model.structure
+    for effect in rig.effect:
+        if effect.cause == "added-mass":
+            position, mass = effect.parameters["position_m"], effect.parameters["mass_kg"]
+            structure = structure.with_point_mass(float(position), float(mass))
+    acting = {"added-mass", "beam-modulus", "clamp-compliance", "transverse-shear", "joint-uneven"}
+    warnings = [
+        f"the effect {effect.cause} does not act on natural frequencies here"
+        for effect in rig.effect
+        if effect.cause not in acting
+    ]
+    told = np.isfinite(table.std_Hz)
+    if not told.all():
+        warnings.append(f"frequencies without std_Hz are taken to be good to {100 * USUAL_STD:g} %")
+    std_Hz = np.where(told & (table.std_Hz > 0), table.std_Hz, USUAL_STD * table.frequency_Hz)
+    update = update_moduli(
+        rig, {name: table.frequency_Hz}, std_Hz={name: std_Hz}, numbers={name: table.mode}, structure=structure
+    )
+    moduli = rig.joint.preload[name].model_copy(
+        update={key: float(update.values[f"{key}[{name}]"]) for key in ("normal_modulus", "shear_modulus")}
+    )
+    joint = rig.joint.model_copy(update={"preload": {**rig.joint.preload, name: moduli}})
+    return IdentifiedModuli(
+        model=rig.model_copy(update={"joint": joint}), believed=rig, preload=name, update=update, table=table,
+        warnings=tuple(warnings),
+    )  # fmt: skip

@@ -1,0 +1,132 @@
+"""Predicted responses, all branches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from recordings import InputError
+from twin.diagnose.effects import effects_extension, unmodelled_effects
+from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
+from twin.identify.predict import RigResponse, blank_evidence
+from twin.lab.preload import known_preload
+from twin.lab.shown import Shown
+from twin.rigs import Rig
+from twin.rigs.beam import BeamRig
+from twin.rigs.modal import ModalRig
+from twin.views.figures import dressed, panels
+from twin.views.style import AFTER, BEFORE
+from twin.views.table import Table
+
+__all__ = ["PredictedResponse", "predict_response"]
+
+MOST_ROWS = 40
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class PredictedResponse(Shown):
+    """One row a solution; a step with three solutions has three.
+
+    Attributes
+    ----------
+    response : ModalResponse
+        Its columns as arrays.
+    given : str
+        ``force`` or ``acceleration``.
+    warnings : tuple of str
+    """
+
+    response: ModalResponse
+    given: str
+    warnings: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """How many solutions there are."""
+        told = f"{len(self.response.step)} solutions, at most {self.response.branches} at a step"
+        return "; ".join([told, *self.warnings]) + "."
+
+    def tables(self) -> Sequence[Table]:
+        """The first rows."""
+        r = self.response
+        count = len(r.step)
+        caption = "Solutions" + (f", the first {MOST_ROWS} of {count}" if count > MOST_ROWS else "")
+        rows = [
+            (
+                f"{r.frequency_Hz[i]:.6g}", f"{r.force_N[i]:.4g}", f"{r.acceleration_m_per_s2[i]:.4g}",
+                f"{r.std[i]:.2g}", f"{r.phase_rad[i]:.3f}", str(r.branch[i]), "yes" if r.stable[i] else "no",
+            )
+            for i in range(min(MOST_ROWS, count))
+        ]  # fmt: skip
+        head = ("frequency, Hz", "force, N", "acceleration, m/s²", "std", "phase, rad", "branch", "stable")
+        return [Table(caption=caption, head=head, rows=rows, numbers=range(6))]
+
+    def plot(self) -> Figure:
+        """What was not given against frequency; stable solutions apart from those where no sweep can rest."""
+        r = self.response
+        by_force = self.given == "force"
+        value, label = (r.acceleration_m_per_s2, "acceleration, m/s²") if by_force else (r.force_N, "force, N")
+        figure, (axes,) = panels(1, height_in=3.4)
+        for stable, colour, name in ((True, AFTER, "stable"), (False, BEFORE, "unstable")):
+            pick = r.stable == stable
+            if pick.any():
+                axes.errorbar(
+                    r.frequency_Hz[pick], value[pick], yerr=r.std[pick], fmt="o", markersize=3.2, linewidth=0.8,
+                    color=colour, label=name,
+                )  # fmt: skip
+        axes.set(xlabel="frequency, Hz", ylabel=label, title="predicted, ± one standard deviation")
+        axes.set_ylim(bottom=0)
+        dressed(axes)
+        axes.legend(frameon=False, fontsize=9)
+        return figure
+
+
+def predict_response(
+    rig: Rig | BeamRig | ModalRig,
+    frequency_Hz: Iterable[float],
+    *,
+    force_N: float | Iterable[float] | None,
+    acceleration_m_per_s2: float | Iterable[float] | None,
+    preload: str | None,
+    source: str,
+) -> PredictedResponse:
+    """Predict the steady responses of a rig; `source` names it in errors."""
+    if (force_N is None) == (acceleration_m_per_s2 is None):
+        raise ValueError("give either force_N or acceleration_m_per_s2")
+    held = force_N is None
+    target = acceleration_m_per_s2 if force_N is None else force_N
+    frequency = np.array(list(frequency_Hz), float)
+    given = np.array(list(target) if isinstance(target, Iterable) else [target], float)
+    level = np.broadcast_to(given, frequency.shape) if len(given) == 1 else given
+    if level.shape != frequency.shape:
+        raise ValueError(f"{len(frequency)} frequencies, but {len(level)} values")
+    if not (np.all(np.isfinite(frequency) & (frequency > 0)) and np.all(np.isfinite(level) & (level > 0))):
+        raise ValueError("frequencies, forces and accelerations are finite and above zero")
+    name = "acceleration" if held else "force"
+    if isinstance(rig, ModalRig):
+        if preload is not None:
+            raise InputError(source, "--preload", "a modal model has no preloads")
+        if rig.law is None:
+            raise InputError(source, "law", "this modal rig has none yet", "identify it from sweeps first")
+        predict = predict_held if held else predict_forced
+        return PredictedResponse(response=predict(rig.law, frequency, level), given=name, warnings=())
+    if isinstance(rig, BeamRig):
+        raise InputError(source, "kind", "is a beam alone", "a prediction needs a rig with drive and sensors")
+    evidence = blank_evidence(rig, known_preload(rig, preload))
+    law = rig.joint.law
+    if law is not None and law.channel not in evidence.channels:
+        raise InputError(
+            source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
+            f"the rig has {', '.join(evidence.channels)}",
+        )  # fmt: skip
+    warnings = [
+        f"the effect {cause} disturbs recordings only and is left out" for cause in unmodelled_effects(rig.effect)
+    ]
+    if law is None:
+        warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
+    model = RigResponse(evidence, effects_extension(evidence, rig.effect, source=source))
+    found = model.held(frequency, level) if held else model.forced(frequency, level)
+    return PredictedResponse(response=found, given=name, warnings=tuple(warnings))

@@ -1,0 +1,165 @@
+"""A recorded run to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from recordings import Run, read_run
+from twin.lab.shown import Shown
+from twin.views.style import AFTER, level_colour, unit_text
+from twin.views.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from twin.views.curves import SteppedSweep
+
+__all__ = ["Recording", "as_runs", "load_run"]
+
+MOST_POINTS = 20_000
+"""Samples of one picture; of longer stretches the largest and the smallest of each piece are drawn."""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Recording(Shown):
+    """A run in memory, its sweeps reduced when they are asked for."""
+
+    run: Run
+
+    @property
+    def sentence(self) -> str:
+        """Which rig, which procedure, how long."""
+        info = self.run.info
+        what = ", ".join(f"{key} {info[key]}" for key in ("rig", "procedure", "source") if info.get(key))
+        longest = max((device.end_ns - int(device.block_time_ns[0]) for device in self.run.devices.values()), default=0)
+        return f"{Path(self.run.path).name}: {what or 'a run'}; {1e-9 * longest:.1f} s."
+
+    @cached_property
+    def sweeps(self) -> tuple[SteppedSweep, ...]:
+        """Its sine sweeps, reduced to harmonics."""
+        from twin.views.curves import stepped_sweeps
+
+        return stepped_sweeps(self.run)
+
+    def tables(self) -> Sequence[Table]:
+        """Channels, sweeps and events."""
+        found = [self._channels()]
+        if self.sweeps:
+            found.append(self._sweeps())
+        if self.run.events:
+            found.append(self._events())
+        return found
+
+    def _channels(self) -> Table:
+        rows = []
+        for name, channel in self.run.channels.items():
+            unit = unit_text(channel.unit)
+            span = f"±{channel.range:g}" if channel.range else ""
+            place = f"{channel.position_m:g}" if channel.position_m is not None else ""
+            rows.append((name, channel.quantity, unit, span, place, channel.direction, str(self._lost(name))))
+        head = ("channel", "quantity", "unit", "range", "at, m", "direction", "lost samples")
+        return Table(caption="Channels", head=head, rows=rows, numbers=(3, 4, 6))
+
+    def _lost(self, channel: str) -> int:
+        try:
+            return int(np.isnan(self.run.device_of(channel).values[channel]).sum())
+        except KeyError:
+            return 0
+
+    def _sweeps(self) -> Table:
+        rows = []
+        for sweep in self.sweeps:
+            channel, sizes = max(sweep.receptance.items(), key=lambda item: float(np.max(item[1])))
+            peak = int(np.argmax(sizes))
+            rows.append((sweep.name, str(len(sizes)), f"{sweep.frequency_Hz[peak]:.6g}", f"{sizes[peak]:.4g}", channel))
+        head = ("sweep", "steps", "peak at, Hz", "receptance, mm/N", "channel")
+        return Table(caption="Sweeps", head=head, rows=rows, numbers=(1, 2, 3))
+
+    def _events(self) -> Table:
+        counts: dict[tuple[str, str], int] = {}
+        for event in self.run.events:
+            counts[event.source, event.kind] = counts.get((event.source, event.kind), 0) + 1
+        rows = [(source, kind, str(count)) for (source, kind), count in counts.items()]
+        return Table(caption="Events", head=("source", "kind", "how often"), rows=rows, numbers=(2,))
+
+    def plot_sweeps(self) -> Figure:
+        """Receptance against frequency, a panel a channel.
+
+        Raises
+        ------
+        ValueError
+            If the run has no sine sweeps.
+        """
+        from twin.views.figures import dressed, legend, panels
+
+        if not self.sweeps:
+            raise ValueError(f"{self.run.path} has no sine sweeps to plot")
+        channels = list(self.sweeps[0].receptance)
+        figure, row = panels(len(channels), height_in=3.6)
+        for channel, axes in zip(channels, row, strict=True):
+            for i, sweep in enumerate(self.sweeps):
+                order = np.argsort(sweep.frequency_Hz, kind="stable")
+                size = sweep.receptance[channel][order]
+                axes.plot(
+                    sweep.frequency_Hz[order], size, "o-", markersize=3.2, color=level_colour(i), label=sweep.name
+                )
+            axes.set(title=channel, xlabel="frequency, Hz", ylabel=f"receptance at {channel}, mm/N")
+            axes.set_ylim(bottom=0)
+            dressed(axes)
+        legend(figure, row[0].get_lines())
+        return figure
+
+    def plot_samples(self, channel: str, *, start_s: float = 0.0, duration_s: float = float("inf")) -> Figure:
+        """Samples of one channel against time since the device's first one.
+
+        Raises
+        ------
+        KeyError
+            If no samples of that channel were recorded.
+        """
+        from twin.views.figures import dressed, panels
+
+        device = self.run.device_of(channel)
+        first = int(device.block_time_ns[0])
+        stop = device.end_ns if np.isinf(duration_s) else first + round(1e9 * (start_s + duration_s))
+        begin, end = device.position_at(first + round(1e9 * start_s)), device.position_at(stop)
+        time_s = 1e-9 * (device.times_ns(begin, end) - first)
+        figure, (axes,) = panels(1, height_in=3.0)
+        axes.plot(*_thinned(time_s, device.values[channel][begin:end]), color=AFTER, linewidth=0.8)
+        unit = unit_text(self.run.channels[channel].unit)
+        axes.set(title=channel, xlabel="time, s", ylabel=f"{channel}, {unit}")
+        dressed(axes)
+        return figure
+
+
+def load_run(path: str | Path) -> Recording:
+    """Read a recording (.mcap).
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or breaks the recording contract.
+    """
+    return Recording(read_run(path))
+
+
+def as_runs(runs: Iterable[Recording | Run | str | Path]) -> list[Run]:
+    """Runs in memory; files are read."""
+    return [run if isinstance(run, Run) else run.run if isinstance(run, Recording) else read_run(run) for run in runs]
+
+
+def _thinned(time_s: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """At most `MOST_POINTS`, so that no peak is lost: the extremes of each piece, at the piece's beginning."""
+    size = -(-2 * len(values) // MOST_POINTS)
+    if size <= 1:
+        return time_s, values
+    whole = len(values) // size * size
+    pieces = values[:whole].reshape(-1, size)
+    extremes = np.stack([np.nanmin(pieces, axis=1), np.nanmax(pieces, axis=1)], axis=1)
+    return np.repeat(time_s[:whole:size], 2), extremes.ravel()

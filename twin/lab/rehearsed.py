@@ -1,0 +1,193 @@
+"""What a rehearsal gives: a recording, warnings, a better procedure."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from matplotlib.figure import Figure
+
+from recordings import InputError
+from recordings.streams import SampleSource
+from twin.bench import open_bench
+from twin.lab.preload import known_preload
+from twin.lab.recording import Recording, load_run
+from twin.lab.shown import Shown
+from twin.procedures import Procedure, SteppedSine, check_channels, load_procedure, save_procedure
+from twin.rehearsal import (
+    Believed,
+    Rehearsed,
+    branch_table,
+    predicted_branches,
+    rehearse,
+    rehearse_until_clear,
+    rehearsed_table,
+)
+from twin.rigs import Rig, preload_record
+from twin.views.rehearsal_figures import range_figure, responses_figure
+from twin.views.rehearsal_report import rehearsal_sentence, write_rehearsal_report
+from twin.views.table import Table
+
+__all__ = ["RehearsedProcedure", "rehearse_procedure"]
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class RehearsedProcedure(Shown):
+    """A procedure run on the twin.
+
+    Attributes
+    ----------
+    first : Rehearsed
+        The procedure as it was asked for.
+    better : Rehearsed or None
+        The procedure improved until it is clear; None where there was nothing to improve.
+    result : mapping
+        The table that ``twin rehearse`` writes as ``result.json``.
+    folder : TemporaryDirectory or None
+        Keeps recordings that nobody asked to keep, for as long as this object lives.
+    """
+
+    first: Rehearsed
+    better: Rehearsed | None
+    result: Mapping[str, Any]
+    folder: tempfile.TemporaryDirectory[str] | None
+
+    @property
+    def sentence(self) -> str:
+        """Whether the procedure may be run, in one sentence."""
+        return rehearsal_sentence(self.result)
+
+    @property
+    def clear(self) -> bool:
+        """Whether the procedure as it was asked for raised no warning."""
+        return self.first.clear
+
+    @property
+    def recording(self) -> Recording:
+        """The rehearsal's recording, as of a real run."""
+        return load_run(self.first.recording)
+
+    @property
+    def procedure(self) -> Procedure:
+        """The improved procedure; as it was asked for where there was nothing to improve."""
+        return (self.better or self.first).rehearsal.procedure
+
+    def tables(self) -> Sequence[Table]:
+        """Sweeps, and warnings with what to change."""
+        rows = [
+            (s.sweep, str(s.steps), f"{s.duration_s:.0f}", f"{s.peak_frequency_Hz:.6g}", f"{s.peak_response:.4g}")
+            for s in self.first.rehearsal.summaries()
+        ]
+        head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units")
+        tables = [Table(caption="Sweeps", head=head, rows=rows, numbers=(1, 2, 3, 4))] if rows else []
+        warnings = [(c.kind, c.severity, c.sweep, c.reason, c.advice) for c in self.first.cautions]
+        if warnings:
+            head = ("warning", "severity", "sweep", "what is wrong", "what to change")
+            tables.append(Table(caption="Warnings, gravest first", head=head, rows=warnings))
+        return tables
+
+    def save_procedure(self, path: str | Path) -> None:
+        """Write :attr:`procedure` (TOML)."""
+        save_procedure(self.procedure, Path(path))
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        write_rehearsal_report(self.result, Path(path), commands=commands)
+
+    def plot_responses(self) -> Figure:
+        """Response per force at every step, over the branches that harmonic balance predicts."""
+        rehearsal = self.first.rehearsal
+        figure = responses_figure(
+            self.result["steps"], self.result["branches"], rehearsal.response_channels, rehearsal.force_channel
+        )
+        if figure is None:
+            raise ValueError("nothing was rehearsed by stepped sines")
+        return figure
+
+    def plot_range(self) -> Figure:
+        """Use of each converter's range, and the time of each step."""
+        figure = range_figure(self.result["steps"])
+        if figure is None:
+            raise ValueError("too few steps to plot")
+        return figure
+
+
+def rehearse_procedure(
+    procedure: str | Path | Procedure,
+    rig: Rig,
+    *,
+    source: str,
+    out: Path | None,
+    preload: str | None,
+    seed: int,
+    rounds: int,
+    report: Report,
+) -> RehearsedProcedure:
+    """Rehearse a procedure, and improve it for `rounds` rounds at most.
+
+    Parameters
+    ----------
+    procedure
+        A shipped procedure's name, a file, or the procedure itself.
+    source
+        The rig's name, for errors.
+    out
+        Folder of the recordings; a temporary one that lives as long as the result if not given.
+    report
+        Told what is being done.
+    """
+    named = isinstance(procedure, str | Path)
+    asked = load_procedure(procedure) if isinstance(procedure, str | Path) else procedure
+    name = known_preload(rig, preload)
+
+    def bench() -> SampleSource:
+        try:
+            return open_bench(rig, preload=name, seed=seed, sample_rate_Hz=asked.sample_rate)
+        except ValueError as error:
+            raise InputError(source, "", str(error)) from error
+
+    first_bench = bench()
+    check_channels(asked, first_bench.channels, source=str(procedure) if named else asked.procedure)
+    kept = tempfile.TemporaryDirectory(prefix="twin-rehearsal-") if out is None else None
+    folder = Path(kept.name) if kept is not None else Path(out or ".")
+    folder.mkdir(parents=True, exist_ok=True)
+    believed = Believed(
+        rig_name=rig.name,
+        rig_file=tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
+        preload=preload_record(name),
+        damping_ratio=min(rig.damping.modal_ratio),
+        bits=rig.acquisition.bits,
+    )
+    report("rehearsing")
+    first = rehearse(asked, first_bench, folder / "run.mcap", believed=believed)
+    better = None
+    if rounds:
+        report("improving the procedure")
+        better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
+    report("predicting the branches")
+    result = {
+        "procedure": str(procedure) if named else asked.procedure,
+        "rig": rig.name,
+        "preload": name,
+        "seed": seed,
+        **rehearsed_table(first),
+        "branches": _branches(rig, name, asked),
+        "improved": rehearsed_table(better) if better is not None else None,
+    }
+    return RehearsedProcedure(first=first, better=better, result=result, folder=kept)
+
+
+def _branches(rig: Rig, preload: str, procedure: Procedure) -> list[dict[str, Any]]:
+    """Predicted curves of a force-controlled sweep; none where the continuation fails."""
+    if not isinstance(procedure, SteppedSine):
+        return []
+    try:
+        return [branch_table(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
+    except ArithmeticError:
+        return []

@@ -1,0 +1,297 @@
+"""A rig to rehearse, to identify, to predict and to diagnose with.
+
+What each of these needs is imported when it is asked for: a rig is loaded, and a wrong one refused, in a moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from recordings import InputError, Run
+from twin.lab.files import are_tables
+from twin.lab.preload import known_preload
+from twin.lab.recording import Recording, as_runs
+from twin.lab.shown import Shown
+from twin.rigs import RIG_FILES, Rig
+from twin.rigs import load_rig as load_lap_joint
+from twin.rigs.beam import BEAM_RIG_FILES, BeamRig, is_beam_rig, load_beam_rig
+from twin.rigs.modal import MODAL_RIG_FILES, ModalRig, is_modal_rig, load_modal_rig
+from twin.views.table import Table
+
+if TYPE_CHECKING:
+    from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
+    from twin.lab.identified_joint import IdentifiedJoint
+    from twin.lab.identified_mode import IdentifiedMode
+    from twin.lab.identified_moduli import IdentifiedModuli
+    from twin.lab.predicted import PredictedResponse
+    from twin.lab.rehearsed import RehearsedProcedure
+    from twin.procedures import Procedure
+
+__all__ = ["LabRig", "load_rig"]
+
+AnyRun = Recording | Run | str | Path
+Runs = AnyRun | Iterable[AnyRun]
+Report = Callable[[str], None]
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class LabRig(Shown):
+    """What is believed of a rig.
+
+    Attributes
+    ----------
+    source : str
+        The name or file it was loaded from.
+    file : Rig, BeamRig or ModalRig
+        What that says: a lap joint, a beam alone, or one measured mode.
+    """
+
+    source: str
+    file: Rig | BeamRig | ModalRig
+
+    @property
+    def sentence(self) -> str:
+        """Its name and kind."""
+        kind = {Rig: "a lap joint", BeamRig: "a beam alone", ModalRig: "one mode of a structure"}[type(self.file)]
+        return f"{self.file.name}: {kind}."
+
+    def tables(self) -> Sequence[Table]:
+        """The joint's moduli and the channels, where it has a joint."""
+        rig = self.file
+        if not isinstance(rig, Rig):
+            return []
+        moduli = Table(
+            caption="Joint: moduli of the layer, N/mm²",
+            head=("preload", "E′", "G′"),
+            rows=[
+                (name, f"{1e-6 * m.normal_modulus:.4g}", f"{1e-6 * m.shear_modulus:.4g}")
+                for name, m in rig.joint.preload.items()
+            ],
+            numbers=(1, 2),
+        )
+        sensors = [rig.force_sensor, *rig.response_sensors]
+        channels = Table(
+            caption="Channels",
+            head=("channel", "quantity", "at, m"),
+            rows=[(s.channel, s.quantity, f"{s.position:g}") for s in sensors],
+            numbers=(2,),
+        )
+        return [moduli, channels]
+
+    def rehearse(
+        self,
+        procedure: str | Path | Procedure,
+        *,
+        out: str | Path | None = None,
+        preload: str | None = None,
+        seed: int = 0,
+        rounds: int = 5,
+        report: Report = _silent,
+    ) -> RehearsedProcedure:
+        """Run a procedure on the twin, and improve it until it raises no warning.
+
+        Parameters
+        ----------
+        procedure
+            A shipped procedure's name, a file, or the procedure itself.
+        out
+            Folder of the recordings; a temporary one that lives as long as the result if not given.
+        preload
+            State of the joint; the rig's first if not given.
+        seed
+            Of the noise.
+        rounds
+            At most so many improvements.
+        report
+            Told what is being done.
+
+        Raises
+        ------
+        InputError
+            If the procedure or the preload is wrong, or the rig has not what the procedure asks for.
+        """
+        from twin.lab.rehearsed import rehearse_procedure
+
+        return rehearse_procedure(
+            procedure, self._lap_joint("a rehearsal"), source=self.source, out=None if out is None else Path(out),
+            preload=preload, seed=seed, rounds=rounds, report=report,
+        )  # fmt: skip
+
+    def identify(
+        self, runs: Runs, *, preload: str | None = None, report: Report = _silent
+    ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
+        """Identify the rig's model.
+
+        Recordings give the layer's moduli, the damping and the joint's law; a table of natural frequencies (.csv) the
+        moduli; a table of sweeps the law of a rig of one mode.
+
+        Parameters
+        ----------
+        runs
+            Recordings, in memory or as files, or one table.
+        preload
+            State of the joint; what the recordings name if not given.
+        report
+            Told what is being done.
+
+        Raises
+        ------
+        InputError
+            If the runs cannot be read, or do not fit the rig.
+        """
+        given = _listed(runs)
+        paths = [Path(run) for run in given if isinstance(run, str | Path)]
+        tables = [path for path in paths if path.suffix.lower() == ".csv"]
+        if isinstance(self.file, ModalRig):
+            if len(given) != 1 or len(tables) != 1:
+                first = paths[0] if paths else self.source
+                raise InputError(first, "", "a rig of kind modal is identified from one table of sweeps (.csv)")
+            if preload is not None:
+                raise InputError(self.source, "--preload", "a modal rig has no preloads")
+            from twin.lab.identified_mode import identify_mode
+
+            return identify_mode(tables[0], self.file)
+        rig = self._lap_joint("identification")
+        if tables and len(given) > 1:
+            raise InputError(tables[0], "", "a table is identified by itself", "give it as the only RUN")
+        if tables:
+            from twin.lab.identified_moduli import identify_moduli
+
+            return identify_moduli(tables[0], rig, source=self.source, preload=preload)
+        if preload is not None:
+            known_preload(rig, preload)
+        report("reading")
+        from twin.lab.identified_joint import identify_recordings
+
+        return identify_recordings(as_runs(given), rig, source=self.source, preload=preload, report=report)
+
+    def diagnose(
+        self,
+        runs: Runs,
+        *,
+        held_out: Runs = (),
+        preload: str | Sequence[str] | None = None,
+        out: str | Path | None = None,
+        report: Report = _silent,
+    ) -> DiagnosedRecordings | DiagnosedTables:
+        """Say what the rig's model gets wrong about what was measured.
+
+        Parameters
+        ----------
+        runs
+            Recordings, in memory or as files, or tables (.csv).
+        held_out
+            Runs that are kept for the gain.
+        preload
+            State of the joint: of the recordings, or of tables that do not say it, one for all or one each.
+        out
+            Folder for the extended model of recordings and, where the answer is ambiguous, the next procedure.
+        report
+            Told what is being done.
+
+        Raises
+        ------
+        InputError
+            If the runs cannot be read, do not fit the rig, or are recordings and tables at once.
+        """
+        learnt, kept = _listed(runs), _listed(held_out)
+        paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
+        preloads = [preload] if isinstance(preload, str) else list(preload or [])
+        if are_tables(paths):
+            if len(paths) != len(learnt) + len(kept):
+                raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
+            from twin.lab.diagnosed import DiagnosedTables
+            from twin.lab.tables import diagnose_tables
+
+            found = diagnose_tables(
+                paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
+                report=report,
+            )  # fmt: skip
+            return DiagnosedTables(found)
+        rig = self._lap_joint("a diagnosis of recordings")
+        if len(preloads) > 1:
+            raise InputError(
+                "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
+            )
+        if preloads and preloads[0] not in rig.joint.preload:
+            raise InputError(
+                self.source, f"preload {preloads[0]}", "no such preload", f"it has {', '.join(rig.joint.preload)}"
+            )
+        report("reading")
+        from twin.diagnose import diagnose
+        from twin.lab.diagnosed import DiagnosedRecordings
+
+        result = diagnose(
+            as_runs(learnt), rig, preload=preloads[0] if preloads else None, held_out=as_runs(kept),
+            out=None if out is None else Path(out), report=report,
+        )  # fmt: skip
+        return DiagnosedRecordings(result)
+
+    def predict(
+        self,
+        frequency_Hz: Iterable[float],
+        *,
+        force_N: float | Iterable[float] | None = None,
+        acceleration_m_per_s2: float | Iterable[float] | None = None,
+        preload: str | None = None,
+    ) -> PredictedResponse:
+        """Predict the response to given forces, all branches of it, or the force that given accelerations need.
+
+        Parameters
+        ----------
+        frequency_Hz
+            Of each step.
+        force_N, acceleration_m_per_s2
+            Peak values, one for all steps or one each; one of the two.
+
+        Raises
+        ------
+        InputError
+            If the rig cannot be predicted with, or has not that preload.
+        ValueError
+            If not just one of force and acceleration is given.
+        """
+        from twin.lab.predicted import predict_response
+
+        return predict_response(
+            self.file, frequency_Hz, force_N=force_N, acceleration_m_per_s2=acceleration_m_per_s2, preload=preload,
+            source=self.source,
+        )  # fmt: skip
+
+    def _lap_joint(self, what: str) -> Rig:
+        if not isinstance(self.file, Rig):
+            raise InputError(self.source, "kind", "is not a lap joint", f"{what} needs a rig with drive and sensors")
+        return self.file
+
+
+def _listed(runs: Runs) -> list[AnyRun]:
+    """One run or several, as a list."""
+    return [runs] if isinstance(runs, Recording | Run | str | Path) else list(runs)
+
+
+def load_rig(name_or_path: str | Path) -> LabRig:
+    """Load a rig of any kind: a shipped rig's name, or a TOML file.
+
+    Raises
+    ------
+    InputError
+        If there is no such rig or file, or it does not describe a rig.
+    """
+    shipped = [*RIG_FILES, *BEAM_RIG_FILES, *MODAL_RIG_FILES]
+    if str(name_or_path) not in shipped and not Path(name_or_path).exists():
+        raise InputError(name_or_path, "", "neither a file nor a shipped rig", f"shipped rigs: {', '.join(shipped)}")
+    file: Rig | BeamRig | ModalRig
+    if is_modal_rig(name_or_path):
+        file = load_modal_rig(name_or_path)
+    elif is_beam_rig(name_or_path):
+        file = load_beam_rig(name_or_path)
+    else:
+        file = load_lap_joint(name_or_path)
+    return LabRig(source=str(name_or_path), file=file)

@@ -1,0 +1,29 @@
+"""What prints as readable tables, in a terminal and in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from twin.views.table import Table, table_html, table_text
+
+__all__ = ["Shown"]
+
+
+class Shown:
+    """A result that is shown as a sentence and tables."""
+
+    @property
+    def sentence(self) -> str:
+        """What it says, in one sentence."""
+        raise NotImplementedError
+
+    def tables(self) -> Sequence[Table]:
+        """The figures behind it."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return "\n\n".join([self.sentence, *map(table_text, self.tables())])
+
+    def _repr_html_(self) -> str:
+        return "\n".join([f"<p>{escape(self.sentence)}</p>", *map(table_html, self.tables())])
