@@ -283,8 +283,7 @@ class RigAcquisition:
         for device in self._devices:
             inbox = device.inbox
             rate_Hz = inbox.sample_rate_Hz or self._rate_Hz
-            pieces, overload = inbox.take(target)
-            for piece in pieces:
+            for piece, overload in inbox.take(target):
                 time_ns = self._align(device, inbox.times.time_ns(piece.first_index * inbox.decimation, rate_Hz))
                 if piece.values is None:
                     self._lose(device.name, piece, time_ns)
@@ -292,7 +291,6 @@ class RigAcquisition:
                 self._report_loss(device.name)
                 own_rate_Hz = rate_Hz / inbox.decimation
                 blocks.append(self._block(device, piece.first_index, piece.values, time_ns, own_rate_Hz, overload))
-                overload = np.zeros_like(overload)
             inbox.times.forget_before(target)
             self._report_disorder(device)
         return blocks

@@ -158,7 +158,8 @@ class CanClient:
         """Stream from sample 0, at once or at the trigger."""
         with self._mailbox.changed:
             self._dialect = make_dialect(self._frames)
-            self.inbox = DeviceInbox(self._node_channels, self._wiring, tolerance=LATE_SAMPLES)
+            limits = np.array(self._scale) * np.float32(FULL_SCALE)
+            self.inbox = DeviceInbox(self._node_channels, self._wiring, tolerance=LATE_SAMPLES, limits=limits)
             self._mailbox.register_clock(self.name, self.inbox.clock)
             self._highest = 0
             self._overrun = 0
@@ -175,6 +176,7 @@ class CanClient:
     def stop(self) -> None:
         """End the stream; never raises."""
         if self._streaming:
+            self._restarted = True  # from here on an idle node is what was asked for
             with contextlib.suppress(TimeoutError):
                 self._command(Opcode.STOP)
             self._tell_errors(now=True)
@@ -330,6 +332,5 @@ class CanClient:
             self._mailbox.report(self.name, "protocol", f"sample number {counter} before the start")
             return
         values = raw.astype(np.float32) * self._scale[channel]
-        if self.inbox.samples.put(slice(channel, channel + 1), first, values[None]):
-            self.inbox.overload[channel] += int(np.count_nonzero(np.abs(raw.astype(np.int32)) >= FULL_SCALE))
+        self.inbox.samples.put(slice(channel, channel + 1), first, values[None])
         self._highest = max(self._highest, first)

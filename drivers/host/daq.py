@@ -292,7 +292,7 @@ class DaqClient:
             if self._settings.generator:
                 self._mailbox.now_ns = frame.time_ns
             if inbox.samples.put(slice(None), frame.first_index, values):
-                inbox.overload += overload
+                inbox.note_overload(frame.first_index, overload)
         elif frame.kind == FrameKind.TEXT:
             self._replies.put(frame.payload)
         elif frame.kind == FrameKind.PULSE and len(frame.payload) == 4:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,15 +68,23 @@ class Wiring(NamedTuple):
 
 
 class DeviceInbox:
-    """What a device has sent of the running stream; guarded by the mailbox's condition."""
+    """What a device has sent of the running stream; guarded by the mailbox's condition.
 
-    def __init__(self, channels: int, wiring: Wiring, *, tolerance: int) -> None:
+    Samples on the converter's limit are those that the device counts, see :meth:`note_overload`, or those that reach
+    `limits`, by channel, where it does not count.
+    """
+
+    def __init__(
+        self, channels: int, wiring: Wiring, *, tolerance: int, limits: NDArray[np.float32] | None = None
+    ) -> None:
         self._wiring = wiring
         self.samples = Reassembler(channels, tolerance=tolerance)
         self.times = TimeLine()
         self.clock = ClockFit()
         self.sample_rate_Hz = 0.0
-        self.overload = np.zeros(channels, np.int64)
+        self._channels = channels
+        self._limits = limits
+        self._overload: list[tuple[int, NDArray[np.int64]]] = []
         self.ended = False
         self.decimation = 1
         """Samples of the converter to one that comes; those of the converter are counted alike on all devices."""
@@ -91,17 +99,40 @@ class DeviceInbox:
         """One past the newest sample of the converter."""
         return self.samples.high * self.decimation
 
-    def take(self, stop: int) -> tuple[list[Piece], NDArray[np.int64]]:
+    def note_overload(self, first_index: int, counts: NDArray[Any]) -> None:
+        """So many of the samples that came from `first_index` on sit on the converter's limit, by channel."""
+        if counts.any():
+            self._overload.append((first_index, counts.astype(np.int64)))
+
+    def take(self, stop: int) -> list[tuple[Piece, NDArray[np.int64]]]:
         """The wanted channels before sample `stop` of the converter, and how many of each are on its limit."""
-        overload, self.overload = self.overload, np.zeros_like(self.overload)
         rows, factors = self._wiring
-        pieces = []
+        taken = []
         for piece in self.samples.take(-(-stop // self.decimation)):
+            overload = np.zeros(self._channels, np.int64)
             if piece.values is not None:
+                overload = self._overload_of(piece, piece.values)
                 values = piece.values[rows]
                 piece = Piece(piece.first_index, piece.count, values if factors is None else values * factors)
-            pieces.append(piece)
-        return pieces, overload[rows]
+            taken.append((piece, overload[rows]))
+        return taken
+
+    def _overload_of(self, piece: Piece, values: NDArray[np.float32]) -> NDArray[np.int64]:
+        """What was told of samples up to the end of a piece; what cannot be in it is kept for the next one."""
+        if self._limits is not None:
+            return np.count_nonzero(np.abs(values) >= self._limits[:, None], axis=1)
+        end = piece.first_index + piece.count
+        total = np.zeros(self._channels, np.int64)
+        later = []
+        for first_index, counts in self._overload:
+            if first_index < end:
+                total += counts
+            else:
+                later.append((first_index, counts))
+        mine = np.minimum(total, piece.count)
+        self._overload = later
+        self.note_overload(end, total - mine)
+        return mine
 
 
 class Device(Protocol):

@@ -10,7 +10,8 @@ drop        device, probability, after_s                 leaves frames out
 flip        device, probability, after_s                 turns one bit of a frame over; on the CAN bus every
                                                          controller's checksum finds that, so it acts as noise does
 duplicate   device, probability, after_s                 sends frames twice
-reorder     device, probability, after_s                 sends a frame after the one that follows it
+reorder     device, probability, after_s                 sends a frame after the one that follows it; on the CAN bus
+                                                         after the next one of the same identifier
 stall       device, at_s, seconds                        sends nothing for a while of real time
 disconnect  device, at_s, seconds                        cuts the line for a while of real time; the device goes on,
                                                          and the client may come back
@@ -128,24 +129,24 @@ class LinkFaults:
         self._timed = [f for f in faults if f.kind in ("stall", "disconnect", "restart")]
         self._generator = generator or np.random.default_rng(0)
         self._hits: Counter[str] = Counter() if hits is None else hits
-        self._held: Any = None
+        self._held: dict[int, Any] = {}
         self._time_s = 0.0
         self._stalled_until = 0.0
         self._away_until = 0.0
 
     def start(self, index: int) -> None:
         """A stream starts: nothing is held back from an earlier one."""
-        self._held = None
+        self._held = {}
 
     def pass_on(self, item: Any) -> list[Any]:
         """The frames that leave in place of `item`."""
         if not self._random:
             return [item]
-        items = [item]
+        items, stream = [item], _stream_of(item)
         for fault in self._random:
             if self._time_s < fault.number("after_s") or self._generator.random() >= fault.number("probability"):
                 continue
-            if fault.kind == "reorder" and (self._held is not None or not items):
+            if fault.kind == "reorder" and (stream in self._held or not items):
                 continue
             self._hits[fault.kind] += 1
             if fault.kind == "drop":
@@ -155,14 +156,14 @@ class LinkFaults:
             elif fault.kind == "flip":
                 items = [_flip_bytes(one, self._generator) for one in items]
             else:
-                self._held = items.pop()
+                self._held[stream] = items.pop()
                 return items
-        return items + self.flush() if items else items
+        return items + ([self._held.pop(stream)] if items and stream in self._held else [])
 
     def flush(self) -> list[Any]:
         """What was held back to be sent late."""
-        held, self._held = self._held, None
-        return [] if held is None else [held]
+        held, self._held = self._held, {}
+        return list(held.values())
 
     def advance(self, time_s: float) -> Literal["", "disconnect", "restart"]:
         """Device time goes on; what happens to the device now, beside a stall."""
@@ -200,6 +201,11 @@ class LinkFaults:
     def stalled(self) -> bool:
         """Whether nothing may be sent now."""
         return self.away or (self._stalled_until > 0.0 and time.monotonic() < self._stalled_until)
+
+
+def _stream_of(frame: Any) -> int:
+    """Which frames have an order among themselves: on a line all, on a bus those of one identifier."""
+    return int(getattr(frame, "arbitration_id", 0))
 
 
 def _as_noise(flip: Fault) -> Fault:

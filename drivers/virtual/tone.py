@@ -31,6 +31,11 @@ class Tone:
         To begin with.
     frequency_Hz
         Of the sine.
+
+    Attributes
+    ----------
+    index
+        Samples given so far.
     """
 
     def __init__(
@@ -44,7 +49,7 @@ class Tone:
         )
         self.sample_rate_Hz = sample_rate_Hz
         self._frequency_Hz = frequency_Hz
-        self._index = 0
+        self.index = 0
 
     def set_sample_rate(self, sample_rate_Hz: float) -> float:
         """The nearest of :data:`RATES_Hz`."""
@@ -67,8 +72,8 @@ class Tone:
 
     def read(self, count: int) -> SampleBlock:
         """The next samples."""
-        first = self._index
-        self._index += count
+        first = self.index
+        self.index += count
         return SampleBlock(
             device="tone",
             time_ns=round(first * 1e9 / self.sample_rate_Hz),

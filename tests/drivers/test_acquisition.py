@@ -19,6 +19,12 @@ def take(acquisition: RigAcquisition, reads: int, **options: float) -> list[Samp
     return [block for _ in range(reads) for block in acquisition.read(**options)]
 
 
+def take_into(blocks: list[SampleBlock], acquisition: RigAcquisition, **options: float) -> None:
+    """Until it fails."""
+    while True:
+        blocks += acquisition.read(**options)
+
+
 def channel(blocks: list[SampleBlock], name: str) -> np.ndarray:
     return np.concatenate([block.samples[name] for block in blocks if name in block.samples])
 
@@ -171,6 +177,26 @@ def test_faults_become_events_and_never_wrong_numbers(fault, kind, tmp_path):
             assert np.array_equal(values, truth)
 
 
+@pytest.mark.parametrize("speed", [None, 200.0])
+def test_samples_on_the_limit_are_counted_in_the_block_they_are_in(speed, tmp_path):
+    """Also where several blocks wait to be read, and the frames of an instrument in real time are cut otherwise."""
+    faults = ["overload:channel=acc1,at_s=1,seconds=1.5,factor=1e6", "overload:channel=acc2,at_s=1,factor=1e6"]
+    with (
+        served(FilteredSine(), serial=True, can_bus=f"unixbus:{tmp_path}/bus", speed=speed, faults=faults) as rig,
+        open_instruments(rig.instruments()) as acquisition,
+    ):
+        acquisition.start()
+        acquisition.set_output(SINE)
+        time.sleep(0.3)
+        blocks = take(acquisition, 20)
+        acquisition.stop()
+    for name in ("acc1", "acc2"):
+        mine = [block for block in blocks if name in block.samples]
+        counts = [block.overload.get(name, 0) for block in mine]
+        assert counts == [int(np.count_nonzero(abs(block.samples[name]) >= np.float32(490.0))) for block in mine]
+        assert max(counts) > 0
+
+
 @pytest.mark.parametrize("device", ["daq", "can"])
 def test_reordered_frames_are_put_back(device, tmp_path):
     faults = [f"reorder:device={device},probability=0.2"]
@@ -292,12 +318,8 @@ def test_an_instrument_that_loses_its_power_is_told_and_what_came_before_is_righ
     ):
         acquisition.start()
         blocks: list[SampleBlock] = []
-        while True:
-            try:
-                blocks += acquisition.read(timeout_s=1.5)
-            except TimeoutError as error:
-                assert "restarted" in str(error)
-                break
+        with pytest.raises(TimeoutError, match="restarted"):
+            take_into(blocks, acquisition, timeout_s=1.5)
         acquisition.stop()
         kinds = {event.kind for event in acquisition.take_events()}
     assert {"disconnected", "device-restart"} <= kinds
