@@ -48,8 +48,10 @@ class Determined:
     ----------
     relative : bool
         Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors).
-    beforehand, std : float
-        Standard deviation before and after the data.
+    beforehand : float
+        Standard deviation before the data, if all other parameters were known.
+    std : float
+        Standard deviation after the data.
     partner, correlation : str, float
         The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere.
     """
@@ -79,7 +81,8 @@ def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
     """Every linear parameter, in the order of the model's vector."""
     believed = believed_parameters(evidence.rig, evidence.preload)
     vector, precision = base_prior(believed)
-    beforehand = np.sqrt(np.diag(np.linalg.inv(precision)))
+    # Given the others: all damping ratios are believed to be alike, so that some tell of one that was never measured.
+    beforehand = 1 / np.sqrt(np.diag(precision))
     names, units, estimates = _flat(found)
     correlation = _correlation(found, len(names))
     rows = []
@@ -140,7 +143,7 @@ def determined_table(rows: tuple[Determined, ...]) -> Table:
         return f"{100 * std:.2g} %" if row.relative else f"{std:.2g}"
 
     return Table(
-        caption="How well the data determine each parameter",
+        caption="Each parameter before the data, if all others were known, and after",
         head=("parameter", "believed to within", "known to within", "narrowed", "most correlated with", "correlation"),
         rows=[
             (

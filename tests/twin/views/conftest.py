@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,11 +19,14 @@ from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
+from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution
+from twin.identify.identified import identify_rig
 from twin.identify.joint_law import SplineLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import SteadyState
 from twin.identify.unknowns import TIGHT, Unknowns
+from twin.lab.identified_joint import IdentifiedJoint
 from twin.rigs import load_rig
 from twin.views.curves import broadband_responses
 
@@ -54,7 +58,8 @@ def _candidate(unknowns: Unknowns, blames: tuple[Blame, ...], history: tuple[flo
 
 
 @pytest.fixture(scope="session")
-def diagnosis(run: Run) -> Diagnosis:
+def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
+    """A broadband run and two sweeps whose responses are still to be filled in, and what is true of the rig."""
     rig = load_rig("steel-lap-joint")
     outputs = (Output("acc1", "acceleration", 0.3), Output("acc2", "acceleration", 0.42))
     preload = rig.preload_name(None)
@@ -86,17 +91,39 @@ def diagnosis(run: Run) -> Diagnosis:
         rig=rig, preload=preload, model=model, outputs=outputs, force="force", reference=1, broadband=(binned,),
         steps=steps, unsettled=(), linear=None, runs=(replace(run, channels=channels),),
     )  # fmt: skip
+    return evidence, unknowns
+
+
+def _measured(evidence: Evidence, truth: Candidate) -> Evidence:
+    """The evidence with what `truth` predicts as responses, the sweeps with noise."""
+    steps = evidence.steps
+    response = np.zeros_like(steps.response)
+    noise = np.random.default_rng(3).normal(size=response.shape[:2])
+    response[:, :, 0] = predicted_steps(evidence, truth) * steps.force[:, :1] * (1 + 0.3 * NOISE * noise)
+    evidence = replace(evidence, steps=replace(steps, response=response))
+    (binned,) = evidence.broadband
+    return replace(evidence, broadband=(replace(binned, H=broadband_responses(evidence, truth, 0)),))
+
+
+@pytest.fixture(scope="session")
+def identified(unmeasured: tuple[Evidence, Unknowns]) -> IdentifiedJoint:
+    """What is found of a rig whose file is right, from what it would measure."""
+    blank, unknowns = unmeasured
+    evidence = _measured(blank, _candidate(unknowns, (), (100.0,)))
+    found = identify_rig(evidence)
+    return IdentifiedJoint(found=found, evidence=evidence, extension=Extension(), warnings=found.warnings)
+
+
+@pytest.fixture(scope="session")
+def diagnosis(unmeasured: tuple[Evidence, Unknowns]) -> Diagnosis:
+    evidence, unknowns = unmeasured
     values = {"mass_kg": 0.008, "position_m": 0.35}
     std = {"mass_kg": 8e-6, "position_m": 5e-5}
     blame = Blame(CAUSES["added-mass"], {}, values, std)
     base = _candidate(unknowns, (), (900.0, 400.0, 390.0))
     true = _candidate(unknowns, (blame,), (390.0, 120.0, 100.0))
     assert extension_of(evidence, (blame,)).attachments
-    response = np.zeros(shape, complex)
-    noise = np.random.default_rng(3).normal(size=(len(frequency), 2))
-    response[:, :, 0] = predicted_steps(evidence, true) * force[:, :1] * (1 + 0.3 * NOISE * noise)
-    evidence = replace(evidence, steps=replace(steps, response=response))
-    evidence = replace(evidence, broadband=(replace(binned, H=broadband_responses(evidence, true, 0)),))
+    evidence = _measured(evidence, true)
     sweeps = compare_sweeps(evidence, base, true)
     footing = Footing(base=base, start=unknowns, slack=TIGHT, harmonics=None)
     return Diagnosis(
@@ -128,3 +155,32 @@ def diagnosis(run: Run) -> Diagnosis:
         held_out=sweeps[1:],
         notes=("2 step(s) were still changing and were left out",),
     )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def rehearsal() -> dict[str, Any]:
+    phasor = {"amplitude": 1.5, "phase_rad": 0.0, "std": 1e-4}
+    steps = [
+        {
+            "sweep": "1.5N-up", "index": i, "frequency_Hz": 25.0 + i, "target_channel": "force",
+            "target_amplitude": 1.5, "settle_s": 5.0, "measure_s": 2.0,
+            "amplitude_error": -0.002, "transient": None if i == 0 else 0.0004,
+            "distortion": {"force": 0.0021, "acc1": 0.008}, "limit_use": {"voltage": 0.31},
+            "range_use": {"force": 0.03, "acc1": 0.2 + i / 10},
+            "phasors": {"force": phasor, "acc1": {"amplitude": 3.0 + i, "phase_rad": 1.0, "std": None}},
+        }
+        for i in range(4)
+    ]  # fmt: skip
+    caution = {
+        "kind": "dwell-too-short", "severity": "warning", "sweep": "1.5N-up", "index": 2, "frequency_Hz": 27.0,
+        "steps": 3, "reason": "0.2 s against a time constant of 2.6 s", "advice": "settle for 12 s", "changes": {},
+    }  # fmt: skip
+    summary = {
+        "sweep": "1.5N-up", "steps": 4, "duration_s": 28.0, "response_channel": "acc1", "peak_frequency_Hz": 28.0,
+        "peak_response": 6.0, "quality_factor": None,
+    }  # fmt: skip
+    return {
+        "state": "done", "reason": "", "clear": False, "must_not_run": False, "duration_s": 28.0,
+        "warnings": [caution], "sweeps": [summary], "steps": steps, "branches": [], "improved": None,
+        "procedure": "steel-sweeps", "rig": "steel-lap-joint", "preload": "120N",
+    }  # fmt: skip

@@ -59,35 +59,6 @@ def report(diagnosis: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Pa
     return path
 
 
-@pytest.fixture
-def rehearsal() -> dict[str, Any]:
-    phasor = {"amplitude": 1.5, "phase_rad": 0.0, "std": 1e-4}
-    steps = [
-        {
-            "sweep": "1.5N-up", "index": i, "frequency_Hz": 25.0 + i, "target_channel": "force",
-            "target_amplitude": 1.5, "settle_s": 5.0, "measure_s": 2.0,
-            "amplitude_error": -0.002, "transient": None if i == 0 else 0.0004,
-            "distortion": {"force": 0.0021, "acc1": 0.008}, "limit_use": {"voltage": 0.31},
-            "range_use": {"force": 0.03, "acc1": 0.2 + i / 10},
-            "phasors": {"force": phasor, "acc1": {"amplitude": 3.0 + i, "phase_rad": 1.0, "std": None}},
-        }
-        for i in range(4)
-    ]  # fmt: skip
-    caution = {
-        "kind": "dwell-too-short", "severity": "warning", "sweep": "1.5N-up", "index": 2, "frequency_Hz": 27.0,
-        "steps": 3, "reason": "0.2 s against a time constant of 2.6 s", "advice": "settle for 12 s", "changes": {},
-    }  # fmt: skip
-    summary = {
-        "sweep": "1.5N-up", "steps": 4, "duration_s": 28.0, "response_channel": "acc1", "peak_frequency_Hz": 28.0,
-        "peak_response": 6.0, "quality_factor": None,
-    }  # fmt: skip
-    return {
-        "state": "done", "reason": "", "clear": False, "must_not_run": False, "duration_s": 28.0,
-        "warnings": [caution], "sweeps": [summary], "steps": steps, "branches": [], "improved": None,
-        "procedure": "steel-sweeps", "rig": "steel-lap-joint", "preload": "120N",
-    }  # fmt: skip
-
-
 def test_the_answer_comes_first(report: Path, diagnosis: Diagnosis) -> None:
     page = Page(report.read_text(encoding="utf-8"))
     assert page.named("p")[0] == {"class": "answer"}
