@@ -30,6 +30,7 @@ SUMMARIES = {
     "replay": "Serve a recorded run through the virtual instruments.",
     "check": "Validate a recording against the contract; recover what a damaged file holds.",
     "convert": "Convert between MCAP and other formats, chosen by suffix.",
+    "modes": "Natural frequencies and damping from a broadband recording, without a model.",
     "identify": "Identify E', G' and the joint's nonlinear law from recordings.",
     "predict": "Predict responses to given frequencies and forces.",
     "diagnose": "Show what the model gets wrong, name the cause, extend the model, measure the gain.",

@@ -18,7 +18,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "serve": (
         "twin serve --rig steel-lap-joint --serial auto --instruments-out instruments.toml",
         "twin serve --rig my-rig.toml --tcp 127.0.0.1:5025 --can unixbus:/tmp/bus --speed fast",
-        "twin serve --rig my-rig.toml --serial auto --fault noise:probability=1e-5",
+        "twin serve --rig my-rig.toml --serial auto --fault flip:probability=0.001",
         "twin serve --commands",
     ),
     "acquire": (
@@ -35,6 +35,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin convert analyser.uff run.mcap",
         "twin convert logged-on-the-bus.blf run.mcap",
         "twin convert random.mcap responses.uff --frf --resolution 0.05",
+    ),
+    "modes": (
+        "twin modes random.mcap",
+        "twin modes random.mcap --band 5 500 --out frequencies.csv --picture chart.png",
     ),
     "identify": (
         "twin identify random.mcap sweeps.mcap --rig steel-lap-joint --out model.toml",

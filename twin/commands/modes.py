@@ -1,0 +1,134 @@
+"""``twin modes``: natural frequencies and damping from broadband recordings alone, without a model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import console, json_option, print_json
+
+if TYPE_CHECKING:
+    from twin.identify.modes.from_record import RecordedModes
+
+__all__ = ["command"]
+
+
+@click.command(short_help="Natural frequencies and damping from a broadband recording, without a model.")
+@click.argument("run", metavar="RUN.mcap", type=click.Path(path_type=Path))
+@click.option("--force", metavar="CHANNEL", help="The force; the only force channel if left out.")
+@click.option("--band", nargs=2, type=float, metavar="LOW HIGH", help="Hz; what the force excites if left out.")
+@click.option(
+    "--out", metavar="MODES.csv", type=click.Path(path_type=Path),
+    help="Table of frequencies, which 'twin identify' and 'twin diagnose' take.",
+)  # fmt: skip
+@click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The stabilisation chart.")
+@json_option
+def command(
+    run: Path, force: str | None, band: tuple[float, float] | None, out: Path | None, picture: Path | None,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Fit rational functions of rising order to the responses of RUN's first broadband stretch.
+
+    Poles that stay where they are as the order grows are modes; maximum likelihood then gives their frequencies,
+    damping ratios and standard deviations.
+    """
+    for path in (out, picture):
+        if path is not None and not path.parent.is_dir():
+            raise InputError(path, "", "its folder does not exist")
+    if band is not None and not 0 < band[0] < band[1]:
+        raise InputError("--band", "", f"{band[0]:g} to {band[1]:g} Hz is no band")
+    force, channels, found = _found(run, force, band)
+    modes = [
+        {
+            "frequency_Hz": {"value": mode.frequency_Hz, "std": mode.frequency_std_Hz},
+            "damping_ratio": {"value": mode.damping_ratio, "std": mode.damping_std},
+            "residues": {c: [r.real, r.imag] for c, r in zip(channels, mode.residues.tolist(), strict=True)},
+            "share_of_orders": mode.share,
+        }
+        for mode in found.fit.modes
+    ]
+    if out is not None:
+        _write_table(found, out)
+    if picture is not None:
+        _draw(found, picture)
+    if as_json:
+        print_json({
+            "run": str(run), "force": force, "channels": list(channels), "modes": modes,
+            "chi2_per_dof": found.fit.chi2_per_dof, "lines": len(found.response.frequency_Hz),
+        })  # fmt: skip
+    else:
+        _tell(found)
+
+
+def _found(
+    run: Path, force: str | None, band: tuple[float, float] | None
+) -> tuple[str, tuple[str, ...], RecordedModes]:
+    from recordings import read_run
+    from twin.identify.modes.from_record import modes_of_record
+    from twin.identify.spectrum import broadband_records
+
+    recorded = read_run(run)
+    forces = [name for name, channel in recorded.channels.items() if channel.quantity == "force"]
+    if force is None and len(forces) != 1:
+        raise InputError(run, "channels", f"holds {len(forces)} force channels", "name one with --force")
+    force = force or forces[0]
+    if force not in recorded.channels:
+        raise InputError(run, f"channel {force}", "not recorded", f"it has {', '.join(recorded.channels)}")
+    kinds = ("acceleration", "velocity", "displacement")
+    channels = tuple(n for n, c in recorded.channels.items() if c.quantity in kinds and n != force)
+    if not channels:
+        raise InputError(run, "channels", "holds no acceleration, velocity or displacement")
+    records = broadband_records(recorded, channels=[force, *channels])
+    if not records:
+        raise InputError(run, "/procedure", "holds no broadband stretch", "run a procedure of kind random")
+    with console.status("fitting modes"):
+        try:
+            return force, channels, modes_of_record(records[0], force=force, channels=channels, band_Hz=band)
+        except ValueError as error:
+            raise InputError(run, "", str(error)) from error
+
+
+def _write_table(found: RecordedModes, out: Path) -> None:
+    rows = [
+        f"{number},{mode.frequency_Hz:.8g},{mode.frequency_std_Hz:.3g}"
+        for number, mode in enumerate(found.fit.modes, 1)
+    ]
+    text = "\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n"
+    _whole(out, lambda path: path.write_text(text, encoding="utf-8"))
+
+
+def _draw(found: RecordedModes, out: Path) -> None:
+    from twin.views.stabilisation import stabilisation_figure
+
+    figure = stabilisation_figure(found.fit, found.response)
+    _whole(out, lambda path: figure.savefig(path, format="png", dpi=150))
+
+
+def _whole(out: Path, save: Callable[[Path], object]) -> None:
+    """The file appears whole or not at all."""
+    part = out.with_name(out.name + ".part")
+    try:
+        save(part)
+        part.replace(out)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
+
+
+def _tell(found: RecordedModes) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table: Any = Table(title="Modes")
+    for heading in ("mode", "frequency (Hz)", "std", "damping ratio (%)", "std", "in share of orders"):
+        table.add_column(heading, justify="right")
+    for number, mode in enumerate(found.fit.modes, 1):
+        table.add_row(
+            str(number), f"{mode.frequency_Hz:.4f}", f"{mode.frequency_std_Hz:.2g}", f"{100 * mode.damping_ratio:.4f}",
+            f"{100 * mode.damping_std:.2g}", f"{mode.share:.0%}",
+        )  # fmt: skip
+    Console(highlight=False).print(table)

@@ -1,0 +1,165 @@
+"""Maximum likelihood of poles and residues together, which gives the poles their standard deviations.
+
+    H_o(w) = sum_r [ R_or / (j w - p_r) + conj(R_or) / (j w - conj(p_r)) ] + U_o + L_o / w^2 + V_o w^2
+
+The residues and the remainders U, L, V of modes outside the band are linear and are projected out at each step (Golub
+and Pereyra; with Kaufman's Jacobian), so that only the poles are iterated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["PoleFit", "refine_poles"]
+
+Array = NDArray[Any]
+
+REMAINDERS = 3
+ITERATIONS, TOLERANCE = 40, 1e-9
+LARGEST_STEP = 0.5
+"""Of a step of log damping; of log frequency in half-widths."""
+
+
+@dataclass(frozen=True)
+class PoleFit:
+    """Poles with covariance, residues, and how well they fit.
+
+    Attributes
+    ----------
+    omega, zeta : ndarray, (m,)
+        Natural frequencies (rad/s) and damping ratios.
+    covariance : ndarray, (2 m, 2 m)
+        Of (log omega ..., log zeta ...), for the weights as given.
+    residues : ndarray, (o, m)
+    remainders : ndarray, (o, 3)
+        U, L and V, these two at the ends of `band`.
+    band : tuple of float
+        First and last omega, rad/s.
+    chi2 : float
+        Sum of squares of the weighted residual.
+    dof : int
+    """
+
+    omega: Array
+    zeta: Array
+    covariance: Array
+    residues: Array
+    remainders: Array
+    band: tuple[float, float]
+    chi2: float
+    dof: int
+
+    @property
+    def poles(self) -> Array:
+        """Complex poles, rad/s, (m,)."""
+        return np.asarray(self.omega * (-self.zeta + 1j * np.sqrt(1 - np.minimum(self.zeta, 0.99) ** 2)))
+
+    def parts(self, omega: Array) -> Array:
+        """Each mode's part of the responses at `omega`, (f, o, m)."""
+        s, p, r = 1j * np.asarray(omega)[:, None, None], self.poles, self.residues
+        return np.asarray(r / (s - p) + r.conj() / (s - p.conj()))
+
+    def responses(self, omega: Array) -> Array:
+        """The fitted responses at `omega`, (f, o)."""
+        return np.asarray(np.sum(self.parts(omega), axis=2) + _remainder_basis(omega, self.band) @ self.remainders.T)
+
+
+def refine_poles(
+    frequency_Hz: Array, H: Array, weight: Array, *, omega: Array, zeta: Array, iterations: int = ITERATIONS
+) -> PoleFit:
+    """Fit `H` from starting poles.
+
+    Parameters
+    ----------
+    frequency_Hz, H, weight
+        As in :func:`twin.identify.modes.rational.pole_chart`.
+    omega, zeta : ndarray, (m,)
+        Natural frequencies (rad/s) and damping ratios to start from.
+    iterations
+        At most; with 0 only residues are fitted.
+    """
+    w = 2 * np.pi * np.asarray(frequency_Hz, float)
+    x = np.concatenate([np.log(omega), np.log(zeta)])
+    here = _Projection.at(x, w, H, weight)
+    damping = 1e-3
+    for _ in range(iterations):
+        J = here.jacobian
+        normal, gradient = J.T @ J, J.T @ here.residual
+        scale = np.diag(normal) + 1e-300
+        for _ in range(12):
+            step = -np.linalg.solve(normal + damping * np.diag(scale), gradient)
+            step *= min(1.0, LARGEST_STEP / max(_size(step, x), 1e-300))
+            trial = _Projection.at(x + step, w, H, weight)
+            if trial.chi2 < here.chi2:
+                break
+            damping *= 4
+        else:
+            break
+        gain = here.chi2 - trial.chi2
+        x, here, damping = x + step, trial, damping / 8
+        if gain < TOLERANCE * here.chi2:
+            break
+    m = len(omega)
+    dof = max(1, 2 * H.size - len(x) - H.shape[1] * 2 * (m + REMAINDERS))
+    covariance = np.linalg.pinv(here.jacobian.T @ here.jacobian, hermitian=True)
+    band = float(w[0]), float(w[-1])
+    return PoleFit(np.exp(x[:m]), np.exp(x[m:]), covariance, here.residues, here.remainders, band, here.chi2, dof)
+
+
+def _size(step: Array, x: Array) -> float:
+    """Largest change of a log damping, or of a frequency in half-widths."""
+    m = len(x) // 2
+    return float(max(np.max(np.abs(step[m:])), np.max(np.abs(step[:m]) / np.exp(x[m:])) / 4))
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """Residual and Jacobian at given poles, with the linear part at its best."""
+
+    residual: Array
+    jacobian: Array
+    residues: Array
+    remainders: Array
+    chi2: float
+
+    @staticmethod
+    def at(x: Array, w: Array, H: Array, weight: Array) -> _Projection:
+        m = len(x) // 2
+        omega, zeta = np.exp(x[:m]), np.minimum(np.exp(x[m:]), 0.99)
+        root = np.sqrt(1 - zeta**2)
+        p = omega * (-zeta + 1j * root)
+        s = 1j * w[:, None]
+        plus, minus = 1 / (s - p), 1 / (s - p.conj())
+        # d p / d log omega and d p / d log zeta.
+        by = (p, omega * zeta * (-1 - 1j * zeta / root))
+        rest = _remainder_basis(w, (float(w[0]), float(w[-1])))
+        basis = np.hstack([plus + minus, 1j * (plus - minus), rest, 1j * rest])
+        norm = np.linalg.norm(basis, axis=0)
+        residual, jacobian, residues, remainders = [], [], [], []
+        for h, g in zip(H.T, weight.T, strict=True):
+            A = _stacked(g[:, None] * basis / norm)
+            Q, R = np.linalg.qr(A)
+            y = _stacked((g * h)[:, None])[:, 0]
+            c = np.linalg.lstsq(R, Q.T @ y, rcond=1e-13)[0] / norm
+            r = c[:m] + 1j * c[m : 2 * m]
+            columns = [r * d * plus**2 + (r * d).conj() * minus**2 for d in by]
+            D = _stacked(g[:, None] * np.hstack(columns))
+            residual.append(A @ (c * norm) - y)
+            jacobian.append(D - Q @ (Q.T @ D))
+            residues.append(r)
+            remainders.append(c[2 * m : 2 * m + REMAINDERS] + 1j * c[2 * m + REMAINDERS :])
+        out = np.concatenate(residual)
+        return _Projection(out, np.vstack(jacobian), np.array(residues), np.array(remainders), float(out @ out))
+
+
+def _remainder_basis(w: Array, band: tuple[float, float]) -> Array:
+    return np.stack([np.ones_like(w), (band[0] / w) ** 2, (w / band[1]) ** 2], axis=1)
+
+
+def _stacked(values: Array) -> Array:
+    """Real parts above imaginary parts."""
+    return np.vstack([values.real, values.imag])
