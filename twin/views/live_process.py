@@ -25,6 +25,9 @@ GATHER_S = 0.1
 MOST_AT_ONCE = 1024
 """Gathered between two drawings: many blocks in one go cost little more than one."""
 FLUSH_S = 3.0
+"""Patience at the end with a viewer that does not take what is left."""
+NOT_ALL_SENT = 3
+"""Exit status then."""
 
 Item = tuple[int, str, Any]
 
@@ -61,7 +64,10 @@ def _connection(url: str) -> Iterator[rr.RecordingStream]:
     recording = rr.RecordingStream(APPLICATION, send_properties=False)
     recording.connect_grpc(url)
     yield recording
-    recording.flush(timeout_sec=FLUSH_S)
+    try:
+        recording.flush(timeout_sec=FLUSH_S)
+    except RuntimeError:  # the viewer stands still, or is gone
+        os._exit(NOT_ALL_SENT)  # rerun would go on waiting in its own ending
     recording.disconnect()
 
 

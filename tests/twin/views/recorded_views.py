@@ -120,6 +120,16 @@ def _plain(column: pa.Array) -> pa.Array:
     return column.cast(pa.int64()) if temporal else column
 
 
+def value_at(ticks: dict[str, list[Any]], place: float, *, axis: int = 1, log: bool = False) -> float:
+    """The value of a place in a chart, from the latest printed ticks of an axis alone."""
+    values = np.array([float(text) for text in ticks["Points2D:labels"][-1]])
+    hung = (0, 12)[axis]  # a tick's label hangs beside its line
+    places = [position[axis] + hung for position in ticks["Points2D:positions"][-1]]
+    slope, offset = np.polyfit(places, np.log(values) if log else values, 1)
+    value = float(slope * place + offset)
+    return float(np.exp(value)) if log else value
+
+
 def view_origins(path: Path) -> list[str]:
     """Where the views of the file's own blueprint look."""
     reader = RrdReader(path)
