@@ -36,6 +36,8 @@ REDUCED_ANEW = 2
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
 noise, and there is always something that would follow a twentieth of that."""
+CLEAR = 2.0
+"""Standard deviations from nothing."""
 LEAST_SHARE_OF_HARMONICS = 0.15
 """The same of the steps' higher harmonics, where a stop or a slap shows while the broadband runs know nothing of it."""
 
@@ -185,16 +187,23 @@ def _pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Cand
 
 def _pays(evidence: Evidence, candidate: Candidate, model: Candidate, blame: Blame | None = None) -> bool:
     """Whether a cause, the last one by default, is worth its parameters beside the model without it."""
+    blame = blame or candidate.blames[-1]
     temper = candidate.chi2_per_dof
     gain = candidate.weight(temper) - model.weight(temper)
     # What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.
-    strained = 0.5 * (model.solution.penalty - candidate.solution.penalty) > LEAST_GAIN
+    strained = 0.5 * (model.solution.penalty - candidate.solution.penalty) > LEAST_GAIN and _clear(evidence, blame)
     enough = (
         strained
         or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
         or candidate.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
     )
-    return gain > LEAST_GAIN and enough and not _negligible(evidence, blame or candidate.blames[-1])
+    return gain > LEAST_GAIN and enough and not _negligible(evidence, blame)
+
+
+def _clear(evidence: Evidence, blame: Blame) -> bool:
+    """Whether a cause's strength is known to be there: one that only takes strain off the base family must be."""
+    main = main_strength(blame.cause.parameters(evidence, blame.label))
+    return main is None or abs(blame.values[main.name] - main.null) > CLEAR * blame.std[main.name]
 
 
 def _negligible(evidence: Evidence, blame: Blame) -> bool:

@@ -10,7 +10,7 @@ joint's nonlinearity under broadband excitation distorts the lines.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -22,7 +22,7 @@ from scipy.signal import find_peaks
 
 from twin.identify.spectrum import BroadbandRecord, h1
 
-__all__ = ["BinnedResponse", "bin_response", "find_resonances"]
+__all__ = ["BinnedResponse", "bin_response", "find_resonances", "hidden_resonances"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
@@ -33,6 +33,8 @@ BIN_SHARE = 0.12
 """A bin's width beside its distance to the nearest resonance."""
 
 
+KINKED, AROUND, COARSE_Hz = 2.0, 10, 0.5
+"""A bin wider than the last whose lines scatter by this factor more than the bins around it hides a resonance."""
 NOISIEST = 0.2
 """Relative standard deviation up to which a bin is kept."""
 
@@ -54,6 +56,8 @@ class BinnedResponse:
         Measured scatter in units of the white noise's; well above one where nonlinear distortion shows.
     force_power : ndarray, (b,)
         Mean square of the force within each bin, N^2.
+    resonances_Hz : ndarray
+        Where the response was taken to change fast.
     """
 
     run: str
@@ -65,6 +69,7 @@ class BinnedResponse:
     noise_density: dict[str, float]
     distortion: Real
     force_power: Real
+    resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
 
     @property
     def omega(self) -> Real:
@@ -85,6 +90,18 @@ class BinnedResponse:
         ]
         near = np.stack([np.interp(np.log(self.frequency_Hz), grid, row) for row in around], axis=1)
         return np.asarray(np.exp(np.maximum(near - level, 0.0)))
+
+
+def hidden_resonances(data: BinnedResponse) -> Real:
+    """Frequencies, Hz, at which bins were too wide for what the response does there.
+
+    A light resonator on the structure makes a kink, no peak that stands out by itself.
+    """
+    scatter, f = data.distortion, data.frequency_Hz
+    around = np.array([np.median(scatter[max(0, i - AROUND) : i + AROUND + 1]) for i in range(len(f))])
+    kinked = (scatter > KINKED * around) & (np.gradient(f) > COARSE_Hz)
+    runs = np.split(np.arange(len(f)), np.flatnonzero(np.diff(kinked)) + 1)
+    return np.array([np.average(f[run], weights=scatter[run]) for run in runs if kinked[run[0]]])
 
 
 def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str, ...]) -> tuple[Real, Real]:
@@ -184,6 +201,7 @@ def bin_response(
         noise_density=dict(zip((force, *channels), density.tolist(), strict=True)),
         distortion=distortion,
         force_power=total / 2,
+        resonances_Hz=resonances_Hz,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
+from twin.identify.broadband import BinnedResponse, bin_response, find_resonances, hidden_resonances
 from twin.identify.gauss_newton import minimise
 from twin.identify.linear_model import DAMPED_MODES, BaseParameters, LinearModel
 from twin.identify.spectrum import BroadbandRecord
@@ -155,10 +155,12 @@ def reduce_broadband(
     The detuning stays wide here: what explains the resonances is for later to say.
     """
     resonances, band = _resonances_and_band(model, record, force)
+    told_apart = resonances
     base = replace(believed, detuning=_aligned(_complex_modes(model, believed)[0], resonances))
     for _ in range(rounds):
         reference, *modes = _reference(model, base)
-        data = _binned(model, record, modes, force=force, resonances=resonances, band=band, reference=reference)
+        data = _binned(model, record, modes, force=force, resonances=told_apart, band=band, reference=reference)
+        told_apart = np.concatenate([told_apart, hidden_resonances(data)])
         fit = fit_linear(
             model, data, base, believed=believed, detuning_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
         )
@@ -173,6 +175,7 @@ def bin_broadband(
     *,
     force: str,
     reference: Callable[[Real], Complex],
+    resonances_Hz: Real,
 ) -> BinnedResponse:
     """Bin a broadband record against a reference that is better than the linear model.
 
@@ -182,11 +185,13 @@ def bin_broadband(
         Detuned to the record's resonances here: for the decays of the record's ends.
     reference
         Responses (f, o) at omega.
+    resonances_Hz
+        Of an earlier binning: what showed only then stays told apart.
     """
     resonances, band = _resonances_and_band(model, record, force)
     base = replace(base, detuning=_aligned(_complex_modes(model, base)[0], resonances))
     _, *modes = _reference(model, base)
-    return _binned(model, record, modes, force=force, resonances=resonances, band=band, reference=reference)
+    return _binned(model, record, modes, force=force, resonances=resonances_Hz, band=band, reference=reference)
 
 
 def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str) -> tuple[Real, Real]:

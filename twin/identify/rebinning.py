@@ -36,7 +36,16 @@ def rebinned(evidence: Evidence, extension: Extension, unknowns: Unknowns) -> Ev
         def reference(omega: Array, data: BinnedResponse = data) -> Array:
             return _responses(predictor, data, unknowns, omega)
 
-        anew.append(bin_broadband(evidence.model, record, unknowns.base, force=evidence.force, reference=reference))
+        anew.append(
+            bin_broadband(
+                evidence.model,
+                record,
+                unknowns.base,
+                force=evidence.force,
+                reference=reference,
+                resonances_Hz=data.resonances_Hz,
+            )
+        )
     return replace(evidence, broadband=tuple(anew))
 
 

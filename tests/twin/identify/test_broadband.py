@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
-from twin.identify.broadband import bin_response, find_resonances
+from twin.identify.broadband import bin_response, find_resonances, hidden_resonances
 from twin.identify.spectrum import BroadbandRecord, broadband_records, h1
 
 RATE, SECONDS, BAND = 1024.0, 30.0, (5.0, 300.0)
@@ -149,6 +149,19 @@ def test_distortion_shows_where_it_is_and_widens_the_covariance():
         assert data.noise_density["acc2"] == pytest.approx(NOISE["acc2"], rel=0.2)
     # One factor serves all channels, so that a direction which alone scatters is understated by their number.
     assert 0.8 < np.mean(np.concatenate(inside)) < 2.0
+
+
+def test_a_kink_too_slight_for_a_peak_shows_by_the_scatter_of_its_bins():
+    """A light resonator far from the structure's own resonances, where bins are wide."""
+    plain = TRUE.record(np.random.default_rng(11))
+    kinked = TRUE.record(np.random.default_rng(11))
+    b, a = signal.iirpeak(90.0, 40.0, fs=RATE)
+    for name in CHANNELS:
+        kinked.samples[name][:] += 0.3 * signal.lfilter(b, a, kinked.samples[name])
+    assert 90.0 not in np.round(find_resonances(kinked, force="force", channels=CHANNELS)[0])
+    (found,) = hidden_resonances(binned(kinked))
+    assert found == pytest.approx(90.0, abs=2.0)
+    assert len(hidden_resonances(binned(plain))) == 0
 
 
 def test_hopeless_bins_are_left_out_and_depth_is_one_on_a_peak():

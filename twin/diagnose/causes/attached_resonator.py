@@ -23,7 +23,9 @@ class AttachedResonator(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass, frequency, damping and place."""
         high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
-        frequencies = tuple(float(f) for f in np.geomspace(12.0, high, 14))
+        seen = [f for data in evidence.broadband for f in data.resonances_Hz if 5.0 < f < high]
+        # The likeliest places first: a light one far from the structure's own resonances shows there alone.
+        frequencies = tuple(float(f) for f in (*np.geomspace(12.0, high, 14), *seen))
         return (
             Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
             Parameter(

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnose.candidate import Blame
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NonlinearForce
 
-__all__ = ["LocalForce", "law_of", "named_law"]
+__all__ = ["LocalForce", "law_of", "named_law", "peak_and_fundamental"]
 
 Array = NDArray[Any]
+Force = Callable[[Array, Array, Array], Array]
 
 USUAL_N = 2.0
 """Force of a term at the largest measured motion of the tip, one standard deviation of its prior."""
 POINTS = 96
+THETA = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
+"""Half a step off, so that no point lies on the jump of a friction force."""
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 WEIGHTS = WEIGHTS / WEIGHTS.sum()
 
@@ -60,10 +64,7 @@ class LocalForce(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A local nonlinear force, its harmonics and linear substitutes by quadrature."""
-        terms = [(term, values[term.name]) for term in law_of(label)]
-
-        def force(u: Array, v: Array, a: Array) -> Array:
-            return sum((c * term.force(u, v, a) for term, c in terms), np.zeros(np.shape(u)))
+        force = _summed(law_of(label), values)
 
         def equivalent(amplitude: Array, omega: Array) -> Array:
             amplitude = np.maximum(amplitude, 1e-12)
@@ -78,16 +79,20 @@ class LocalForce(Cause):
         return Extension(nonlinear=(local,))
 
 
-def force_harmonics(force: Any, amplitude: Array, omega: Array, count: int) -> Array:
+def peak_and_fundamental(blame: Blame, amplitude: Array, omega: Array) -> tuple[Array, Array]:
+    """Largest force within a period (s,), and its complex fundamental (s,), for u = amplitude cos(omega t)."""
+    force = _summed(law_of(blame.label), blame.values)
+    over_period = force(*_motion(amplitude, omega))
+    return np.max(np.abs(over_period), axis=1), force_harmonics(force, amplitude, omega, 1)[:, 0]
+
+
+def force_harmonics(force: Force, amplitude: Array, omega: Array, count: int) -> Array:
     """Complex harmonics 1 ... count (s, count) of a force f(u, v, a) of the motion u = amplitude cos(omega t)."""
-    # Half a step off, so that no point lies on the jump of a friction force.
-    theta = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
-    A, w = amplitude[:, None], omega[:, None]
-    f = force(A * np.cos(theta), -A * w * np.sin(theta), -A * w**2 * np.cos(theta))
-    return np.asarray(f @ np.exp(-1j * np.outer(theta, np.arange(1, count + 1))) * (2 / POINTS))
+    f = force(*_motion(amplitude, omega))
+    return np.asarray(f @ np.exp(-1j * np.outer(THETA, np.arange(1, count + 1))) * (2 / POINTS))
 
 
-def linear_substitute(force: Any, displacement: float, velocity: float, omega: Array) -> Array:
+def linear_substitute(force: Force, displacement: float, velocity: float, omega: Array) -> Array:
     """Dynamic stiffness (f,) of the linear force nearest to f(u, v, a) under Gaussian motion of these rms values."""
     still = np.zeros_like(NODES)
 
@@ -101,3 +106,18 @@ def linear_substitute(force: Any, displacement: float, velocity: float, omega: A
         slope(force(still, still, NODES), NODES),
     )
     return np.asarray(k + 1j * omega * c - omega**2 * m)
+
+
+def _summed(terms: Sequence[Term], values: Values) -> Force:
+    """The terms' sum as a function of u, v, a."""
+
+    def force(u: Array, v: Array, a: Array) -> Array:
+        return sum((values[term.name] * term.force(u, v, a) for term in terms), np.zeros(np.shape(u)))
+
+    return force
+
+
+def _motion(amplitude: Array, omega: Array) -> tuple[Array, Array, Array]:
+    """Displacement, velocity and acceleration (s, POINTS) over a period of u = amplitude cos(omega t)."""
+    A, w = amplitude[:, None], omega[:, None]
+    return A * np.cos(THETA), -A * w * np.sin(THETA), -A * w**2 * np.cos(THETA)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import along_beam
 from twin.diagnose.footing import Footing
-from twin.diagnose.missing.force import LocalForce, law_of, named_law
+from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.search import Search, search_causes
 from twin.diagnose.thin import thin_evidence
@@ -29,6 +29,8 @@ LEAST_GAIN, LEAST_SHARE = 8.0, 0.08
 """Of log evidence and of chi2, for a further term."""
 GOOD = 1.0
 """Chi2 per degree of freedom at which no further term is asked for."""
+LEAST_FUNDAMENTAL = 0.01
+"""Of the largest force within a period, below which its phase says nothing."""
 PLACES = 14
 """At which it is tried along the structure."""
 
@@ -43,19 +45,22 @@ class FittedTerm:
 
 @dataclass(frozen=True, kw_only=True)
 class ForceAtLevel:
-    """The fundamental of the force at the largest motion of one sweep.
+    """The force at the largest motion of one sweep.
 
     Attributes
     ----------
+    force_N
+        Largest within a period.
     phase_deg
-        Ahead of the displacement: 0 is a spring, 90 a damper, 180 a mass.
+        Of its fundamental, ahead of the displacement: 0 is a spring, 90 a damper, 180 a mass.  None where it has next
+        to none, as a force that is the same to either side.
     """
 
     sweep: str
     frequency_Hz: float
     displacement_m: float
     force_N: float
-    phase_deg: float
+    phase_deg: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,24 +206,25 @@ def _with_term(blame: Blame, term: Term, evidence: Evidence) -> Blame | None:
 
 
 def _at_each_level(evidence: Evidence, model: Candidate) -> tuple[ForceAtLevel, ...]:
-    """The force's fundamental where each sweep moves its place most."""
+    """The force where each sweep moves its place most."""
     if not len(evidence.steps):
         return ()
-    extension = extension_of(evidence, model.blames)
-    motion = Predictor(evidence, extension).motion_at_forces(model.unknowns)[:, 0]
+    blame = model.blames[-1]
+    motion = Predictor(evidence, extension_of(evidence, model.blames)).motion_at_forces(model.unknowns)[:, 0]
     amplitude, omega = np.abs(motion), evidence.steps.omega
-    stiffness = extension.nonlinear[0].equivalent(amplitude, omega)
     largest: dict[str, int] = {}
     for i, state in enumerate(evidence.steps.states):
         if state.sweep not in largest or amplitude[i] > amplitude[largest[state.sweep]]:
             largest[state.sweep] = i
+    chosen = np.array(list(largest.values()))
+    peak, fundamental = peak_and_fundamental(blame, amplitude[chosen], omega[chosen])
     return tuple(
         ForceAtLevel(
             sweep=sweep,
             frequency_Hz=float(omega[i] / (2 * np.pi)),
             displacement_m=float(amplitude[i]),
-            force_N=float(abs(stiffness[i]) * amplitude[i]),
-            phase_deg=float(np.degrees(np.angle(stiffness[i]))),
+            force_N=float(largest_N),
+            phase_deg=float(np.degrees(np.angle(first))) if abs(first) > LEAST_FUNDAMENTAL * largest_N else None,
         )
-        for sweep, i in largest.items()
+        for (sweep, i), largest_N, first in zip(largest.items(), peak, fundamental, strict=True)
     )

@@ -1,0 +1,51 @@
+"""What may be said of a search: a cause that leaves a part of the evidence unexplained is no explanation."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from twin.diagnose.verdict import decide
+
+FINDING = [SimpleNamespace(cause="clipping")]
+
+
+def search(before, after, blamed=True):
+    """A search whose base family and model leave these chi2 per number in each part."""
+    blame = SimpleNamespace(key="a", cause=SimpleNamespace(name="a"))
+    finalist = SimpleNamespace(blames=(blame,), weight=lambda temper: 0.0, chi2_per_dof=1.0)
+
+    def model(parts, blames):
+        return SimpleNamespace(chi2_per_number=parts, chi2_per_dof=sum(parts.values()) / len(parts), blames=blames)
+
+    return SimpleNamespace(
+        base=model(before, ()),
+        model=model(after, (blame,) if blamed else ()),
+        stages=(SimpleNamespace(accepted=True, finalists=(finalist,)),),
+    )
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "verdict"),
+    [
+        ({"steps": 60.0, "harmonics": 0.5}, {"steps": 0.7, "harmonics": 0.5}, "explained"),
+        # All harmonics that the cause should have made are still there, in few numbers beside the rest.
+        ({"steps": 0.5, "harmonics": 2.1}, {"steps": 0.5, "harmonics": 1.7}, "unknown"),
+        # A cause that takes nearly all of a large misfit may leave a little of it: no model is exact.
+        ({"steps": 1000.0, "harmonics": 0.5}, {"steps": 9.0, "harmonics": 0.5}, "explained"),
+        ({"steps": 60.0, "harmonics": 5.0}, {"steps": 4.2, "harmonics": 3.4}, "unknown"),
+    ],
+)
+def test_every_part_of_the_evidence_must_be_explained(before, after, verdict):
+    assert decide(search(before, after), []) == verdict
+
+
+def test_without_a_cause_a_poor_fit_is_unknown_and_a_good_one_is_nothing():
+    assert decide(search({"steps": 8.0}, {"steps": 8.0}, blamed=False), []) == "unknown"
+    assert decide(search({"steps": 0.6}, {"steps": 0.6}, blamed=False), []) == "none"
+
+
+def test_what_the_samples_show_is_an_explanation_of_a_fit_that_is_not_poor():
+    assert decide(search({"steps": 2.2}, {"steps": 2.2}, blamed=False), FINDING) == "explained"
+    assert decide(search({"steps": 900.0}, {"steps": 900.0}, blamed=False), FINDING) == "unknown"
