@@ -24,7 +24,8 @@ from recordings.uninterrupted import UNINTERRUPTED
 __all__ = ["RunWriter"]
 
 CHUNK_BYTES = 64 << 10
-FLUSH_SECONDS = 0.25
+FLUSH_SECONDS = 0.15
+"""Blocks of an acquisition are up to 0.3 s long: with the one that is under way, less than half a second is lost."""
 _COMPRESSION = {"lz4": CompressionType.LZ4, "none": CompressionType.NONE}
 
 
@@ -33,7 +34,7 @@ class RunWriter:
 
     The file gets its name when metadata and attachments are in it and flushed: what interrupts the constructor leaves
     nothing behind, and what ends the program in an orderly way after it leaves a finished file.  A chunk is closed at
-    64 KiB, and at the latest after 250 ms by a thread of its own, whether or not anything more is written.  Leaving
+    64 KiB, and at the latest after 150 ms by a thread of its own, whether or not anything more is written.  Leaving
     the ``with`` block by an exception still finishes the file: what was recorded stays readable.
 
     Parameters

@@ -27,6 +27,7 @@ BAD = {
     "serve": ["--rig", "no-such-rig", "--serial", "auto", "--instruments-out", "out"],
     "acquire": ["steel-sweeps", "--instruments", "missing.toml", "--out", "out.mcap"],
     "replay": ["missing.mcap", "--serial", "auto"],
+    "faults": ["--only", "gremlins"],
     "check": ["missing.mcap"],
     "convert": ["missing.mcap", "out.csv"],
     "modes": ["missing.mcap", "--out", "out.csv"],

@@ -28,6 +28,7 @@ SUMMARIES = {
     "serve": "Serve the virtual instruments of a rig over serial, TCP and CAN.",
     "acquire": "Run a procedure against instruments, virtual or real, and record it.",
     "replay": "Serve a recorded run through the virtual instruments.",
+    "faults": "Try every fault on virtual instruments; count what was noticed, lost, silently wrong.",
     "check": "Validate a recording against the contract; recover what a damaged file holds.",
     "convert": "Convert between MCAP and other formats, chosen by suffix.",
     "modes": "Natural frequencies and damping from a broadband recording, without a model.",

@@ -26,6 +26,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin acquire --instruments instruments.toml --seconds 10 --out background.mcap",
     ),
     "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
+    "faults": (
+        "twin faults --tries 20",
+        "twin faults --only 'on the bus' --json",
+    ),
     "check": (
         "twin check run.mcap",
         "twin check cut.mcap --recover whole.mcap",

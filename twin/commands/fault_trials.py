@@ -163,7 +163,7 @@ def judge(run: Run, tone: Tone, fault: str = "") -> tuple[int, int]:
             hit = _within(number / tone.sample_rate_Hz, spoilt.number("at_s"), spoilt.number("seconds"))
             factor = np.float32(spoilt.number("factor"))
             truth = np.where(hit, np.clip(truth * factor, -np.float32(limit), np.float32(limit)), truth)
-        if CHANNELS[name] == "can":
+        if device.device == "can":
             truth = _through_16_bits(truth, limit)
         there = ~np.isnan(values)
         differ = there & (values != truth)
