@@ -31,10 +31,11 @@ def test_compiled_and_plain_agree(steel_model, other_base, share):
 
 
 def test_no_springs_are_the_modal_sum(steel_model):
+    """But for rounding, which mode 1 at 26.46 Hz magnifies some 240 times at 26.4 Hz."""
     rows = steel_model.ports.rows
     pairs = PortPairs.of(steel_model.basis, rows, np.arange(len(rows)))
     found = pairs.receptance(steel_model.basis, OMEGA, np.zeros((len(OMEGA), 3)), inner=True)
-    assert np.max(relative(found, steel_model.basis.receptance(rows, OMEGA))) < 1e-14
+    assert np.max(relative(found, steel_model.basis.receptance(rows, OMEGA))) < 1e-13
 
 
 def test_only_the_wanted_receptances_come_out(steel_model, other_base):
