@@ -203,6 +203,8 @@ class UnixBus(can.BusABC):
                 packet = self._peers[descriptor].recv(256)
             except BlockingIOError:
                 return
+            except ConnectionResetError:
+                continue  # it left without having read everything; what it sent before that is still to come
             except OSError:
                 packet = b""
             if not packet:

@@ -102,3 +102,15 @@ def test_rubbish_on_the_socket_is_an_error_frame(path):
         for data in (b"x", b"\xff" * 8, b"\x00" * 100, bytes([1, 0, 0, 0, 1, 64, 0, 0]) + b"short"):
             stranger.send(data)
             assert hub.recv(1).is_error_frame
+
+
+def test_what_was_sent_by_one_who_left_without_listening_still_comes(path):
+    with open_bus(path) as hub:
+        leaver = open_bus(path)
+        hub.recv(0.01)
+        hub.send(frame(7))
+        for n in range(20):
+            leaver.send(frame(n))
+        leaver.shutdown()
+        came = [message.arbitration_id for _ in range(20) if (message := hub.recv(1)) is not None]
+    assert came == list(range(20))
