@@ -21,7 +21,7 @@ from twin.bench.linear import Poles
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, HINGES, POLYNOMIAL, SLIDERS
 
-__all__ = ["LANES", "Coefficients", "Elements", "coefficients", "march"]
+__all__ = ["LANES", "Coefficients", "Elements", "coefficients", "eliminate", "march"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -214,7 +214,7 @@ def march(
                         for b in range(locals_):
                             for c in range(locals_):
                                 J[a, b] -= D[a, 1 + c] * cross[c, b]
-                _eliminate(J, r)
+                eliminate(J, r)
             damping = 0.5 if smooth and iteration >= 12 else 1.0
             largest = 0.0
             for a in range(locals_):
@@ -270,7 +270,7 @@ def _couple(
 
 
 @COMPILED
-def _eliminate(J: Matrix, r: Matrix) -> None:
+def eliminate(J: Matrix, r: Matrix) -> None:
     """Gaussian elimination with row pivoting; the solution replaces r."""
     n = r.shape[0]
     for k in range(n):

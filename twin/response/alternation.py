@@ -11,109 +11,198 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.bench.force_factor import lost_force
 from twin.joint.kernel import COMPILED, evaluate
-from twin.joint.kinds import POLYNOMIAL, RUNNING_LOSS, SLIDERS
+from twin.joint.kinds import LINEAR, POLYNOMIAL, SLIDERS
 
-__all__ = ["alternate", "alternate_numpy", "fourier_basis"]
+__all__ = [
+    "alternate", "alternate_numpy", "alternate_pair", "alternate_pair_numpy", "fourier_basis", "running",
+]  # fmt: skip
 
 Matrix = NDArray[np.float64]
 
 
 def fourier_basis(harmonics: int, samples: int) -> Matrix:
-    """phi_i at equal steps of a period, (samples, 2 harmonics + 1)."""
+    """phi_i at equal steps of a period, (2 harmonics + 1, samples)."""
     t = 2 * np.pi * np.arange(samples) / samples
-    columns = [np.ones(samples)]
+    rows = [np.ones(samples)]
     for k in range(1, harmonics + 1):
-        columns += [np.cos(k * t), np.sin(k * t)]
-    return np.ascontiguousarray(np.column_stack(columns))
+        rows += [np.cos(k * t), np.sin(k * t)]
+    return np.array(rows)
 
 
 @COMPILED
-def alternate(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, omega: float, F: Matrix, J: Matrix) -> None:
+def alternate(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
     """Force coefficients F, (n,), and Jacobian J, (n, n), of one element for coefficients c, (n,).
 
     Parameters
     ----------
     kind, p, row
-        The law, as in :func:`twin.joint.kernel.evaluate`.
+        The law, as in :func:`twin.joint.kernel.evaluate`; the running loss has a function of its own.
     c : ndarray, (n,)
-        Of the coordinate; a velocity for :data:`RUNNING_LOSS`.
-    basis : ndarray, (samples, n)
+        Of the coordinate.
+    basis : ndarray, (n, samples)
         See :func:`fourier_basis`.
-    omega : float
-        Fundamental, rad/s; only the running loss reads it.
     F, J
         Filled.
     """
-    samples, n = basis.shape
-    F[:] = 0.0
-    J[:] = 0.0
-    if kind == RUNNING_LOSS:
-        _running(p, row, c, omega, F, J)
-        return
-    sliders = int(p[row, 0]) if kind == SLIDERS else 0
-    force = np.zeros(sliders)
-    slope = np.zeros((sliders, n))
-    state = np.zeros((p.shape[0], 2))
-    old = 0.0
-    start = np.zeros(n)
-    direction, turn = 0.0, np.zeros(n)
-    d = np.zeros(n)
-    cycles = 2 if kind in (SLIDERS, POLYNOMIAL) else 1
-    for step in range(cycles * samples):
-        t = step % samples
-        counts = step >= (cycles - 1) * samples
-        e = 0.0
+    n, samples = basis.shape
+    if kind == LINEAR:
+        J[:] = 0.0
         for i in range(n):
-            e += basis[t, i] * c[i]
-        f = 0.0
+            F[i] = p[row, 0] * c[i]
+            J[i, i] = p[row, 0]
+        return
+    e, force = _path(c, basis), np.empty(samples)
+    if kind in (SLIDERS, POLYNOMIAL):
+        slopes = np.empty((n, samples))
         if kind == SLIDERS:
-            for i in range(n):
-                d[i] = 0.0
-            for s in range(sliders):
-                k, limit = p[row, 1 + 2 * s], p[row, 2 + 2 * s]
-                trial = force[s] + k * (e - old)
-                if trial > limit or trial < -limit:
-                    force[s] = limit if trial > limit else -limit
-                    for i in range(n):
-                        slope[s, i] = 0.0
-                else:
-                    force[s] = trial
-                    for i in range(n):
-                        slope[s, i] += k * (basis[t, i] - start[i])
-                f += force[s]
-                for i in range(n):
-                    d[i] += slope[s, i]
-            for i in range(n):
-                start[i] = basis[t, i]
-        elif kind == POLYNOMIAL:
-            state[row, 0], state[row, 1] = old, direction
-            f, tangent = evaluate(kind, p, state, row, e)
-            travel = p[row, 0] if p[row, 0] > 0.0 else 1e-300
-            trial = direction + (e - old) / travel
-            direction = min(max(trial, -1.0), 1.0)
-            stuck = abs(trial) < 1.0
-            # The slope above is at a fixed memory; the memory's own derivative is carried in `turn`.
-            gain = _loss_gain(p, row, abs(e))
-            for i in range(n):
-                d[i] = tangent * basis[t, i]
-                if stuck:
-                    d[i] += gain * (turn[i] - start[i] / travel)
-                    turn[i] += (basis[t, i] - start[i]) / travel
-                else:
-                    turn[i] = 0.0
-                start[i] = basis[t, i]
+            _sliders(p, row, e, basis, force, slopes)
         else:
-            f, tangent = evaluate(kind, p, state, row, e)
-            for i in range(n):
-                d[i] = tangent * basis[t, i]
-        old = e
-        if counts:
-            for i in range(n):
-                weight = basis[t, i] * (1.0 if i == 0 else 2.0) / samples
-                F[i] += weight * f
-                for j in range(n):
-                    J[i, j] += weight * d[j]
+            _polynomial(p, row, e, basis, force, slopes)
+        _project(basis, force, slopes, F, J)
+        return
+    state, tangent = np.zeros((1, 1)), np.empty(samples)
+    for t in range(samples):
+        force[t], tangent[t] = evaluate(kind, p, state, row, e[t])
+    _project_smooth(basis, force, tangent, F, J)
+
+
+@COMPILED
+def _path(c: Matrix, basis: Matrix) -> Matrix:
+    """The coordinate at the samples."""
+    e = np.zeros(basis.shape[1])
+    for i in range(basis.shape[0]):
+        for t in range(basis.shape[1]):
+            e[t] += c[i] * basis[i, t]
+    return e
+
+
+@COMPILED
+def _project(basis: Matrix, force: Matrix, slopes: Matrix, F: Matrix, J: Matrix) -> None:
+    """Fourier coefficients of a force and of its derivatives by each unknown, (n, samples)."""
+    n, samples = basis.shape
+    for i in range(n):
+        weight = (1.0 if i == 0 else 2.0) / samples
+        total = 0.0
+        for t in range(samples):
+            total += basis[i, t] * force[t]
+        F[i] = weight * total
+        for j in range(n):
+            total = 0.0
+            for t in range(samples):
+                total += basis[i, t] * slopes[j, t]
+            J[i, j] = weight * total
+
+
+@COMPILED
+def _project_smooth(basis: Matrix, force: Matrix, tangent: Matrix, F: Matrix, J: Matrix) -> None:
+    """The same where the derivative is a tangent times the unknown's wave."""
+    n, samples = basis.shape
+    slope = np.empty(samples)
+    for i in range(n):
+        weight = (1.0 if i == 0 else 2.0) / samples
+        total = 0.0
+        for t in range(samples):
+            slope[t] = weight * tangent[t] * basis[i, t]
+            total += basis[i, t] * force[t]
+        F[i] = weight * total
+        for j in range(i + 1):
+            total = 0.0
+            for t in range(samples):
+                total += slope[t] * basis[j, t]
+            J[i, j] = total
+            J[j, i] = total if j > 0 or i == 0 else 0.5 * total
+
+
+@COMPILED
+def _sliders(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slopes: Matrix) -> None:
+    """The second of two periods; a slider's slope is k (phi(t) - phi(t of its last slip)), and none while it slips."""
+    n, samples = basis.shape
+    count = int(p[row, 0])
+    stiffness, limit, one = np.empty(count), np.empty(count), np.zeros(count)
+    slipped, slipping = np.full(count, -1), np.zeros(count, np.bool_)  # sample of the last slip
+    for s in range(count):
+        stiffness[s], limit[s] = p[row, 1 + 2 * s], p[row, 2 + 2 * s]
+    old = 0.0
+    for t in range(samples):
+        move = e[t] - old
+        old = e[t]
+        for s in range(count):
+            trial = one[s] + stiffness[s] * move
+            one[s] = min(max(trial, -limit[s]), limit[s])
+            slipping[s] = abs(trial) > limit[s]
+            slipped[s] = t if slipping[s] else slipped[s]
+    sticking, held = 0.0, np.zeros(n)  # over the sticking sliders: sum of k, and of k phi(t of the last slip)
+    for s in range(count):
+        if not slipping[s]:
+            sticking += _hold(stiffness[s], slipped[s], basis, held)
+    for t in range(samples):
+        f, move = 0.0, e[t] - old
+        old = e[t]
+        for s in range(count):
+            trial = one[s] + stiffness[s] * move
+            one[s] = min(max(trial, -limit[s]), limit[s])
+            f += one[s]
+            slips = abs(trial) > limit[s]
+            if slips != slipping[s]:
+                slipping[s] = slips
+                sticking += _hold(-stiffness[s] if slips else stiffness[s], slipped[s], basis, held)
+            if slips:
+                slipped[s] = t
+        force[t] = f
+        for i in range(n):
+            slopes[i, t] = sticking * basis[i, t] - held[i]
+
+
+@COMPILED
+def _hold(k: float, since: int, basis: Matrix, held: Matrix) -> float:
+    """Add a slider of stiffness k (negative: take it away) that sticks since a sample, or since it was at rest."""
+    if since >= 0:
+        for i in range(held.shape[0]):
+            held[i] += k * basis[i, since]
+    return k
+
+
+@COMPILED
+def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, slopes: Matrix) -> None:
+    """The second of two periods; the direction of the loss has a derivative of its own, `turn`."""
+    n, samples = basis.shape
+    travel = p[row, 0] if p[row, 0] > 0.0 else 1e-300
+    state = np.zeros((row + 1, 2))
+    old, direction = 0.0, 0.0
+    start, turn = np.zeros(n), np.zeros(n)
+    for step in range(2 * samples):
+        t = step % samples
+        state[row, 0], state[row, 1] = old, direction
+        force[t], tangent = evaluate(POLYNOMIAL, p, state, row, e[t])
+        trial = direction + (e[t] - old) / travel
+        direction = min(max(trial, -1.0), 1.0)
+        gain = _loss_gain(p, row, abs(e[t]))
+        for i in range(n):
+            slopes[i, t] = tangent * basis[i, t]
+            if abs(trial) < 1.0:
+                # The tangent is at a fixed memory.
+                slopes[i, t] += gain * (turn[i] - start[i] / travel)
+                turn[i] += (basis[i, t] - start[i]) / travel
+            else:
+                turn[i] = 0.0
+            start[i] = basis[i, t]
+        old = e[t]
+
+
+@COMPILED
+def alternate_pair(
+    p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, by_x: Matrix, by_z: Matrix
+) -> None:
+    """Force coefficients and Jacobians of a force factor, for the coefficients of its stroke x and of what it turns."""
+    samples = basis.shape[1]
+    stroke, turned = _path(x, basis), _path(z, basis)
+    force, slope_x, slope_z = np.empty(samples), np.empty(samples), np.empty(samples)
+    for t in range(samples):
+        force[t], slope_x[t], slope_z[t] = lost_force(p, row, stroke[t], turned[t])
+    _project_smooth(basis, force, slope_x, F, by_x)
+    _project_smooth(basis, force, slope_z, F, by_z)
 
 
 @COMPILED
@@ -128,16 +217,45 @@ def _loss_gain(p: Matrix, row: int, size: float) -> float:
 
 
 @COMPILED
-def _running(p: Matrix, row: int, c: Matrix, omega: float, F: Matrix, J: Matrix) -> None:
-    """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity."""
+def running(
+    p: Matrix,
+    row: int,
+    c: Matrix,
+    offset: float,
+    omega: float,
+    F: Matrix,
+    J: Matrix,
+    by_offset: Matrix,
+    by_omega: Matrix,
+) -> None:
+    """The running loss: f = eta(A)/w v, with A and w from the harmonics of the velocity, and derivatives by all else.
+
+    Parameters
+    ----------
+    p, row
+        The law.
+    c : ndarray, (n,)
+        Of the velocity.
+    offset : float
+        Constant part of the displacement, which the running means hold too.
+    omega : float
+        Fundamental, rad/s.
+    F, J, by_offset, by_omega
+        Filled: (n,), (n, n), (n,), (n,).
+    """
     n = c.shape[0]
-    v2, x2 = 0.0, 0.0
+    F[:] = 0.0
+    J[:] = 0.0
+    by_offset[:] = 0.0
+    by_omega[:] = 0.0
+    v2, moving = 0.0, 0.0
     for i in range(1, n):
         k = (i + 1) // 2
         v2 += c[i] * c[i]
-        x2 += c[i] * c[i] / (k * omega) ** 2
-    if x2 <= 0.0:
+        moving += c[i] * c[i] / (k * omega) ** 2
+    if moving <= 0.0:
         return
+    x2 = moving + 2.0 * offset * offset
     A, w = np.sqrt(x2), np.sqrt(v2 / x2)
     points = int(p[row, 1])
     position = min(A / p[row, 2] * (points - 1), points - 1.0)
@@ -145,56 +263,62 @@ def _running(p: Matrix, row: int, c: Matrix, omega: float, F: Matrix, J: Matrix)
     rise = p[row, 4 + cell] - p[row, 3 + cell]
     eta = p[row, 3 + cell] + rise * (position - cell)
     slope = rise * (points - 1) / p[row, 2] if p[row, 2] > A else 0.0
+    # of eta/w by x2, at constant v2
+    by_x2 = slope / w * 0.5 / A + eta / w * 0.5 / x2
     for i in range(1, n):
         F[i] = eta / w * c[i]
+        by_offset[i] = by_x2 * 4.0 * offset * c[i]
+        by_omega[i] = by_x2 * -2.0 * moving / omega * c[i]
         J[i, i] += eta / w
         for j in range(1, n):
             k = (j + 1) // 2
-            dA = c[j] / (k * omega) ** 2 / A
-            dw = (c[j] / v2 - c[j] / (k * omega) ** 2 / x2) * w
-            J[i, j] += (slope / w * dA - eta / w**2 * dw) * c[i]
+            J[i, j] += (by_x2 * 2.0 * c[j] / (k * omega) ** 2 - eta / w * c[j] / v2) * c[i]
 
 
-def alternate_numpy(
-    kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, omega: float, F: Matrix, J: Matrix
-) -> None:
+def alternate_numpy(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
     """The plain twin of :func:`alternate`: the same sums as matrix products, in steps only where there is memory."""
-    samples, n = basis.shape
-    weight = basis.T * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
-    F[:], J[:] = 0.0, 0.0
-    if kind == RUNNING_LOSS:
-        _running.py_func(p, row, c, omega, F, J)
-        return
-    e = basis @ c
+    n, samples = basis.shape
+    weight = basis * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
+    e, phi = c @ basis, basis.T
     state = np.zeros((p.shape[0], 2))
+    f, d = np.zeros(samples), np.zeros((samples, n))
+    old, start = 0.0, np.zeros(n)
     if kind == SLIDERS:
         count = int(p[row, 0])
         k, limit = p[row, 1 : 1 + 2 * count : 2], p[row, 2 : 2 + 2 * count : 2]
         force, slope = np.zeros(count), np.zeros((count, n))
-        f, d = np.zeros(samples), np.zeros((samples, n))
-        old, start = 0.0, np.zeros(n)
         for t in [*range(samples)] * 2:
             trial = force + k * (e[t] - old)
             stuck = np.abs(trial) <= limit
             force = np.clip(trial, -limit, limit)
-            slope = np.where(stuck[:, None], slope + k[:, None] * (basis[t] - start), 0.0)
+            slope = np.where(stuck[:, None], slope + k[:, None] * (phi[t] - start), 0.0)
             f[t], d[t] = force.sum(), slope.sum(axis=0)
-            old, start = e[t], basis[t]
+            old, start = e[t], phi[t]
     elif kind == POLYNOMIAL:
         travel = max(p[row, 0], 1e-300)
-        f, d = np.zeros(samples), np.zeros((samples, n))
-        old, start, direction, turn = 0.0, np.zeros(n), 0.0, np.zeros(n)
+        direction, turn = 0.0, np.zeros(n)
         for t in [*range(samples)] * 2:
             state[row, :2] = old, direction
             f[t], tangent = evaluate.py_func(kind, p, state, row, e[t])
             trial = direction + (e[t] - old) / travel
-            move = (basis[t] - start) / travel
+            move = (phi[t] - start) / travel
             stuck = abs(trial) < 1.0
             fixed = _loss_gain.py_func(p, row, abs(e[t])) * (turn - start / travel) if stuck else 0.0
-            d[t] = tangent * basis[t] + fixed
+            d[t] = tangent * phi[t] + fixed
             turn = turn + move if stuck else np.zeros(n)
-            direction, old, start = float(np.clip(trial, -1.0, 1.0)), e[t], basis[t]
+            direction, old, start = float(np.clip(trial, -1.0, 1.0)), e[t], phi[t]
     else:
         pairs = np.array([evaluate.py_func(kind, p, state, row, value) for value in e])
-        f, d = pairs[:, 0], pairs[:, 1, None] * basis
+        f, d = pairs[:, 0], pairs[:, 1, None] * phi
     F[:], J[:] = weight @ f, weight @ d
+
+
+def alternate_pair_numpy(
+    p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, by_x: Matrix, by_z: Matrix
+) -> None:
+    """The plain twin of :func:`alternate_pair`."""
+    n, samples = basis.shape
+    weight = basis * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
+    pairs = zip(x @ basis, z @ basis, strict=True)
+    f, slope_x, slope_z = np.array([lost_force.py_func(p, row, *pair) for pair in pairs]).T
+    F[:], by_x[:], by_z[:] = weight @ f, (weight * slope_x) @ basis.T, (weight * slope_z) @ basis.T

@@ -1,22 +1,23 @@
 """Multi-harmonic balance of the rig in its local coordinates, with pseudo-arclength continuation over frequency.
 
-For harmonic k of local coordinate y:  R_k = Y_k - G_yf(j k w) F_k(Y) - G_yu(j k w) U_k, with the transfer functions G
-from the poles and F from the alternation between frequency and time.  The unknowns are a handful per harmonic, however
-fine the elements; Newton's matrix is exact.
+The unknowns are a handful per harmonic, however fine the elements (see :mod:`twin.response.system`); Newton's matrix is
+exact.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.build import Built
-from twin.bench.linear import to_poles
-from twin.response.alternation import alternate, alternate_numpy, fourier_basis
+from twin.response import kernel as compiled
+from twin.response import kernel_numpy as plain
+from twin.response.stability import floquet_multipliers
+from twin.response.system import system_of, transfer
 
 __all__ = ["HarmonicBalance", "PeriodicSolution"]
 
@@ -25,6 +26,11 @@ Complex = NDArray[np.complex128]
 
 MODEL_RATE_Hz = 51200.0
 """Selects the modes where no rate is asked for: all that the bench ever keeps."""
+INTERNAL_RATE_Hz = 11264.0
+"""Of the march whose stability is asked for: the bench's own."""
+TOLERANCE = 1e-9
+"""Residual over the size of the unknowns."""
+MOST_ITERATIONS, MOST_CORRECTIONS = 60, 12
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,8 @@ class PeriodicSolution:
         Fundamental.
     unknowns : ndarray, (locals (2 H + 1),)
         Coefficients of the local coordinates, one after the other.
+    inputs : ndarray, (1 + locals, H + 1)
+        Complex harmonics of the generator's output and of the local restoring forces.
     channels : ndarray, (channels, H + 1)
         Complex harmonics: a channel is the real part of sum channels[k] exp(j k w t).
     iterations
@@ -45,6 +53,7 @@ class PeriodicSolution:
 
     frequency_Hz: float
     unknowns: Matrix
+    inputs: Complex
     channels: Complex
     iterations: int
 
@@ -75,16 +84,16 @@ class HarmonicBalance:
         internal_rate_Hz: float = MODEL_RATE_Hz,
         kernel: Literal["numba", "numpy"] = "numba",
     ) -> None:
-        self._poles = to_poles(built.rig(0.0, internal_rate_Hz))
-        self._locals, self._skip = built.locals, built.locals + built.auxiliaries
+        self._poles = built.poles(0.0, internal_rate_Hz)
         self._elements = built.elements()
-        self._H = harmonics
-        self._n = 2 * harmonics + 1
-        self._basis = fourier_basis(harmonics, samples)
-        self._alternate = alternate if kernel == "numba" else alternate_numpy
+        self._locals = built.locals
+        self._channels = slice(built.locals + built.auxiliaries, None)
+        self._H, self._n = harmonics, 2 * harmonics + 1
+        self._system = system_of(built, self._poles, harmonics=harmonics, samples=samples)
+        self._kernel: Any = compiled if kernel == "numba" else plain
 
     def solve(
-        self, frequency_Hz: float, amplitude: float, *, start: Matrix | None = None, tolerance: float = 1e-9
+        self, frequency_Hz: float, amplitude: float, *, start: Matrix | None = None, tolerance: float = TOLERANCE
     ) -> PeriodicSolution:
         """The steady state at one frequency, from a neighbour's unknowns or from the linear response.
 
@@ -100,20 +109,11 @@ class HarmonicBalance:
         """
         w = 2 * np.pi * frequency_Hz
         x = self._linear(w, amplitude) if start is None else start.copy()
-        residual, J, _ = self._residual(x, w, amplitude)
-        for iteration in range(60):
-            if np.linalg.norm(residual) <= tolerance * np.linalg.norm(x):
-                return self._solution(x, w, amplitude, iteration)
-            step = np.linalg.solve(J, residual)
-            length = 1.0
-            while True:
-                trial = x - length * step
-                new, J_new, _ = self._residual(trial, w, amplitude)
-                if np.linalg.norm(new) < (1 - 0.1 * length) * np.linalg.norm(residual) or length < 0.05:
-                    break
-                length /= 2
-            x, residual, J = trial, new, J_new
-        raise ArithmeticError(f"harmonic balance did not converge at {frequency_Hz:.4f} Hz")
+        F = np.empty((self._locals, self._n))
+        iterations = self._kernel.newton(self._system, x, w, amplitude, tolerance, MOST_ITERATIONS, F)
+        if iterations < 0:
+            raise ArithmeticError(f"harmonic balance did not converge at {frequency_Hz:.4f} Hz")
+        return self._solutions(x[None], np.array([w]), F[None], [iterations], amplitude)[0]
 
     def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> list[PeriodicSolution]:
         """Solutions along given frequencies, each from the one before."""
@@ -145,122 +145,61 @@ class HarmonicBalance:
             If a step cannot be made small enough, or `most` is reached.
         """
         first = self.solve(start_Hz, amplitude)
-        points = [first]
-        span = 2 * np.pi * abs(stop_Hz - start_Hz)
-        x, w = first.unknowns, 2 * np.pi * start_Hz
-        size = float(np.linalg.norm(x))
-        heading = np.concatenate([np.zeros(len(x)), [np.sign(stop_Hz - start_Hz)]])
-        h = step / 10
-        low, high = sorted((2 * np.pi * start_Hz, 2 * np.pi * stop_Hz))
-        while len(points) < most:
-            _, J, by_w = self._residual(x, w, amplitude)
-            system = np.vstack([np.column_stack([J * size, by_w * span]), heading])
-            tangent = np.linalg.solve(system, np.concatenate([np.zeros(len(x)), [1.0]]))
-            tangent /= np.linalg.norm(tangent)
-            corrected = self._correct(x, w, size, span, tangent, h, amplitude)
-            if corrected is None:
-                h /= 2
-                if h < 1e-7 * step:
-                    raise ArithmeticError(f"the branch ends at {w / (2 * np.pi):.5f} Hz")
-                continue
-            x, w, iterations = corrected
-            if not low <= w <= high:
-                return points
-            heading, size = tangent, max(float(np.linalg.norm(x)), 1e-3 * size)
-            points.append(self._solution(x, w, amplitude, iterations))
-            h = min(step, h * (1.5 if iterations <= 4 else 0.8))
-        raise ArithmeticError(f"the branch has more than {most} points")
+        X, W, F = np.empty((most, len(first.unknowns))), np.empty(most), np.empty((most, self._locals, self._n))
+        iterations = np.empty(most, np.int64)
+        count = self._kernel.follow(
+            self._system, first.unknowns, 2 * np.pi * start_Hz, 2 * np.pi * stop_Hz, amplitude, step,
+            TOLERANCE, MOST_CORRECTIONS, X, W, F, iterations,
+        )  # fmt: skip
+        if count < 0:
+            end_Hz = W[-count - 2] / (2 * np.pi) if count < -1 else start_Hz
+            raise ArithmeticError(f"the branch ends at {end_Hz:.5f} Hz")
+        if count + 1 >= most:
+            raise ArithmeticError(f"the branch has more than {most} points")
+        return [first, *self._solutions(X[:count], W[:count], F[:count], iterations[:count], amplitude)]
 
-    def _correct(
-        self, x: Matrix, w: float, size: float, span: float, tangent: Matrix, h: float, amplitude: float
-    ) -> tuple[Matrix, float, int] | None:
-        """Newton onto the branch in the plane across the tangent; None if it does not converge quickly."""
-        z = np.concatenate([x / size, [w / span]]) + h * tangent
-        target = tangent @ z
-        for iteration in range(12):
-            residual, J, by_w = self._residual(z[:-1] * size, z[-1] * span, amplitude)
-            if np.linalg.norm(residual) < 1e-9 * np.linalg.norm(z[:-1] * size) and iteration:
-                return z[:-1] * size, float(z[-1] * span), iteration
-            system = np.vstack([np.column_stack([J * size, by_w * span]), tangent])
-            z = z - np.linalg.solve(system, np.concatenate([residual, [tangent @ z - target]]))
-        return None
+    def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = INTERNAL_RATE_Hz) -> Complex:
+        """Floquet multipliers of a steady state on the bench, largest first.
 
-    def _transfer(self, w: float, *, derivative: bool = False) -> Complex:
-        """(H + 1, outputs, inputs) at the harmonics of w, or its derivative by w."""
-        poles = self._poles
-        B, C = poles.B, poles.C
-        k = 1j * np.arange(self._H + 1)[:, None]
-        # y = Re(C w) keeps one pole of each pair; the other half of the pair responds to the same positive frequency.
-        plus, minus = k * w - poles.pole, k * w - poles.pole.conj()
-        if derivative:
-            a, b = -k / plus**2, -k / minus**2
-            return 0.5 * (np.einsum("op,kp,pi->koi", C, a, B) + np.einsum("op,kp,pi->koi", C.conj(), b, B.conj()))
-        G = 0.5 * (
-            np.einsum("op,kp,pi->koi", C, 1 / plus, B) + np.einsum("op,kp,pi->koi", C.conj(), 1 / minus, B.conj())
-        )
-        return np.asarray(G + poles.D)
+        Parameters
+        ----------
+        solution
+            From this object.
+        rate_Hz
+            Steps a second of the march, at least.
+        """
+        rows, H = slice(0, self._channels.start), self._H
+        w = np.array([2 * np.pi * solution.frequency_Hz])
+        outputs = np.einsum("koi,ik->ok", transfer(self._poles, rows, w, H)[0], solution.inputs)
+        return floquet_multipliers(
+            self._poles, self._elements, locals_=self._locals, frequency_Hz=solution.frequency_Hz, rate_Hz=rate_Hz,
+            outputs=outputs, inputs=solution.inputs,
+        )  # fmt: skip
 
-    def _forces(self, x: Matrix, w: float) -> tuple[Matrix, Matrix]:
-        """Coefficients of the local forces, (locals, n), and their block-diagonal Jacobian, (locals, n, n)."""
-        e, n = self._elements, self._n
-        F, J = np.zeros((self._locals, n)), np.zeros((self._locals, n, n))
-        f, jacobian = np.zeros(n), np.zeros((n, n))
-        for i, coordinate in enumerate(e.coordinate):
-            c = x[coordinate * n : (coordinate + 1) * n]
-            self._alternate(int(e.kind[i]), e.parameters, i, c, self._basis, w, f, jacobian)
-            F[coordinate] += e.scale[i] * f
-            J[coordinate] += e.scale[i] * jacobian
-        return F, J
-
-    def _residual(self, x: Matrix, w: float, amplitude: float) -> tuple[Matrix, Matrix, Matrix]:
-        """Residual, its Jacobian by the unknowns and its derivative by w."""
-        L, n = self._locals, self._n
-        F, dF = self._forces(x, w)
-        blocks = [_real_blocks(G[:, :L]) for G in (self._transfer(w), self._transfer(w, derivative=True))]
-        drive = np.zeros(n)
-        drive[2] = amplitude
-        out, J = x.copy(), np.eye(L * n)
-        by_w = np.zeros(L * n)
-        for a in range(L):
-            rows = slice(a * n, (a + 1) * n)
-            out[rows] -= blocks[0][a, 0] @ drive
-            by_w[rows] -= blocks[1][a, 0] @ drive
-            for b in range(L):
-                out[rows] -= blocks[0][a, 1 + b] @ F[b]
-                by_w[rows] -= blocks[1][a, 1 + b] @ F[b]
-                J[rows, b * n : (b + 1) * n] -= blocks[0][a, 1 + b] @ dF[b]
-        if (self._elements.auxiliary >= 0).any():
-            step = 1e-6 * w
-            shifted, _ = self._forces(x, w + step)
-            for a in range(L):
-                for b in range(L):
-                    by_w[a * n : (a + 1) * n] -= blocks[0][a, 1 + b] @ (shifted[b] - F[b]) / step
-        return out, J, by_w
+    def stable(self, solution: PeriodicSolution) -> bool:
+        """Whether the bench stays on a steady state: no multiplier exceeds one."""
+        return bool(abs(self.multipliers(solution)[0]) < 1.0)
 
     def _linear(self, w: float, amplitude: float) -> Matrix:
         """Unknowns without local forces."""
-        drive = np.zeros(self._n)
-        drive[2] = amplitude
-        blocks = _real_blocks(self._transfer(w)[:, : self._locals, :1])
-        return np.concatenate([blocks[a, 0] @ drive for a in range(self._locals)])
+        G = transfer(self._poles, slice(0, self._locals), np.array([w]), 1)[0, 1, :, 0]
+        x = np.zeros((self._locals, self._n))
+        x[:, 1], x[:, 2] = G.imag * amplitude, G.real * amplitude
+        return x.ravel()
 
-    def _solution(self, x: Matrix, w: float, amplitude: float, iterations: int) -> PeriodicSolution:
-        F, _ = self._forces(x, w)
-        u = np.zeros((self._H + 1, 1 + self._locals), complex)
-        u[1, 0] = -1j * amplitude
-        u[0, 1:] = F[:, 0]
-        u[1:, 1:] = (F[:, 1::2] - 1j * F[:, 2::2]).T
-        G = self._transfer(w)[:, self._skip :]
-        return PeriodicSolution(w / (2 * np.pi), x, np.einsum("koi,ki->ok", G, u), iterations)
-
-
-def _real_blocks(G: Complex) -> Matrix:
-    """Transfer functions (H + 1, a, b) as real matrices on [constant, cos, sin, ...], (a, b, n, n)."""
-    H, a, b = len(G) - 1, G.shape[1], G.shape[2]
-    blocks = np.zeros((a, b, 2 * H + 1, 2 * H + 1))
-    blocks[..., 0, 0] = G[0].real
-    for k in range(1, H + 1):
-        i = 2 * k - 1
-        blocks[..., i, i] = blocks[..., i + 1, i + 1] = G[k].real
-        blocks[..., i, i + 1], blocks[..., i + 1, i] = G[k].imag, -G[k].imag
-    return blocks
+    def _solutions(
+        self, X: Matrix, W: Matrix, F: Matrix, iterations: Sequence[int] | NDArray[np.int64], amplitude: float
+    ) -> list[PeriodicSolution]:
+        """All that goes with unknowns (m, N), frequencies (m,) in rad/s and forces (m, locals, n)."""
+        if not len(W):
+            return []
+        u = np.zeros((len(W), 1 + self._locals, self._H + 1), complex)
+        u[:, 0, 1] = -1j * amplitude
+        u[:, 1:, 0] = F[:, :, 0]
+        u[:, 1:, 1:] = F[:, :, 1::2] - 1j * F[:, :, 2::2]
+        G = transfer(self._poles, self._channels, W, self._H)
+        channels = np.matmul(G, u.transpose(0, 2, 1)[..., None])[..., 0].transpose(0, 2, 1)
+        return [
+            PeriodicSolution(float(w) / (2 * np.pi), x, inputs, values, int(count))
+            for w, x, inputs, values, count in zip(W, X, u, channels, iterations, strict=True)
+        ]

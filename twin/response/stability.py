@@ -1,0 +1,158 @@
+"""Stability of a steady state: Floquet multipliers, the eigenvalues of the bench's own map over one period.
+
+The map takes the poles' states and the laws' memories from one period to the next.  It is differentiated by marching
+one period from states a little beside the steady one, so that friction, slap and running means count as they do on the
+bench, whatever they are.  A perturbation grows, and a sweep leaves the branch, where a multiplier exceeds one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.bench.linear import Poles
+from twin.bench.marching import LANES, Elements, coefficients, march
+from twin.joint.kernel import COMPILED, remember
+from twin.joint.kinds import RUNNING_LOSS
+
+__all__ = ["floquet_multipliers"]
+
+Matrix = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+BESIDE = 1e-5
+"""Perturbation over the amplitude of the local coordinates, or over each memory's own size."""
+FORGOTTEN = 20.0
+"""Time constants after which running means have forgotten how they began."""
+
+
+def floquet_multipliers(
+    poles: Poles, elements: Elements, *, locals_: int, frequency_Hz: float, rate_Hz: float, outputs: Complex,
+    inputs: Complex,
+) -> Complex:  # fmt: skip
+    """Multipliers of a periodic state, largest first.
+
+    Parameters
+    ----------
+    poles
+        Of the linear rig; local coordinates come first among the outputs, then auxiliary rows.
+    elements
+        Nonlinear elements at rest.
+    locals_
+        How many local coordinates there are.
+    frequency_Hz
+        Fundamental.
+    rate_Hz
+        Least number of steps a second; a whole number of them makes a period.
+    outputs : ndarray, (locals + auxiliaries, H + 1)
+        Complex harmonics of local coordinates and auxiliary rows: y = Re(sum Y_k exp(j k w t)).
+    inputs : ndarray, (1 + locals, H + 1)
+        Of the generator and of the local forces.
+    """
+    steps = int(np.ceil(rate_Hz / frequency_Hz))
+    c = coefficients(poles, 1.0 / (frequency_Hz * steps))
+    phase = 2 * np.pi * np.arange(1, steps + 1) / steps
+    waves = np.exp(1j * np.outer(np.arange(inputs.shape[1]), phase))
+    path, drive, u = (outputs @ waves).real, (inputs[0] @ waves).real, inputs.sum(axis=1).real
+    w = c.decay * (_pole_states(poles, inputs, 2 * np.pi * frequency_Hz) - c.G1 @ u) + c.Gamma @ u
+    memory = elements.state.copy()
+    running = elements.kind == RUNNING_LOSS
+    taus = elements.parameters[running, 0] if running.any() else np.zeros(1)
+    periods = 2 + int(np.ceil(FORGOTTEN * taus.max() * frequency_Hz))
+    _settle(
+        c.step_s, periods, np.ascontiguousarray(path), elements.kind, elements.coordinate, elements.auxiliary,
+        elements.parameters, memory,
+    )  # fmt: skip
+    rows = len(outputs)
+    size = np.abs(outputs[:locals_]).sum(axis=1)
+    reach = np.max(np.abs(c.C[:locals_]) / np.maximum(size, 1e-30)[:, None], axis=0)
+    state = np.concatenate([_parts(w), memory.ravel()])
+    beside = np.concatenate([
+        _parts((1 + 1j) * BESIDE / np.maximum(reach, 1e-30)),
+        (BESIDE * np.maximum(np.abs(memory), 1e-3 * np.abs(memory).max(axis=1, keepdims=True))).ravel(),
+    ])  # fmt: skip
+    moves = np.flatnonzero(beside > 0.0)
+    J = _differentiated(
+        c.step_s, _parts(c.decay), _parts(c.Gamma.T), _parts(c.C[:rows].conj()),
+        np.ascontiguousarray(c.D[:rows]), locals_, rows - locals_, elements.kind, elements.coordinate,
+        elements.auxiliary, elements.scale, elements.parameters, memory.shape[1], state, beside, moves,
+        path[:locals_, -1].copy(), drive,
+    )  # fmt: skip
+    multipliers = np.linalg.eigvals(J)
+    return np.asarray(multipliers[np.argsort(-np.abs(multipliers))])
+
+
+def _pole_states(poles: Poles, inputs: Complex, omega: float) -> Complex:
+    """The poles' states at the phase zero of periodic inputs."""
+    y = 1j * omega * np.arange(inputs.shape[1])
+    forward, backward = poles.B @ inputs, poles.B @ inputs.conj()
+    lam = poles.pole[:, None]
+    return np.asarray(0.5 * np.sum(forward / (y - lam) + backward / (-y - lam), axis=1))
+
+
+def _parts(poles: Complex) -> Matrix:
+    """Real parts, then imaginary parts, each with zeros up to whole vectors."""
+    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
+    return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
+
+
+@COMPILED
+def _settle(
+    step_s: float,
+    periods: int,
+    path: Matrix,
+    kind: NDArray[np.int64],
+    coordinate: NDArray[np.int64],
+    auxiliary: NDArray[np.int64],
+    parameters: Matrix,
+    memory: Matrix,
+) -> None:
+    """Lead the memories along the periodic path until they are periodic too."""
+    for _ in range(periods):
+        for t in range(path.shape[1]):
+            for e in range(kind.shape[0]):
+                displacement = path[auxiliary[e], t] if auxiliary[e] >= 0 else 0.0
+                remember(kind[e], parameters, memory, e, path[coordinate[e], t], displacement, step_s)
+
+
+@COMPILED
+def _differentiated(
+    step_s: float,
+    decay: Matrix,
+    Gamma: Matrix,
+    C: Matrix,
+    D: Matrix,
+    locals_: int,
+    auxiliaries: int,
+    kind: NDArray[np.int64],
+    coordinate: NDArray[np.int64],
+    auxiliary: NDArray[np.int64],
+    scale: Matrix,
+    parameters: Matrix,
+    depth: int,
+    start: Matrix,
+    beside: Matrix,
+    moves: NDArray[np.int64],
+    guess: Matrix,
+    drive: Matrix,
+) -> Matrix:
+    """Differences of the map over one period, (moves, moves)."""
+    m, elements = decay.shape[0], kind.shape[0]
+    J = np.empty((moves.shape[0], moves.shape[0]))
+    end = np.empty(start.shape[0])
+    u, out = np.zeros(1 + locals_), np.empty((drive.shape[0], 0))
+    for column in range(-1, moves.shape[0]):
+        state = start.copy()
+        if column >= 0:
+            state[moves[column]] += beside[moves[column]]
+        w, memory = state[:m], state[m:].reshape(elements, depth)
+        march(
+            step_s, decay, Gamma, C, D, locals_, auxiliaries, kind, coordinate, auxiliary, scale, parameters,
+            memory, w, guess.copy(), u, drive, out,
+        )  # fmt: skip
+        if column < 0:
+            end[:] = state
+        else:
+            for row in range(moves.shape[0]):
+                J[row, column] = (state[moves[row]] - end[moves[row]]) / beside[moves[column]]
+    return J

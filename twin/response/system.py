@@ -1,0 +1,75 @@
+"""What harmonic balance solves: the rig's transfer functions at its local coordinates, and the elements on these.
+
+For harmonic k of local coordinate y:  R_k = Y_k - G_yf(j k w) F_k(Y) - G_yu(j k w) U_k.  With the poles in pairs,
+
+    G(s) = D + sum over poles of (r s + t) / (s^2 - 2 Re(lambda) s + |lambda|^2),
+
+r = Re(C B), t = -Re(C B conj(lambda)), which needs real numbers only.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.bench.build import Built
+from twin.bench.linear import Poles
+from twin.response.alternation import fourier_basis
+
+__all__ = ["System", "system_of", "transfer"]
+
+Matrix = NDArray[np.float64]
+
+
+class System(NamedTuple):
+    """Arrays for the kernels: P poles, O outputs (local coordinates, then auxiliary rows), I inputs (drive, forces).
+
+    Attributes
+    ----------
+    twice_real, square : ndarray, (P,)
+        2 Re(lambda), |lambda|^2.
+    r, t : ndarray, (O, I, P)
+        Numerators.
+    D : ndarray, (O, I)
+        Direct transmission.
+    kind, coordinate, auxiliary, scale, parameters
+        Elements, as in :class:`twin.bench.marching.Elements`.
+    basis : ndarray, (n, samples)
+        See :func:`twin.response.alternation.fourier_basis`.
+    """
+
+    twice_real: Matrix
+    square: Matrix
+    r: Matrix
+    t: Matrix
+    D: Matrix
+    kind: NDArray[np.int64]
+    coordinate: NDArray[np.int64]
+    auxiliary: NDArray[np.int64]
+    scale: Matrix
+    parameters: Matrix
+    basis: Matrix
+
+
+def system_of(built: Built, poles: Poles, *, harmonics: int, samples: int) -> System:
+    """The local part of a reduced rig."""
+    outputs = built.locals + built.auxiliaries
+    residue = poles.C[:outputs, None, :] * poles.B.T[None]
+    e = built.elements()
+    return System(
+        2.0 * poles.pole.real, np.abs(poles.pole) ** 2,
+        np.ascontiguousarray(residue.real), np.ascontiguousarray(-(residue * poles.pole.conj()).real),
+        np.ascontiguousarray(poles.D[:outputs]),
+        e.kind, e.coordinate, e.auxiliary, e.scale, e.parameters, fourier_basis(harmonics, samples),
+    )  # fmt: skip
+
+
+def transfer(poles: Poles, rows: slice, w: Matrix, harmonics: int) -> NDArray[np.complex128]:
+    """G of some outputs at the harmonics of frequencies w (rad/s), (len(w), H + 1, outputs, inputs)."""
+    s = 1j * np.arange(harmonics + 1) * np.asarray(w)[:, None]
+    residue = (poles.C[rows, None, :] * poles.B.T[None]).reshape(-1, len(poles.pole))
+    plus, minus = 1.0 / (s[..., None] - poles.pole), 1.0 / (s[..., None] - poles.pole.conj())
+    D = poles.D[rows]
+    return np.asarray(0.5 * (plus @ residue.T + minus @ residue.conj().T).reshape(*s.shape, *D.shape) + D)
