@@ -2,8 +2,8 @@
 
 The opening at an amplitude X is not that of linear mode 1 times X: a layer that has lost half of its E' opens twice as
 far, and one whose loss modulus is several times its G' slips less.  And where the file means E'(X) for the layer as a
-whole, the bench has one force on each group's rms opening, in the shape of linear mode 1.  So at each X the softening on
-the bench's own coordinates is found that lowers the first frequency alike; its mode tells opening and slip at X.
+whole, the bench has one force on each group's rms opening, in the shape of linear mode 1.  So at each X the softening
+on the bench's own coordinates is found that lowers the first frequency alike; its mode tells opening and slip at X.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class _Reduced:
         h1, shape = near.softening or softening, near.shape.real
         for _ in range(TURNS):
             found, shape = self._mode(self.K - h1 * self.by_softening, value, shape)
-            step = (found - value).real / float(shape @ self.by_softening @ shape)
+            step = (found - value).real / float((shape @ self.by_softening @ shape).real)
             h1 += step
             if abs(step) <= TOLERANCE * abs(h1):
                 break
@@ -164,7 +164,7 @@ class _Reduced:
         return _State(value, shape, h1, opening, float(abs(self.slip_row @ shape) / amplitude))
 
     def _mode(self, K: Complex, value: complex, shape: Complex) -> tuple[complex, Complex]:
-        """The eigenvalue nearest to a guess, by Rayleigh quotients; the coordinates are the reduced structure's modes."""
+        """The eigenvalue nearest to a guess, by Rayleigh quotients, in coordinates whose mass is one."""
         for _ in range(TURNS):
             shape = np.linalg.solve(K - value * (1 + 1e-12) * np.eye(len(K)), shape)
             shape = shape / np.sqrt(shape @ shape)
