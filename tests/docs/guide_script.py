@@ -34,12 +34,14 @@ class Block:
 
 
 def read_blocks(page: str) -> list[Block]:
-    """The fenced blocks of a page, in order."""
+    """The fenced blocks of a page, in order; ValueError if one would be passed over."""
     blocks = []
     for found in _FENCE.finditer(page):
         marked = re.fullmatch(r"file=(\S+)", found[2].strip())
         line = page.count("\n", 0, found.start()) + 1
         blocks.append(Block(language=found[1], file=marked[1] if marked else "", content=found[3], line=line))
+    if len(re.findall(r"^[ >]*```", page, re.MULTILINE)) != 2 * len(blocks):
+        raise ValueError("a block is indented, or has no language: it would not be run")
     return blocks
 
 
