@@ -20,13 +20,14 @@ class Branch:
     """One force's curve from the first frequency to the last, through whatever folds it has.
 
     `response` holds complex amplitudes by channel, relative to the phase of the force; `folds_Hz` are the frequencies
-    where the curve turns back: a sweep jumps there.
+    where the curve turns back: a sweep jumps there.  `stable` tells where the rig can stay.
     """
 
     force_N: float
     frequency_Hz: list[float]
     response: dict[str, list[complex]]
     folds_Hz: list[float]
+    stable: list[bool]
 
 
 def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[Branch]:
@@ -58,6 +59,7 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
                 frequency_Hz=frequency_Hz,
                 response={name: list(map(complex, turned[:, i])) for i, name in enumerate(names)},
                 folds_Hz=_turns(frequency_Hz),
+                stable=[balance.stable(point) for point in points],
             )
         )
     return found

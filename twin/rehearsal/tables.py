@@ -77,6 +77,7 @@ def branch_table(branch: Branch) -> dict[str, Any]:
         "force_N": branch.force_N,
         "frequency_Hz": branch.frequency_Hz,
         "folds_Hz": branch.folds_Hz,
+        "stable": branch.stable,
         "response": {
             name: {"amplitude": list(map(abs, values)), "phase_rad": list(map(cmath.phase, values))}
             for name, values in branch.response.items()

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from twin.views.figures import dressed, legend, panels
 from twin.views.style import INK, level_colour
@@ -15,6 +17,9 @@ from twin.views.style import INK, level_colour
 __all__ = ["range_figure", "responses_figure"]
 
 Rows = Sequence[Mapping[str, Any]]
+
+UNSTABLE = (0, (1, 2))
+"""Line style of branches that no sweep can follow."""
 
 
 def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force: str | None) -> Figure | None:
@@ -33,7 +38,7 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
             if curve is not None and branch["force_N"] in levels:
                 size = np.array(curve["amplitude"]) / branch["force_N"]
                 colour = level_colour(levels.index(branch["force_N"]))
-                axes.plot(branch["frequency_Hz"], size, color=colour, linewidth=1.2)
+                _plot_branch(axes, np.array(branch["frequency_Hz"]), size, branch.get("stable"), colour)
         for rows in by_sweep.values():
             x = [row["frequency_Hz"] for row in rows]
             size = [_amplitude(row, channel) / (_amplitude(row, force) if force else 1.0) for row in rows]
@@ -53,8 +58,25 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
     ]  # fmt: skip
     if branches:
         entries.append(Line2D([], [], color=INK, linewidth=1.2, label="predicted branch"))
+    if any(not all(branch.get("stable", [])) for branch in branches):
+        entries.append(Line2D([], [], color=INK, linewidth=1.2, linestyle=UNSTABLE, label="unstable"))
     legend(figure, entries)
     return figure
+
+
+def _plot_branch(
+    axes: Axes, frequency_Hz: NDArray[np.float64], size: NDArray[np.float64], stable: Sequence[bool] | None, colour: str
+) -> None:
+    """Draw a curve, dotted where no rig can stay."""
+    stays = np.ones(len(size), bool) if stable is None else np.array(stable)
+    # Each part goes on to the next one's first point, so that the curve has no gaps.
+    ends = np.append(np.flatnonzero(np.diff(stays)) + 1, len(size))
+    begin = 0
+    for end in ends:
+        part = slice(begin, end + 1)
+        style = "-" if stays[begin] else UNSTABLE
+        axes.plot(frequency_Hz[part], size[part], color=colour, linewidth=1.2, linestyle=style)
+        begin = end
 
 
 def range_figure(steps: Rows) -> Figure | None:

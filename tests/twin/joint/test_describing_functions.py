@@ -15,7 +15,11 @@ from twin.joint import (
     Table,
     describing_function,
     iwan,
+    iwan_backbone,
+    iwan_stiffness,
     jenkins,
+    masing,
+    masing_stiffness,
     mayer_gaul,
     one_sided,
     table_from_stiffness,
@@ -100,6 +104,58 @@ def test_a_softening_that_saturates_never_has_a_negative_tangent():
     e = np.linspace(-50, 50, 4001)
     whole = Saturating(0.85, 0.8, -0.85).path(e) + e
     assert np.all(np.diff(whole) > 0)
+
+
+def test_an_iwan_loop_in_micro_slip_is_a_parabola():
+    """k (1 - A/(2 x_1) + j 2 A/(3 pi x_1)), from the parabola's area and first moment."""
+    k, F = 2.0, 1.5
+    x_1 = 2 * F / k
+    A = np.array([0.1, 0.7, 1.4])
+    np.testing.assert_allclose(
+        iwan_stiffness(A, k, F), k * (1 - A / (2 * x_1) + 2j * A / (3 * np.pi * x_1)), rtol=1e-10
+    )
+
+
+@pytest.mark.parametrize("chi", [-0.5, 0.0, 1.0])
+def test_many_sliders_come_to_the_closed_iwan_law(chi):
+    closed = iwan_stiffness(AMPLITUDE, 2.0, 1.5, chi=chi)
+    errors = [
+        np.abs(iwan(2.0, 1.5, sliders=sliders, chi=chi).stiffness(AMPLITUDE) - closed).max() for sliders in (10, 100)
+    ]
+    assert errors[1] < errors[0] / 5
+    assert errors[1] < 0.005 * 2.0
+    assert iwan(2.0, 1.5, chi=chi).path(np.linspace(0, 100.0, 9))[-1] == pytest.approx(1.5)
+
+
+def test_energy_lost_in_micro_slip_grows_with_segalmans_power():
+    for chi in (-0.6, 0.0):
+        A = np.array([0.01, 0.02])
+        loss = np.pi * A**2 * iwan_stiffness(A, 2.0, 1.5, chi=chi).imag
+        assert np.log2(loss[1] / loss[0]) == pytest.approx(3 + chi, abs=1e-4)
+
+
+def test_a_masing_law_follows_its_backbone_and_has_its_stiffness():
+    def backbone(x):
+        return np.tanh(x) + 0.2 * x
+
+    law = masing(backbone, limit_m=4.0, sliders=100)
+    x = np.linspace(0.0, 4.0, 101)
+    np.testing.assert_allclose(law.path(x), backbone(x), atol=1e-9)
+    np.testing.assert_allclose(law.stiffness(AMPLITUDE), masing_stiffness(AMPLITUDE, backbone), atol=2e-3)
+    quadrature = describing_function(law.path, AMPLITUDE, points=8192)
+    np.testing.assert_allclose(masing_stiffness(AMPLITUDE, backbone), quadrature, atol=2e-3)
+
+
+def test_a_backbone_that_stiffens_is_refused():
+    with pytest.raises(ValueError, match="stiffens or falls"):
+        masing(lambda x: x + x**3, limit_m=1.0)
+    with pytest.raises(ValueError, match="chi above -1"):
+        iwan(1.0, 1.0, chi=-1.0)
+
+
+def test_an_iwan_network_loads_along_its_backbone():
+    x = np.linspace(0.0, 2.0, 401)
+    np.testing.assert_allclose(iwan(2.0, 1.5, sliders=400).path(x), iwan_backbone(x, 2.0, 1.5), atol=2e-3)
 
 
 def test_masing_branches_are_twice_the_backbone():

@@ -13,6 +13,15 @@ from twin.rigs import Effect, load_rig
 STEEL = load_rig("steel-lap-joint")
 
 
+def stable_sizes(branch, channel, frequency_Hz):
+    """Amplitudes of the stable states at a frequency, between the points of the branch."""
+    f, size, stable = np.array(branch.frequency_Hz), np.abs(branch.response[channel]), np.array(branch.stable)
+    here = (f[:-1] - frequency_Hz) * (f[1:] - frequency_Hz) <= 0
+    here &= stable[:-1] & stable[1:]
+    share = (frequency_Hz - f[:-1][here]) / np.diff(f)[here]
+    return size[:-1][here] + share * np.diff(size)[here]
+
+
 def test_a_sweep_jumps_up_and_down_within_one_step_of_the_folds():
     hardening = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 3e7})
     rig = STEEL.model_copy(update={"effect": [hardening]})
@@ -25,6 +34,8 @@ def test_a_sweep_jumps_up_and_down_within_one_step_of_the_folds():
     (branch,) = predicted_branches(rig, preload=None, procedure=wide)
     down_from, up_from = branch.folds_Hz
     assert down_from > up_from + 2 * step_Hz  # the grid can tell them apart
+    unstable = np.array(branch.frequency_Hz)[~np.array(branch.stable)]
+    assert (unstable.min(), unstable.max()) == pytest.approx((up_from, down_from), abs=0.005)
     bench = open_bench(rig, seed=2, sample_rate_Hz=procedure.sample_rate)
     result = run_procedure(procedure, DirectAcquisition(bench), ListSink())
     for sweep, fold in (("3N-up", down_from), ("3N-down", up_from)):
@@ -33,6 +44,10 @@ def test_a_sweep_jumps_up_and_down_within_one_step_of_the_folds():
         at = int(np.argmax(abs(np.diff(sizes))))
         low, high = sorted((steps[at].frequency_Hz, steps[at + 1].frequency_Hz))
         assert low - step_Hz <= fold <= high + step_Hz
+        for step, size in zip(steps, sizes, strict=True):
+            if abs(step.frequency_Hz - fold) > step_Hz:  # at the fold itself the curve is too steep to compare
+                near = stable_sizes(branch, "acc2", step.frequency_Hz)
+                assert min(abs(near - size)) < 0.02 * size
 
 
 def test_a_rig_without_folds_has_one_response_a_frequency():
@@ -41,6 +56,7 @@ def test_a_rig_without_folds_has_one_response_a_frequency():
     assert [branch.force_N for branch in branches] == [0.5, 1.5]
     for branch in branches:
         assert branch.folds_Hz == []
+        assert all(branch.stable)
         assert np.all(np.diff(branch.frequency_Hz) > 0)
         assert np.abs(branch.response["force"]) == pytest.approx(branch.force_N, rel=1e-3)
 

@@ -1,0 +1,60 @@
+"""The Iwan network: many equal springs in parallel, whose sliders slip one after the other (micro-slip).
+
+The density of slip forces is phi^chi up to the last one, phi_1.  chi = 0 is Iwan's own network, and its loops are
+parabolas; Segalman's joints have -1 < chi < 0, and lose energy as A^(3 + chi) in micro-slip.  Up to x_1 = phi_1/k
+
+    backbone  F(x) = k x (1 - (x/x_1)^(chi + 1) / (chi + 2))
+
+and beyond x_1 all slip.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twin.joint.law import Series, Stiffness
+from twin.joint.masing import masing_stiffness
+from twin.joint.sliders import Sliders
+
+__all__ = ["iwan", "iwan_backbone", "iwan_stiffness"]
+
+
+def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, chi: float = 0.0) -> Sliders:
+    """The network with a number of sliders, each of which stands for an equal share of the springs.
+
+    Parameters
+    ----------
+    stiffness_N_per_m
+        Of all springs, none slipping.
+    slip_force_N
+        Of all sliders, all slipping.
+    chi
+        Exponent of the density, above -1.
+
+    Raises
+    ------
+    ValueError
+        If `chi` is not above -1 or there is no slider.
+    """
+    if chi <= -1.0 or sliders < 1:
+        raise ValueError(f"an Iwan network needs chi above -1 and a slider at least, got {chi} and {sliders}")
+    levels = ((np.arange(sliders) + 0.5) / sliders) ** (1.0 / (chi + 1.0))
+    levels *= slip_force_N / levels.sum()
+    return Sliders((stiffness_N_per_m / sliders,) * sliders, tuple(float(level) for level in levels))
+
+
+def iwan_backbone(x: Series, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0) -> Series:
+    """Force on first loading to x >= 0, with infinitely many sliders."""
+    x_1 = slip_force_N / stiffness_N_per_m * (chi + 2.0) / (chi + 1.0)
+    inside = np.minimum(np.asarray(x, float), x_1)
+    return np.asarray(stiffness_N_per_m * inside * (1.0 - (inside / x_1) ** (chi + 1.0) / (chi + 2.0)))
+
+
+def iwan_stiffness(
+    amplitude: Series | float, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0
+) -> Stiffness:
+    """Describing function with infinitely many sliders.
+
+    For chi = 0 and A < x_1 the loop is parabolic: ``k (1 - A/(2 x_1) + j 2 A/(3 pi x_1))``.
+    """
+    return masing_stiffness(amplitude, lambda x: iwan_backbone(x, stiffness_N_per_m, slip_force_N, chi=chi))
