@@ -13,45 +13,22 @@ from twin.identify.base_fit import fit_base
 from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
+from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level, steps_by_sweep
 from twin.identify.gauss_newton import Solution
-from twin.identify.linear_model import DAMPED_MODES, BaseParameters
-from twin.identify.polynomial_law import (
-    PolynomialFit,
-    PolynomialProblem,
-    fit_polynomials,
-    relative_error_percent,
-)
+from twin.identify.linear_model import DAMPED_MODES
+from twin.identify.polynomial_law import relative_error_percent
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import Unknowns
 from twin.rigs import LawTable, Rig
 from twin.structure import normal_modes
 
-__all__ = ["Estimate", "Identified", "Polynomials", "identify_rig"]
+__all__ = ["Estimate", "Identified", "identify_rig"]
 
 Array = NDArray[Any]
 
 LAW_POINTS = 48
 POOR_FIT = 1.5
 """Chi2 per degree of freedom above which the model misses something."""
-POOR_POLYNOMIAL_PERCENT = 0.5
-
-
-@dataclass(frozen=True, kw_only=True)
-class Polynomials:
-    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not.
-
-    Attributes
-    ----------
-    levels : dict of PolynomialFit
-        By target channel and amplitude.
-    together : PolynomialFit
-    residual_percent : dict
-        By sweep: the residuals of its level's own polynomials, and of the common ones.
-    """
-
-    levels: dict[str, PolynomialFit]
-    together: PolynomialFit
-    residual_percent: dict[str, dict[str, float]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +91,7 @@ def identify_rig(
             linear, linear_solution = fit_base(alone, extension=extension)
             base = (linear.base, linear_solution.covariance)
         report("identifying the papers' polynomials")
-        polynomials = _polynomials(predictor, *base)
+        polynomials = polynomials_by_level(predictor, *base)
     return Identified(
         rig=_model_rig(evidence, predictor, model, solution),
         preload=evidence.preload,
@@ -202,41 +179,7 @@ def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]
     R, omega = predictor.step_receptance(model)
     H = predictor.responses(R, omega)[:, evidence.reference]
     measured = evidence.steps.response[:, evidence.reference, 0] / evidence.steps.force[:, 0]
-    return {name: relative_error_percent(H[rows], measured[rows]) for name, rows in _sweeps(evidence).items()}
-
-
-def _polynomials(predictor: Predictor, base: BaseParameters, covariance: Array) -> Polynomials | None:
-    """Polynomials on top of given linear parameters; None where the steps are too few."""
-    evidence, n = predictor.evidence, len(base.vector)
-    problem = PolynomialProblem.of(predictor, base, covariance[:n, :n])
-    states = evidence.steps.states
-    names = np.array([f"{state.target_channel} {state.target_amplitude:g}" for state in states])
-    try:
-        together = fit_polynomials(problem)
-    except ValueError:
-        return None
-    levels = {}
-    for name in dict.fromkeys(names.tolist()):
-        if np.sum(names == name) >= 4:
-            levels[name] = fit_polynomials(problem.select(names == name))
-    residual = {}
-    for sweep, rows in _sweeps(evidence).items():
-        X = problem.amplitude_m[rows]
-        fits = {"together": together, **({"level": levels[names[rows[0]]]} if names[rows[0]] in levels else {})}
-        piece = problem.select(np.isin(np.arange(len(names)), rows))
-        residual[sweep] = {
-            key: relative_error_percent(piece.evaluate(fit.softening_at(X), fit.loss_at(X))[0], piece.measured)
-            for key, fit in fits.items()
-        }
-    return Polynomials(levels=levels, together=together, residual_percent=residual)
-
-
-def _sweeps(evidence: Evidence) -> dict[str, Array]:
-    """Rows of each sweep; its name with the run's where two runs have the same."""
-    keys = [(state.run, state.sweep) for state in evidence.steps.states]
-    plain = [sweep for _, sweep in dict.fromkeys(keys)]
-    label = {key: key[1] if plain.count(key[1]) == 1 else f"{key[0]}: {key[1]}" for key in keys}
-    return {label[key]: np.flatnonzero([k == key for k in keys]) for key in dict.fromkeys(keys)}
+    return {name: relative_error_percent(H[rows], measured[rows]) for name, rows in steps_by_sweep(evidence).items()}
 
 
 def _warnings(evidence: Evidence, chi2_per_dof: float, polynomials: Polynomials | None) -> list[str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.identify.modes.noise import noise_of_residual, noise_of_responses
 from twin.identify.modes.rational import ChartPole, pole_chart
 from twin.identify.modes.refinement import PoleFit, refine_poles
-from twin.identify.modes.stabilisation import StableGroup, stable_groups
+from twin.identify.modes.stabilisation import LARGEST_DAMPING, StableGroup, stable_groups
 
 __all__ = ["ModalFit", "Mode", "fit_modes"]
 
@@ -133,7 +133,7 @@ def fit_modes(
             share=groups[r].share,
         )
         for r, (w, z) in enumerate(zip(fit.omega, fit.zeta, strict=True))
-        if frequency_Hz[0] <= w / (2 * np.pi) <= frequency_Hz[-1]
+        if frequency_Hz[0] <= w / (2 * np.pi) <= frequency_Hz[-1] and z < LARGEST_DAMPING
     ]  # fmt: skip
     return ModalFit(
         modes=tuple(sorted(modes, key=lambda mode: mode.frequency_Hz)), fit=fit,

@@ -10,13 +10,14 @@ import numpy as np
 
 from twin.identify.modes.rational import ChartPole
 
-__all__ = ["StableGroup", "stable_groups", "stable_poles"]
+__all__ = ["LARGEST_DAMPING", "StableGroup", "stable_groups", "stable_poles"]
 
 FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.003, 0.15
 """Relative changes from one order to the next that a stable pole may have."""
 WIDEST_HALF_WIDTHS = 2.0
 """Poles of different orders belong together if they are this many damping ratios apart, or the tolerance."""
 LARGEST_DAMPING = 0.2
+"""A pole damped more than this makes up for what lies outside the band, and is no mode."""
 SHARE = 0.4
 """Least share of the orders, from its first on, in which a mode must be stable."""
 

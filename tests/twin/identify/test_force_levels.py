@@ -1,0 +1,59 @@
+"""A level that the law has not seen: predicted where the law is the joint's own, and not where it follows the force."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twin.identify.force_levels import predict_left_out
+from twin.identify.linear_model import believed_parameters
+from twin.identify.polynomial_law import PolynomialProblem
+from twin.identify.prediction import Predictor
+from twin.rigs import load_rig
+
+SOFTENING, LOSS = np.array([2e6, 5e10, 8e12]), np.array([5e6, 3e10])
+LEVELS = np.repeat([0, 1, 2], 25)
+
+
+@pytest.fixture(scope="module")
+def problem(build, steel_model, steel_dense):
+    """Three sweeps of a dense structure that has polynomials; `stray` multiplies the middle one's softening."""
+    base = believed_parameters(load_rig("steel-lap-joint"))
+    reference_omega = float(steel_model.basis.omega[0])
+    omega = np.tile(2 * np.pi * np.linspace(25.8, 27.0, 25), 3)
+    near = 0.2 + 0.8 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.3) ** 2)
+    X = np.array([5e-4, 1e-3, 2e-3])[LEVELS] * near
+
+    def make(stray=1.0):
+        g1, g2 = np.polynomial.polynomial.polyval(X, SOFTENING), np.polynomial.polynomial.polyval(X, LOSS)
+        H = steel_dense.accelerance(omega, base, -g1 * np.where(LEVELS == 1, stray, 1.0), 1j * g2)
+        force = X * reference_omega**2 / np.abs(H[:, 1])
+        steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None], reference_omega=reference_omega)
+        return PolynomialProblem.of(Predictor(build.evidence(steel_model, steps)), base, np.zeros((14, 14)))
+
+    return make
+
+
+def test_a_level_of_the_same_law_is_predicted_from_its_forces_alone(problem):
+    found = predict_left_out(problem(), LEVELS == 1)
+    assert found.at_amplitude_percent < 0.02
+    assert found.at_force_percent < 0.05
+    assert (found.lost, found.extrapolated) == (0, False)
+
+
+def test_a_level_with_a_law_of_its_own_is_not(problem):
+    found = predict_left_out(problem(stray=1.1), LEVELS == 1)
+    assert found.at_amplitude_percent > 1.0
+
+
+def test_the_highest_level_is_an_extrapolation_and_called_so(problem):
+    assert predict_left_out(problem(), LEVELS == 2).extrapolated
+
+
+def test_at_a_force_that_folds_the_response_steps_without_a_state_are_counted(problem):
+    """The measured amplitudes doubled with the forces kept: no steady state of the law is there."""
+    whole = problem()
+    middle = LEVELS == 1
+    stretched = replace(whole, measured=np.where(middle, 3.0 * whole.measured, whole.measured))
+    found = predict_left_out(stretched, middle)
+    assert found.lost > 0 or found.at_force_percent > 30

@@ -1,0 +1,169 @@
+"""The papers' polynomials by level of excitation: each by itself, all together, and each predicted from the others.
+
+A law of the joint's own should not depend on the force that it was measured at.  Whether it does shows in two figures:
+how much worse one law for all levels is than a law for each, and how a level comes out that the law has not seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.evidence import Evidence
+from twin.identify.linear_model import BaseParameters
+from twin.identify.polynomial_law import (
+    PolynomialFit,
+    PolynomialProblem,
+    fit_polynomials,
+    relative_error_percent,
+)
+from twin.identify.prediction import Predictor
+
+__all__ = [
+    "POOR_POLYNOMIAL_PERCENT",
+    "LeftOut",
+    "Polynomials",
+    "polynomials_by_level",
+    "predict_left_out",
+    "steps_by_sweep",
+]
+
+Array = NDArray[Any]
+
+POOR_POLYNOMIAL_PERCENT = 0.5
+"""What a law may leave of the response and still be called right."""
+FEWEST_STEPS = 4
+TURNS, TOLERANCE, LARGEST_STEP = 60, 1e-9, 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """A level predicted by the law of all others; root-mean-square relative errors of the complex response, per cent.
+
+    Attributes
+    ----------
+    at_amplitude_percent : float
+        With the moduli at each step's measured amplitude, as in the fits.
+    at_force_percent : float
+        With nothing but each step's frequency and force given: the steady state on the measured one's branch.
+    lost : int
+        Steps for which that branch does not exist in the prediction; they count in the first figure only.
+    extrapolated : bool
+        Whether the level reaches amplitudes beyond all others.
+    """
+
+    at_amplitude_percent: float
+    at_force_percent: float
+    lost: int
+    extrapolated: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polynomials:
+    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not.
+
+    Attributes
+    ----------
+    levels : dict of PolynomialFit
+        By target channel and amplitude.
+    together : PolynomialFit
+    residual_percent : dict
+        By sweep: the residuals of its level's own polynomials, and of the common ones.
+    left_out : dict of LeftOut
+        By level, where there are at least two; see :func:`predict_left_out`.
+    """
+
+    levels: dict[str, PolynomialFit]
+    together: PolynomialFit
+    residual_percent: dict[str, dict[str, float]]
+    left_out: dict[str, LeftOut]
+
+    @property
+    def depends_on_force(self) -> bool | None:
+        """Whether one law for all levels leaves too much, and twice what a law for each leaves; None for one level."""
+        if len(self.levels) < 2:
+            return None
+        each = float(np.sqrt(np.mean([fit.residual_percent**2 for fit in self.levels.values()])))
+        return self.together.residual_percent > max(POOR_POLYNOMIAL_PERCENT, 2 * each)
+
+
+def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance: Array) -> Polynomials | None:
+    """Polynomials on top of given linear parameters; None where the steps are too few.
+
+    Parameters
+    ----------
+    predictor
+        Of evidence with sweeps.
+    base, covariance
+        Linear parameters, and the covariance of their vector (in its first rows and columns).
+    """
+    evidence, n = predictor.evidence, len(base.vector)
+    problem = PolynomialProblem.of(predictor, base, covariance[:n, :n])
+    states = evidence.steps.states
+    names = np.array([f"{state.target_channel} {state.target_amplitude:g}" for state in states])
+    try:
+        together = fit_polynomials(problem)
+    except ValueError:
+        return None
+    counted = [name for name in dict.fromkeys(names.tolist()) if np.sum(names == name) >= FEWEST_STEPS]
+    levels = {name: fit_polynomials(problem.select(names == name)) for name in counted}
+    residual = {}
+    for sweep, rows in steps_by_sweep(evidence).items():
+        X = problem.amplitude_m[rows]
+        fits = {"together": together, **({"level": levels[names[rows[0]]]} if names[rows[0]] in levels else {})}
+        piece = problem.select(np.isin(np.arange(len(names)), rows))
+        residual[sweep] = {
+            key: relative_error_percent(piece.evaluate(fit.softening_at(X), fit.loss_at(X))[0], piece.measured)
+            for key, fit in fits.items()
+        }
+    left_out = {name: predict_left_out(problem, names == name) for name in counted} if len(counted) > 1 else {}
+    return Polynomials(levels=levels, together=together, residual_percent=residual, left_out=left_out)
+
+
+def predict_left_out(problem: PolynomialProblem, left_out: Array) -> LeftOut:
+    """Identify a law from the steps outside `left_out` and predict those inside."""
+    fit, piece = fit_polynomials(problem.select(~left_out)), problem.select(left_out)
+    X = piece.amplitude_m
+    held = piece.evaluate(fit.softening_at(X), fit.loss_at(X))[0]
+    forced, found = _at_force(piece, fit)
+    return LeftOut(
+        at_amplitude_percent=relative_error_percent(held, piece.measured),
+        at_force_percent=relative_error_percent(forced[found], piece.measured[found]) if found.any() else float("nan"),
+        lost=int(np.sum(~found)),
+        extrapolated=bool(X.max() > fit.largest_amplitude_m),
+    )
+
+
+def _at_force(piece: PolynomialProblem, fit: PolynomialFit) -> tuple[Array, Array]:
+    """Responses (s,) at each step's force, on the branch of the measured one, and whether there is such a state.
+
+    The amplitude is the response's own: log X = log |H(X)| + what the force makes of it, by Newton from the measured X.
+    """
+
+    def response(x: Array) -> Array:
+        return piece.evaluate(fit.softening_at(np.exp(x)), fit.loss_at(np.exp(x)))[0]
+
+    def miss(x: Array) -> Array:
+        return np.log(np.abs(response(x))) + from_force - x
+
+    from_force = np.log(piece.amplitude_m / np.abs(piece.measured))
+    x = np.log(piece.amplitude_m)
+    for _ in range(TURNS):
+        g = miss(x)
+        slope = (miss(x + 1e-5) - miss(x - 1e-5)) / 2e-5
+        if np.max(np.abs(g)) < TOLERANCE:
+            break
+        x = x - np.clip(g / slope, -LARGEST_STEP, LARGEST_STEP)
+    # Beyond a fold there is nothing to converge to.
+    return response(x), np.abs(miss(x)) < 1e-6
+
+
+def steps_by_sweep(evidence: Evidence) -> dict[str, Array]:
+    """Rows of each sweep; its name with the run's where two runs have the same."""
+    keys = [(state.run, state.sweep) for state in evidence.steps.states]
+    plain = [sweep for _, sweep in dict.fromkeys(keys)]
+    label = {key: key[1] if plain.count(key[1]) == 1 else f"{key[0]}: {key[1]}" for key in keys}
+    return {label[key]: np.flatnonzero([k == key for k in keys]) for key in dict.fromkeys(keys)}
