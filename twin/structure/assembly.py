@@ -157,7 +157,7 @@ def assemble(
             structure = structure.with_point_mass(sensor.position, sensor.mass)
     if rig.drive.stinger_lateral_stiffness:
         structure = structure.with_lateral_spring(
-            rig.drive.position, rig.drive.stinger_lateral_stiffness, thickness_m=rig.lower.thickness
+            rig.force_sensor.position, rig.drive.stinger_lateral_stiffness, thickness_m=rig.lower.thickness
         )
     return structure
 

@@ -9,6 +9,7 @@ from recordings.streams import Excitation
 from twin.bench import no_law, open_bench
 from twin.bench.march_numpy import march_numpy
 from twin.bench.marching import march
+from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 
@@ -106,6 +107,30 @@ def test_compiled_and_plain_march_agree_in_all_limits(drive):
         scale = abs(samples[0][name]).max()
         np.testing.assert_allclose(samples[0][name], samples[1][name], atol=2e-6 * scale)
     assert march is not march_numpy
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        {"half_force_stroke": 1e-4},
+        {"half_force_stroke": 1e-4, "amplifier": "current"},
+        {"voltage_limit": 1.5},
+        {"current_limit": 1.0, "amplifier": "current", "voltage_limit": 6.0},
+    ],
+    ids=["force factor", "current amplifier", "voltage limit", "current limit"],
+)
+def test_marching_meets_harmonic_balance_with_the_shaker(drive):
+    """Force and tip, first and third harmonic, near the resonance, where the shaker matters most."""
+    frequency = 26.0
+    bench = open_bench(rig(**drive), sample_rate_Hz=RATE, noise=False, converter=False)
+    bench.set_output(Excitation(kind="sine", amplitude_V=2.0, frequency_Hz=frequency))
+    bench.read(25 * RATE)
+    samples = bench.read(RATE).samples
+    exact = HarmonicBalance(bench.built, harmonics=31, samples=1024).solve(frequency, 2.0)
+    for n, channel in enumerate(bench.channels):
+        values = samples[channel.name].astype(float)
+        assert harmonic(values, frequency, 1) == pytest.approx(abs(exact.channels[n, 1]), rel=3e-4)
+        assert harmonic(values, frequency, 3) == pytest.approx(abs(exact.channels[n, 3]), rel=0.01)
 
 
 def test_the_stingers_side_of_the_force_cell_loads_the_stinger_and_is_not_measured():
