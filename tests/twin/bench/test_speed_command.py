@@ -10,13 +10,12 @@ from twin.commands.speed import command
 
 
 def test_ratios_come_with_their_errors():
-    result = CliRunner().invoke(command, ["--json"])
+    result = CliRunner().invoke(command, ["--only", "streaming", "--only", "streaming-against-solve-ivp", "--json"])
     assert result.exit_code == 0
     rows = json.loads(result.stdout)
     for row in rows.values():
         assert set(row) >= {"ratio", "promise", "against", "error", "threads"}
+        assert row["error"] < 1e-4
     # Far below the promises, so that a busy machine does not fail the test and a slow kernel does.
     assert rows["streaming"]["ratio"] > 20
     assert rows["streaming-against-solve-ivp"]["ratio"] > 100
-    assert rows["streaming-against-solve-ivp"]["error"] < 1e-4
-    assert rows["harmonic-balance"]["error"] < 1e-10

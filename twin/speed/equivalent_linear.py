@@ -1,0 +1,108 @@
+"""The equivalent-linear model, whose layer has other moduli at every step: low rank against the full matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_banded
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
+from twin.identify.softened import softened_receptance_numpy
+from twin.identify.unknowns import BaseParameters
+from twin.rigs import load_rig
+from twin.speed.measured import Measured, side_by_side
+
+__all__ = ["SofteningSweep", "banded_model", "equivalent_linear_sweep", "receptances", "softening_sweep"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class SofteningSweep:
+    """The steel rig's model, drive frequencies (rad/s), base parameters, and by how much E' is changed at each."""
+
+    model: LinearModel
+    omega: Array
+    base: BaseParameters
+    dE: Array
+
+
+def softening_sweep(count: int = 400) -> SofteningSweep:
+    """A sweep through mode 1 whose layer loses up to a third of its E'.
+
+    Damped in the joint alone: modal damping would fill the full matrices.
+    """
+    rig = load_rig("steel-lap-joint")
+    model = build_linear_model(rig, [Output("acc2", "acceleration", rig.length)])
+    base = replace(believed_parameters(rig), loss_E=0.02, loss_G=0.05, zeta=np.full(5, 1e-12))
+    omega = 2 * np.pi * np.linspace(20.0, 32.0, count)
+    return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E / 3, count))
+
+
+def banded_model(model: LinearModel) -> Callable[[Array, Array, Array], Array]:
+    """Displacement of the output per unit force at given omega, E' and G', from the full matrices in bands."""
+    s, port = model.structure, model.ports.outputs.start
+    K = s.stiffness(0.0, 0.0)
+    order = reverse_cuthill_mckee(csr_array(s.M + K + model.reference_E * (s.KE + s.KG)), symmetric_mode=True)
+    parts = [part[np.ix_(order, order)] for part in (K, s.KE, s.KG, s.M)]
+    rows, columns = np.nonzero(np.sum(np.abs(parts), axis=0))
+    width = int(np.max(abs(rows - columns)))
+    banded = [np.zeros((2 * width + 1, len(order))) for _ in parts]
+    for band, part in zip(banded, parts, strict=True):
+        band[width + rows - columns, columns] = part[rows, columns]
+    load, read = (model.ports.rows[row][order] for row in (model.ports.drive, port))
+
+    def response(omega: Array, E: Array, G: Array) -> Array:
+        out = []
+        for w, e, g in zip(omega, E, G, strict=True):
+            band = banded[0] + e * banded[1] + g * banded[2] - w**2 * banded[3]
+            out.append(read @ solve_banded((width, width), band, load, check_finite=False))
+        return np.array(out)
+
+    return response
+
+
+def equivalent_linear_sweep() -> Measured:
+    """A sweep whose layer is softer at every step."""
+    sweep = softening_sweep()
+    model, base = sweep.model, sweep.base
+    response = banded_model(model)
+    E = base.E * (1 + 1j * base.loss_E) + sweep.dE
+    G = np.full(len(sweep.omega), base.G * (1 + 1j * base.loss_G))
+
+    def full() -> Array:
+        return response(sweep.omega, E, G)
+
+    def ours() -> Array:
+        R = model.receptance(sweep.omega, base, dE=sweep.dE, inner=False)
+        return R[:, model.ports.outputs.start, model.ports.drive]
+
+    mine, other = side_by_side(ours, full, ours_each=20)
+    return Measured(ratio=other / mine, promise=40, against="the banded full model", error=_difference(ours(), full()))
+
+
+def receptances() -> Measured:
+    """All receptances that sensitivities need, compiled, against the plain numpy twin."""
+    sweep = softening_sweep()
+    model, base = sweep.model, sweep.base
+    basis = model.basis.with_damping(base.zeta, base.detuning)
+    S = model.soft_stiffness(sweep.omega, base, sweep.dE, 0.0)
+
+    def plain() -> Array:
+        return softened_receptance_numpy(basis, model.ports.rows, sweep.omega, S)
+
+    def ours() -> Array:
+        return model.receptance(sweep.omega, base, dE=sweep.dE)
+
+    mine, other = side_by_side(ours, plain)
+    return Measured(ratio=other / mine, promise=None, against="plain numpy", error=_difference(ours(), plain()))
+
+
+def _difference(found: Array, exact: Array) -> float:
+    return float(np.max(abs(found - exact)) / np.max(abs(exact)))
