@@ -1,6 +1,6 @@
 """Blind campaigns: many hidden cases drawn, recorded and diagnosed, and one table of how well that went."""
 
-from twin.campaign.case import CasePlan, CaseResult, record_case, run_case
+from twin.campaign.case import CasePlan, CaseResult, record_case, record_hidden, run_case
 from twin.campaign.judgement import Outcome, covered, judge, named_first
 from twin.campaign.plan import CAMPAIGN_CAUSES, planned_cases
 from twin.campaign.runner import read_results, run_campaign
@@ -19,6 +19,7 @@ __all__ = [
     "planned_cases",
     "read_results",
     "record_case",
+    "record_hidden",
     "run_campaign",
     "run_case",
     "summarise",

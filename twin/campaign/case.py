@@ -19,7 +19,7 @@ from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.rigs import Rig, preload_record
 
-__all__ = ["CasePlan", "CaseResult", "in_model", "record_case", "run_case"]
+__all__ = ["CasePlan", "CaseResult", "in_model", "record_case", "record_hidden", "run_case"]
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class CaseResult:
 
 
 def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, list[str]]:
-    """Hide what the plan says and record the demonstration's runs, sample by sample through sensors and converter.
+    """Hide what the plan says and record it, see :func:`record_hidden`.
 
     Parameters
     ----------
@@ -93,20 +93,44 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     rig
         As it is believed.
     folder
-        Gets the three recordings, in place of those that an interrupted campaign may have left there.
+        Gets the recordings.
 
     Returns
     -------
     case : HiddenCase
         The truth.
     aborted : list of str
-        Recordings that ended early: a joint that slaps hard may rattle at the largest force until a guard ends it.
+        Recordings that ended early.
     """
     names = list(plan.causes) or ["none"]
     rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])
     case = draw_case(rng, rig=rig, causes=names, number=len(names), strength=plan.strength)
+    return case, record_hidden(case, rig, folder, rng=rng, waits_too=bool(set(plan.causes) & set(DRIFTS)))
+
+
+def record_hidden(
+    case: HiddenCase, rig: Rig, folder: Path, *, rng: np.random.Generator, waits_too: bool = False
+) -> list[str]:
+    """Record the demonstration's runs of a rig, sample by sample through sensors and converter.
+
+    Parameters
+    ----------
+    case
+        The truth.
+    rig
+        As it is believed.
+    folder
+        Gets the three recordings, in place of those that an interrupted campaign may have left there.
+    waits_too
+        Store the waits between steps as well.
+
+    Returns
+    -------
+    list of str
+        Recordings that ended early: a joint that slaps hard may rattle at the largest force until a guard ends it.
+    """
     aborted = []
-    store = {"store": "all"} if set(plan.causes) & set(DRIFTS) else {}
+    store = {"store": "all"} if waits_too else {}
 
     def record(name: str, procedure: Procedure) -> Path:
         procedure = procedure.model_copy(update=store)
@@ -127,7 +151,7 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     force, response = rig.force_sensor.channel, rig.response_sensors[0].channel
     for name, procedure in planned_sweeps(first_resonance(noise, force=force, response=response)).items():
         record(name, procedure)
-    return case, aborted
+    return aborted
 
 
 def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def fractional_damper(plan: Plan, strength: float = 1.0) -> None:
     def chain(matrices: Matrices) -> None:
         for frequency_Hz in np.geomspace(1.0, 2000.0, 12):
             w = 2 * np.pi * frequency_Hz
-            stiffness = strength * 0.25 * np.sqrt(w)
+            stiffness = strength * 1.5 * np.sqrt(w)
             row = np.concatenate([matrices.deflection(plan.rig.length), [-1.0]])
             for name in ("M", "K_beam", "K_E", "K_G", "C"):
                 setattr(matrices, name, np.pad(getattr(matrices, name), (0, 1)))
@@ -65,10 +66,17 @@ UNLISTED: dict[str, Callable[..., None]] = {
 }
 
 
-def open_unlisted(rig: Rig, name: str, *, strength: float = 1.0, **options: Any) -> Bench:
-    """A bench with one of :data:`UNLISTED`; `options` as for :func:`twin.bench.open_bench`."""
+@contextmanager
+def acting(name: str, *, strength: float = 1.0) -> Iterator[Effect]:
+    """One of :data:`UNLISTED` as an effect that benches opened meanwhile know."""
     EFFECTS[name] = lambda plan: UNLISTED[name](plan, strength)
     try:
-        return open_bench(rig, effects=[Effect(cause=name, parameters={})], **options)
+        yield Effect(cause=name, parameters={})
     finally:
         del EFFECTS[name]
+
+
+def open_unlisted(rig: Rig, name: str, *, strength: float = 1.0, **options: Any) -> Bench:
+    """A bench with one of :data:`UNLISTED`; `options` as for :func:`twin.bench.open_bench`."""
+    with acting(name, strength=strength) as effect:
+        return open_bench(rig, effects=[effect], **options)

@@ -164,12 +164,24 @@ def _along_the_structure(search: Search, model: Candidate) -> tuple[Array, Array
         neighbour = model
         for i in sorted(np.flatnonzero(side), key=lambda i: abs(places[i] - here)):
             last = neighbour.blames[-1]
-            moved = replace(last, values={**last.values, "position_m": float(places[i])})
+            moved = replace(last, values=_moved(evidence, last, float(places[i])))
             neighbour = fit_candidate(
                 evidence, harmonics, neighbour.unknowns, (moved,), iterations=8, tolerance=2.0, held="position_m"
             )
             left[i] = neighbour.chi2_per_dof
     return places, left
+
+
+def _moved(evidence: Evidence, blame: Blame, position_m: float) -> dict[str, float]:
+    """The force's values at another place, where it does the same to mode 1."""
+    model = evidence.model
+    here, there = (
+        abs(float(model.structure.deflection(x) @ model.basis.Phi[:, 0]))
+        for x in (blame.values["position_m"], position_m)
+    )
+    # A term of power p works with the power p + 1 of the motion of its place.
+    scaled = {term.name: blame.values[term.name] * (here / there) ** (term.power + 1) for term in law_of(blame.label)}
+    return {**blame.values, **scaled, "position_m": position_m}
 
 
 def _with_further_terms(search: Search, report: Report) -> Candidate:

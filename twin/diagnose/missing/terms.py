@@ -28,33 +28,32 @@ class Term:
         Of the coefficient, as a suffix of its name.
     force : callable
         Of u, v, a at coefficient one.
-    size : callable
-        The force at coefficient one, roughly, when the place moves with an amplitude u at omega.
+    power : int
+        Of the motion that the force grows with.
+    derivative : int
+        Of the displacement that it depends on: 0, 1 or 2.
     """
 
     name: str
     formula: str
     unit: str
     force: Callable[[Array, Array, Array], Array]
-    size: Callable[[float, float], float]
+    power: int
+    derivative: int
+
+    def size(self, amplitude_m: float, omega: float) -> float:
+        """Force at coefficient one, roughly, when the place moves with this amplitude."""
+        return float((omega**self.derivative * amplitude_m) ** self.power)
 
 
 def _of_displacement(name: str, formula: str, power: int, force: Callable[[Array], Array]) -> Term:
     unit = "N_per_m" if power == 1 else f"N_per_m{power}"
-    return Term(
-        name=name, formula=formula, unit=unit, force=lambda u, v, a: force(u), size=lambda u, omega: float(u**power)
-    )
+    return Term(name=name, formula=formula, unit=unit, force=lambda u, v, a: force(u), power=power, derivative=0)
 
 
 def _of_velocity(name: str, formula: str, power: int, force: Callable[[Array], Array]) -> Term:
     unit = {0: "N", 1: "N_s_per_m"}.get(power, f"N_s{power}_per_m{power}")
-    return Term(
-        name=name,
-        formula=formula,
-        unit=unit,
-        force=lambda u, v, a: force(v),
-        size=lambda u, omega: float((omega * u) ** power),
-    )
+    return Term(name=name, formula=formula, unit=unit, force=lambda u, v, a: force(v), power=power, derivative=1)
 
 
 _ALL = (
@@ -67,7 +66,7 @@ _ALL = (
     _of_velocity("dashpot", "c v", 1, lambda v: v),
     _of_velocity("drag", "c v |v|", 2, lambda v: v * np.abs(v)),
     _of_velocity("cubic damper", "c v³", 3, lambda v: v**3),
-    Term(name="mass", formula="c a", unit="kg", force=lambda u, v, a: a, size=lambda u, omega: float(omega**2 * u)),
+    Term(name="mass", formula="c a", unit="kg", force=lambda u, v, a: a, power=1, derivative=2),
 )
 TERMS = {term.name: term for term in _ALL}
 """By name."""
