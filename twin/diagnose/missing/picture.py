@@ -174,11 +174,8 @@ def _along_the_structure(search: Search, model: Candidate) -> tuple[Array, Array
 
 def _moved(evidence: Evidence, blame: Blame, position_m: float) -> dict[str, float]:
     """The force's values at another place, where it does the same to mode 1."""
-    model = evidence.model
-    here, there = (
-        abs(float(model.structure.deflection(x) @ model.basis.Phi[:, 0]))
-        for x in (blame.values["position_m"], position_m)
-    )
+    structure, shape = evidence.model.structure, evidence.model.basis.Phi[:, 0]
+    here, there = (abs(float(structure.deflection(x) @ shape)) for x in (blame.values["position_m"], position_m))
     # A term of power p works with the power p + 1 of the motion of its place.
     scaled = {term.name: blame.values[term.name] * (here / there) ** (term.power + 1) for term in law_of(blame.label)}
     return {**blame.values, **scaled, "position_m": position_m}
