@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,14 +51,11 @@ class RehearsedProcedure(Shown):
         The procedure improved until it is clear; None where there was nothing to improve.
     result : mapping
         The table that ``twin rehearse`` writes as ``result.json``.
-    folder : TemporaryDirectory or None
-        Keeps recordings that nobody asked to keep, for as long as this object lives.
     """
 
     first: Rehearsed
     better: Rehearsed | None
     result: Mapping[str, Any]
-    folder: tempfile.TemporaryDirectory[str] | None
 
     @property
     def sentence(self) -> str:
@@ -142,7 +141,6 @@ def rehearse_procedure(
     report
         Told what is being done.
     """
-    named = isinstance(procedure, str | Path)
     asked = load_procedure(procedure) if isinstance(procedure, str | Path) else procedure
     name = known_preload(rig, preload)
 
@@ -153,14 +151,36 @@ def rehearse_procedure(
             raise InputError(source, "", str(error)) from error
 
     first_bench = bench()
-    check_channels(asked, first_bench.channels, source=str(procedure) if named else asked.procedure)
-    kept = tempfile.TemporaryDirectory(prefix="twin-rehearsal-") if out is None else None
-    folder = Path(kept.name) if kept is not None else Path(out or ".")
-    folder.mkdir(parents=True, exist_ok=True)
+    check_channels(asked, first_bench.channels, source=asked.procedure if procedure is asked else str(procedure))
+    folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        rehearsed = _rehearsed(asked, rig, bench, first_bench, folder, name, rounds=rounds, seed=seed, report=report)
+    except BaseException:
+        if out is None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    if out is None:  # nobody asked to keep the recordings: they go with the result
+        weakref.finalize(rehearsed, shutil.rmtree, folder, ignore_errors=True)
+    return rehearsed
+
+
+def _rehearsed(
+    asked: Procedure,
+    rig: Rig,
+    bench: Callable[[], SampleSource],
+    first_bench: SampleSource,
+    folder: Path,
+    preload: str,
+    *,
+    rounds: int,
+    seed: int,
+    report: Report,
+) -> RehearsedProcedure:
     believed = Believed(
         rig_name=rig.name,
         rig_file=tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
-        preload=preload_record(name),
+        preload=preload_record(preload),
         damping_ratio=min(rig.damping.modal_ratio),
         bits=rig.acquisition.bits,
     )
@@ -172,15 +192,15 @@ def rehearse_procedure(
         better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
     report("predicting the branches")
     result = {
-        "procedure": str(procedure) if named else asked.procedure,
+        "procedure": asked.procedure,
         "rig": rig.name,
-        "preload": name,
+        "preload": preload,
         "seed": seed,
         **rehearsed_table(first),
-        "branches": _branches(rig, name, asked),
+        "branches": _branches(rig, preload, asked),
         "improved": rehearsed_table(better) if better is not None else None,
     }
-    return RehearsedProcedure(first=first, better=better, result=result, folder=kept)
+    return RehearsedProcedure(first=first, better=better, result=result)
 
 
 def _branches(rig: Rig, preload: str, procedure: Procedure) -> list[dict[str, Any]]:

@@ -60,7 +60,7 @@ def page_files(
 
 @pytest.fixture(scope="module")
 def spoilt(page_files: dict[str, Path]) -> Path:
-    """A page that the checks must object to: pale text, pictures without words, headings left out, figures left open."""
+    """A page that the checks must object to: pale text, pictures without words, wrong headings, figures left open."""
     text = page_files["mode"].read_text(encoding="utf-8")
     text = text.replace("color: #1a1a1a", "color: #bbbbbb").replace(' alt="', ' data-alt="').replace("h2>", "h4>")
     text = text.replace("</figure>", "")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import base64
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import resources
@@ -165,19 +163,3 @@ def test_a_report_that_cannot_be_written_leaves_nothing(diagnosis: Diagnosis, tm
     with pytest.raises(InputError, match="cannot be written"):
         write_report(diagnosis, tmp_path / "nowhere" / "report.html")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser: Debian's chromium is not installed")
-def test_a_browser_shows_the_page(report: Path, tmp_path: Path) -> None:
-    png = tmp_path / "page.png"
-    browser = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile"]
-    subprocess.run(
-        [*browser, "--hide-scrollbars", "--window-size=1200,3000", f"--screenshot={png}", report.as_uri()],
-        check=True, capture_output=True, timeout=90,
-    )  # fmt: skip
-    pixels = matplotlib.image.imread(png)[:, :, :3]
-    ink = (pixels.min(axis=2) < 0.5).mean(axis=1)
-    assert (ink[:400] > 0).sum() > 60, "title and answer"
-    blue = (pixels[:, :, 2] - pixels[:, :, 0] > 0.4).sum(axis=1)
-    assert (blue[600:] > 0).sum() > 200, "pictures further down"
