@@ -28,7 +28,7 @@ def classic_frame_seconds(data_bytes: int, *, bitrate: float) -> float:
 
 
 class BusTime:
-    """Lets frames through as fast as the bit rates allow.
+    """Lets frames through as fast as the bit rates allow, and the frames of others.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class BusTime:
     multiple
         Of real time; None for a bus without limit.
     is_fd
-        Whether the frames are those of CAN FD, or classic ones.
+        Whether the node's frames are those of CAN FD, or classic ones.
     """
 
     BURST_S = 0.02
@@ -46,11 +46,11 @@ class BusTime:
     def __init__(
         self, *, bitrate: float = 1e6, data_bitrate: float = 5e6, multiple: float | None = None, is_fd: bool = True
     ) -> None:
-        self._seconds = (
-            [frame_seconds(size, bitrate=bitrate, data_bitrate=data_bitrate) for size in range(65)]
-            if is_fd
-            else [classic_frame_seconds(size, bitrate=bitrate) for size in range(9)]
-        )
+        self._seconds_of = {
+            True: [frame_seconds(size, bitrate=bitrate, data_bitrate=data_bitrate) for size in range(65)],
+            False: [classic_frame_seconds(size, bitrate=bitrate) for size in range(9)],
+        }
+        self._seconds = self._seconds_of[is_fd]
         self._multiple = multiple
         self._free_at = 0.0
         self._busy_s = 0.0
@@ -70,6 +70,21 @@ class BusTime:
         self._free_at = max(self._free_at, now - self.BURST_S * self._multiple) + self._seconds[data_bytes]
         self._busy_s += self._seconds[data_bytes]
         return True
+
+    def hear(self, data_bytes: int, *, is_fd: bool, waits: bool) -> None:
+        """Another participant's frame has had the bus; what is sent here waits for it, unless it would have won.
+
+        A software bus delivers frames at once, so that one with the higher identifier, which on a wire has to wait
+        for those that are due here, comes too early: then it only counts to the load.
+        """
+        if self._multiple is None:
+            return
+        table = self._seconds_of[is_fd]
+        seconds = table[min(data_bytes, len(table) - 1)]  # a software bus takes classic frames of any length
+        self._busy_s += seconds
+        if waits:
+            now = time.monotonic() * self._multiple
+            self._free_at = max(self._free_at, now - self.BURST_S * self._multiple) + seconds
 
     def take_load(self) -> float | None:
         """The part of the time since the last call in which the bus was busy; None for one without limit."""

@@ -179,9 +179,15 @@ class CanNode:
 
     def _receive(self) -> can.Message | None:
         try:
-            return self._bus.recv(0)
+            message = self._bus.recv(0)
         except (can.CanOperationError, ValueError):
             return None  # a frame that cannot be read, or a bus whose hub has gone
+        if message is not None and not message.is_error_frame:
+            due = self._urgent or self._queue
+            # The smaller identifier wins the arbitration.
+            waits = not due or message.arbitration_id < due[0].arbitration_id
+            self._bus_time.hear(len(message.data), is_fd=message.is_fd, waits=waits)
+        return message
 
     def _obey(self, command: Command) -> None:
         try:

@@ -120,6 +120,33 @@ def test_the_heartbeat_tells_the_load_of_the_bus():
     assert load == pytest.approx(100 * (after - before) / (ended - began), abs=12)
 
 
+@pytest.mark.parametrize(("identifier", "waits"), [(0x010, True), (0x7F0, False)], ids=["urgent", "not-urgent"])
+def test_frames_of_others_load_the_bus_and_the_smaller_identifier_goes_first(identifier, waits):
+    """Another participant takes seven tenths of a bus of which the node needs half."""
+    rates = {"bitrate": 125e3, "data_bitrate": 250e3}
+    foreign_s = frame_seconds(64, bitrate=125e3, data_bitrate=250e3)
+    with (
+        served(FilteredSine(rate_Hz=2048.0), can_bus="virtual:shared", speed=1.0, **rates),
+        can.Bus(interface="virtual", channel="shared", fd=True) as bus,
+    ):
+        data = DATABASE.encode_message("Command", {"Opcode": "START", "Value": 0.0})
+        bus.send(can.Message(arbitration_id=0x200, data=data, is_extended_id=False, is_fd=True))
+        other = can.Message(arbitration_id=identifier, data=bytes(64), is_extended_id=False, is_fd=True)
+        began, sent, samples, loads = time.monotonic(), 0, 0, []
+        while (elapsed := time.monotonic() - began) < 4.5:
+            while sent * foreign_s < 0.7 * elapsed:
+                bus.send(other)
+                sent += 1
+            message = bus.recv(0.005)
+            if message is not None and elapsed > 2 and 0x100 <= message.arbitration_id < 0x104:
+                samples += 1
+            if message is not None and message.arbitration_id == 0x180:
+                loads.append(DATABASE.decode_message(0x180, bytes(message.data))["BusLoad"])
+    assert loads[-1] > 90
+    of_its_own = samples * foreign_s / (elapsed - 2)
+    assert of_its_own == pytest.approx(0.3 if waits else 3 * 2048 / 30 * foreign_s, rel=0.25)
+
+
 def test_a_bus_that_cannot_carry_it_is_told_by_its_load(tmp_path):
     rates = {"bitrate": 125e3, "data_bitrate": 250e3}
     with (
