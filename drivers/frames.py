@@ -79,19 +79,27 @@ def encode(frame: Frame) -> bytes:
     ValueError
         If the payload is larger than `MAX_PAYLOAD`.
     """
-    if len(frame.payload) > MAX_PAYLOAD:
-        raise ValueError(f"payload of {len(frame.payload)} bytes, the limit is {MAX_PAYLOAD}")
+    return _assemble(frame, frame.payload)
+
+
+def _assemble(frame: Frame, *payload: bytes | memoryview) -> bytes:
+    """A frame with a payload in pieces, each of which is copied only once."""
+    length = check = 0
+    for piece in payload:
+        length += len(piece)
+        check = zlib.crc32(piece, check)
+    if length > MAX_PAYLOAD:
+        raise ValueError(f"payload of {length} bytes, the limit is {MAX_PAYLOAD}")
     header = _HEADER.pack(
         frame.kind,
         frame.channels,
         frame.sequence & 0xFFFF,
-        len(frame.payload),
+        length,
         frame.first_index,
         frame.time_ns,
         frame.sample_rate_Hz,
     )
-    check = _CHECK.pack(zlib.crc32(header))
-    return b"".join((SYNC, header, check, frame.payload, _CHECK.pack(zlib.crc32(frame.payload))))
+    return b"".join((SYNC, header, _CHECK.pack(zlib.crc32(header)), *payload, _CHECK.pack(check)))
 
 
 def encode_samples(
@@ -104,18 +112,16 @@ def encode_samples(
     sequence: int,
 ) -> bytes:
     """Bytes of a sample frame; `samples` has the shape (channels, n), `overload` (channels,)."""
-    payload = overload.astype("<u4").tobytes() + np.ascontiguousarray(samples, dtype="<f4").tobytes()
-    return encode(
-        Frame(
-            kind=FrameKind.SAMPLES,
-            sequence=sequence,
-            channels=len(samples),
-            first_index=first_index,
-            time_ns=time_ns,
-            sample_rate_Hz=sample_rate_Hz,
-            payload=payload,
-        )
+    head = Frame(
+        kind=FrameKind.SAMPLES,
+        sequence=sequence,
+        channels=len(samples),
+        first_index=first_index,
+        time_ns=time_ns,
+        sample_rate_Hz=sample_rate_Hz,
     )
+    values: NDArray[np.uint8] = np.ascontiguousarray(samples, dtype="<f4").reshape(-1).view(np.uint8)
+    return _assemble(head, overload.astype("<u4").tobytes(), values.data)
 
 
 def unpack_samples(frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
@@ -154,6 +160,7 @@ class Decoder:
     def __init__(self) -> None:
         self._missing: deque[int] = deque(maxlen=_REMEMBERED)
         self._buffer = bytearray()
+        self._due = 0  # bytes that the frame at the beginning of the buffer needs, where its header is known
         self._expected: int | None = None
         self.bad_headers = 0
         self.bad_payloads = 0
@@ -166,6 +173,9 @@ class Decoder:
         buffer = self._buffer
         buffer += data
         frames: list[Frame] = []
+        if len(buffer) < self._due:  # a line gives a frame in several pieces: look at its header once
+            return frames
+        self._due = 0
         position = 0
         while not (frames and frames[-1].kind == FrameKind.END):
             start = buffer.find(SYNC, position)
@@ -190,8 +200,10 @@ class Decoder:
                 continue
             end = start + OVERHEAD_BYTES + length
             if len(buffer) < end:
+                self._due = end - start
                 break
-            payload = bytes(buffer[start + HEADER_BYTES : end - _CHECK.size])
+            with memoryview(buffer) as view:
+                payload = bytes(view[start + HEADER_BYTES : end - _CHECK.size])
             (check,) = _CHECK.unpack_from(buffer, end - _CHECK.size)
             if zlib.crc32(payload) != check:
                 self.bad_payloads += 1
@@ -230,6 +242,7 @@ class Decoder:
 
     def take_rest(self) -> bytes:
         """Bytes not yet understood, taken out: plain text after the end of a stream."""
+        self._due = 0
         rest = bytes(self._buffer)
         self._buffer.clear()
         return rest
