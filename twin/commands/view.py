@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,26 +26,57 @@ LARGEST_RESULT = 200_000_000
 @click.command(name="view", short_help="Show a run, a rehearsal or a diagnosis in rerun.")
 @click.argument("what", metavar="RUN|DIR", type=click.Path(path_type=Path))
 @click.option("--save", type=click.Path(path_type=Path), metavar="FILE.rrd", help="Write the view and open nothing.")
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path),
+    metavar="FILE.png",
+    help="Write a picture of the view, 1920 x 1080, and open nothing; needs no screen.",
+)
 @json_option
-def command(what: Path, save: Path | None, as_json: bool) -> None:
+def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) -> None:
     """Show RUN, an .mcap, or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
 
     The viewer listens on this machine's loopback alone.
     """
     if save is not None and save.suffix.lower() != ".rrd":
         raise click.UsageError(f"--save: {save} must end in .rrd")
+    if picture is not None and picture.suffix.lower() != ".png":
+        raise click.UsageError(f"--picture: {picture} must end in .png")
     if not what.exists():
         raise InputError(what, "", "no such file or folder")
-    if save is not None:
-        files = [_save(what, save)]
-    else:
-        folder = Path(tempfile.mkdtemp(prefix="twin-view-"))
-        files = [_save(what, folder / f"{what.resolve().stem or 'view'}.rrd")]
-    opened = save is None and _open(files[0])
+    made = Path(tempfile.mkdtemp(prefix="twin-view-")) if save is None else None
+    view = _save(what, save or (made or Path()) / f"{what.resolve().stem or 'view'}.rrd")
+    told: dict[str, Any] = {"view": view, "bytes": view.stat().st_size, "opened": False}
+    if picture is not None:
+        try:
+            _draw(view, picture)
+        finally:
+            if made is not None:
+                shutil.rmtree(made)
+        told |= {"view": save, "picture": picture}
+    elif save is None:
+        told["opened"] = _open(view)
     if as_json:
-        print_json({"view": files[0], "bytes": files[0].stat().st_size, "opened": opened})
-    elif save is not None:
+        print_json(told)
+        return
+    if save is not None:
         console.print(f"{save}: written; open it with 'rerun {save}'", markup=False, soft_wrap=True)
+    if picture is not None:
+        console.print(f"{picture}: written", markup=False, soft_wrap=True)
+
+
+def _draw(view: Path, picture: Path) -> None:
+    """A picture of a view by a viewer without a screen."""
+    from twin.views.rerun_viewer import headless_viewer, save_picture
+
+    if not picture.absolute().parent.is_dir():
+        raise InputError(picture, "", "cannot be written: no such folder")
+    try:
+        with console.status("drawing, without a screen"), headless_viewer(file=view) as viewer:
+            save_picture(viewer, picture)
+    except RuntimeError as error:
+        advice = "a graphics driver is needed, in software too: Debian's mesa-vulkan-drivers"
+        raise InputError(picture, "", str(error), advice) from error
 
 
 def _save(what: Path, out: Path) -> Path:
@@ -121,23 +149,20 @@ def _inside(folder: Path, name: str, source: Path) -> Path:
 
 def _open(view: Path) -> bool:
     """Open the viewer if there is a display; say how to open it elsewhere if not."""
-    viewer = Path(sys.executable).with_name("rerun")
-    program = str(viewer) if viewer.exists() else shutil.which("rerun")
-    seen = sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    if not seen or program is None:
-        why = "no display here" if program else "the program 'rerun' is not installed"
+    from twin.views.rerun_viewer import find_viewer, has_display, open_viewer
+
+    if not has_display() or find_viewer() is None:
+        why = "no display here" if find_viewer() else "the program 'rerun' is not installed"
         console.print(
             f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen",
             markup=False,
             soft_wrap=True,
         )
         return False
-    subprocess.Popen(
-        [program, "--bind", "127.0.0.1", str(view)],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
+    try:
+        open_viewer(file=view)
+    except RuntimeError as error:
+        console.print(f"{error}; the view is {view}", markup=False, soft_wrap=True)
+        return False
     console.print(f"opened {view}", markup=False, soft_wrap=True)
     return True

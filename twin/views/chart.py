@@ -15,7 +15,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from twin.views.style import on_dark, ticks
+from twin.views.style import on_dark, tick_text, ticks
 
 __all__ = ["Chart", "common_range"]
 
@@ -64,6 +64,8 @@ class Chart:
         Logarithmic axes.
     width
         Of the frame, beside its height of 640: of a chart for a pane that is wide.
+    text
+        Size of the text beside that of the frame: more than 1 in small panes, since text is as large in any.
     growing
         Drawn anew, under the same entity, as data come: what is drawn holds from the recording's present time on.
     bare_y
@@ -82,6 +84,7 @@ class Chart:
     log_x: bool = False
     log_y: bool = False
     width: float = WIDTH
+    text: float = 1.0
     growing: bool = False
     bare_y: bool = False
     legend_rows: int | None = None
@@ -98,7 +101,10 @@ class Chart:
 
     def view(self, name: str | None = None) -> rrb.Spatial2DView:
         """The view that shows it, framed."""
-        bounds = rrb.VisualBounds2D(x_range=[-150, self.width + 40], y_range=[-HEIGHT - 104 - 46 * self._rows, 116])
+        bounds = rrb.VisualBounds2D(
+            x_range=[-150 * self.text, self.width + 40],
+            y_range=[-HEIGHT - (104 + 46 * self._rows) * self.text, 116 * self.text],
+        )
         return rrb.Spatial2DView(
             origin=self.path, name=name or self.title, background=list(PAPER), visual_bounds=bounds
         )
@@ -135,7 +141,7 @@ class Chart:
     def label(self, name: str, x: float, y: float, text: str, colour: str) -> None:
         """Text that begins about at a place; labels are centred, so the longer the farther to the right."""
         at = self._place(np.array([x]), np.array([y]))[0]
-        self._log(name, _text([[at[0] + max(90, 9 * len(text)), at[1]]], [text], on_dark(colour)))
+        self._log(name, _text([[at[0] + max(90, 9 * len(text)) * self.text, at[1]]], [text], on_dark(colour)))
 
     def move(
         self, name: str, curves: Sequence[tuple[Array, Array]], colours: Sequence[tuple[int, int, int]], *, width: float
@@ -161,7 +167,10 @@ class Chart:
         """Draw the legend above the frame: names in their curves' colours, since labels keep their size at any zoom."""
         columns = -(-len(self._legend) // max(self._rows, 1))
         for i, (text, colour) in enumerate(self._legend):
-            at = [(i % columns + 0.5) * self.width / columns, -HEIGHT - 84 - 46 * (self._rows - 1 - i // columns)]
+            at = [
+                (i % columns + 0.5) * self.width / columns,
+                -HEIGHT - (84 + 46 * (self._rows - 1 - i // columns)) * self.text,
+            ]
             self._log(f"legend/{i}", _text([at], [text], on_dark(colour)))
 
     def _log(self, name: str, what: Any) -> None:
@@ -195,12 +204,18 @@ class Chart:
             self._log("axes/grid", rr.LineStrips2D(grid, colors=[GRID], radii=rr.Radius.ui_points(0.5), draw_order=-2))
         self._log("axes/frame", rr.LineStrips2D(frame, colors=[FRAME], radii=rr.Radius.ui_points(0.75), draw_order=-1))
         if xs:
-            self._log("axes/x", _text([[x, 4] for x in at_x], [f"{value:g}" for value in xs]))
+            self._log("axes/x", _text([[x, 4] for x in at_x], [tick_text(value) for value in xs]))
         if ys:
-            self._log("axes/y", _text([[-38, y - 12] for y in at_y], [f"{value:g}" for value in ys]))
-        self._log("axes/x_label", _text([[self.width / 2, 48]], [self.x_label]))
+            self._log(
+                "axes/y",
+                _text([[-38 * self.text, y - 12 * self.text] for y in at_y], [tick_text(value) for value in ys]),
+            )
+        self._log("axes/x_label", _text([[self.width / 2, 48 * self.text]], [self.x_label]))
         if self.y_label:
-            self._log("axes/y_label", _text([[max(90, 9 * len(self.y_label) - 150), -HEIGHT - 44]], [self.y_label]))
+            self._log(
+                "axes/y_label",
+                _text([[max(90, 9 * len(self.y_label) - 150) * self.text, -HEIGHT - 44 * self.text]], [self.y_label]),
+            )
 
 
 def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] = TEXT) -> Any:

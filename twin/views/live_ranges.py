@@ -40,6 +40,7 @@ class RangeUse:
             log_x=True,
             growing=True,
             bare_y=True,
+            text=1.5,
             legend_rows=0,
         )
 
@@ -62,7 +63,7 @@ class RangeUse:
                 right = min(max(percent, LOWEST), HIGHEST)
                 bar = np.array([LOWEST, right]), np.full(2, height)
                 self._chart.line(f"{name}/{what}", *bar, _colour(percent), width=width, legend=False)
-            self._chart.label(f"{name}/text", LOWEST, height + 0.4, f"{name}: {now:.3g} %, {most:.3g} %", INK)
+            self._chart.label(f"{name}/text", LOWEST, height + 0.5, f"{name}: {now:.3g} %, {most:.3g} %", INK)
             self._now[name] = FALL * now
 
     def view(self) -> rrb.Spatial2DView:

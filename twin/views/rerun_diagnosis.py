@@ -1,4 +1,4 @@
-"""A diagnosis in rerun: the answer, measured against both models, residuals, the joint's law, the first mode moving."""
+"""A diagnosis in rerun: the answer, measured against both models, residuals, the joint's law and loops, the motion."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from twin.diagnose.candidate import extension_of
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
 from twin.views.answer import answer_markdown
 from twin.views.chart import Chart, common_range
 from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes
+from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import receptance_mm_per_N
-from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_mode
+from twin.views.rerun_fit import draw_backbone, draw_history, draw_l_curve, draw_residuals
+from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_rig, draw_loops
 from twin.views.rrd import recording_file
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
@@ -40,9 +43,9 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
     with recording_file(path) as recording:
         answer = rr.TextDocument(answer_markdown(diagnosis), media_type=rr.MediaType.MARKDOWN)
         recording.log("answer", answer, static=True)
-        shape = mode_shapes(evidence, fitted, count=1)[0]
-        mode = animate_mode(recording, evidence, shape)
-        joint = animate_joint(recording, shape)
+        motions = operating_motions(evidence, fitted, diagnosis.sweeps, extension=extension_of(evidence, fitted.blames))
+        moving = motions[-1] if motions else modal_motion(mode_shapes(evidence, fitted, count=1)[0])
+        rig, joint = animate_rig(recording, evidence, moving), animate_joint(recording, moving)
         tabs: list[Any] = []
         sweeps = _comparison(recording, evidence, diagnosis.sweeps, "sweeps")
         if sweeps:
@@ -54,14 +57,22 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         if broadband:
             columns = len(evidence.channels)
             tabs.append(rrb.Grid(*broadband, grid_columns=columns, name="Broadband"))
-        law, history = _law(recording, diagnosis), _history(recording, diagnosis)
-        rows = [rrb.Horizontal(*law), history] if law else [history]
-        tabs.append(rrb.Vertical(*rows, name="Joint's law and fit"))
+        if diagnosis.sweeps:
+            backbone = draw_backbone(recording, diagnosis)
+            rows: list[Any] = [draw_residuals(recording, diagnosis), *([backbone] if backbone else [])]
+            tabs.append(rrb.Vertical(*rows, row_shares=[1.2, 1][: len(rows)], name="Residuals and backbone"))
+        of_joint = [*_law(recording, diagnosis), *(draw_loops(recording, motions) if motions else [])]
+        if of_joint:
+            tabs.append(rrb.Grid(*of_joint, grid_columns=2, name="Joint: law and loops"))
+        l_curve = draw_l_curve(recording, diagnosis)
+        fits = [draw_history(recording, diagnosis), *([l_curve] if l_curve else [])]
+        tabs.append(rrb.Vertical(*fits, name="Fit"))
         layout = rrb.Horizontal(
             rrb.Vertical(
                 rrb.TextDocumentView(origin="/answer", name="Answer"),
-                rrb.Tabs(mode, joint, active_tab=0),
-                row_shares=[3, 2],
+                rig,
+                joint,
+                row_shares=[3, 2, 2],
             ),
             rrb.Tabs(*tabs, active_tab=0),
             column_shares=[1, 2.6],
@@ -199,6 +210,7 @@ def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatia
         ]
         if not values:
             continue
+        *_, top, std = values[-1]
         chart = Chart(
             recording,
             f"/law/{quantity}",
@@ -206,11 +218,14 @@ def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatia
             f"amplitude X at {diagnosis.evidence.channels[diagnosis.evidence.reference]}, mm",
             f"{quantity} {symbol}(X), N/mm²",
             common_range([X for _, X, _, _ in values], log=True),
-            common_range([np.zeros(1), values[-1][2] - values[-1][3], values[-1][2] + values[-1][3]], margin=0.12),
+            common_range([np.zeros(1), top - std, top + std], margin=0.12),
             log_x=True,
         )
         for kind, X, y, std in values:
             colour = KIND[kind]
+            if not np.any((y > chart.y_range[0]) & (y < chart.y_range[1])):
+                chart.tell(f"{kind}: {np.median(y):.3g}, off the axis", colour)
+                continue
             chart.line(kind, X, y, colour, width=2.5, dashed=kind == "before")
             chart.line(f"{kind}/upper", X, y + std, colour, width=0.8, legend=False)
             chart.line(f"{kind}/lower", X, y - std, colour, width=0.8, legend=False)
@@ -218,25 +233,3 @@ def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatia
         chart.close()
         views.append(chart.view())
     return views
-
-
-def _history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
-    """Cost after each Gauss-Newton iteration of the last fit of each model."""
-    fits = {kind: np.array(candidate.solution.history) for kind, candidate in compared_models(diagnosis).items()}
-    longest = max(len(history) for history in fits.values())
-    chart = Chart(
-        recording,
-        "/history",
-        "Last fits, iteration by iteration",
-        "iteration",
-        "cost: chi² with the prior's part",
-        (-0.5, max(longest - 0.5, 1.5)),
-        common_range(list(fits.values()), log=True),
-        log_y=True,
-    )
-    for kind, history in fits.items():
-        steps = np.arange(len(history))
-        chart.line(kind, steps, history, KIND[kind], dashed=kind == "before")
-        chart.points(f"{kind}/points", steps, history, KIND[kind], legend=False)
-    chart.close()
-    return chart.view()

@@ -1,7 +1,8 @@
-"""The first mode in slow motion: both beams' deflection lines, and the joint with its opening and slip enlarged."""
+"""Motions slowed down: both beams' deflection lines, and the joint with its opening and slip enlarged; its loops."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,11 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from twin.identify.evidence import Evidence
-from twin.views.chart import Chart
-from twin.views.curves import ModeShape
-from twin.views.style import AFTER, BEFORE, INK, on_dark
+from twin.views.chart import Chart, common_range
+from twin.views.operating import Motion
+from twin.views.style import AFTER, BEFORE, INK, level_colour, on_dark
 
-__all__ = ["SLOW_MOTION", "animate_joint", "animate_mode"]
+__all__ = ["SLOW_MOTION", "animate_joint", "animate_rig", "draw_loops"]
 
 Array = NDArray[Any]
 
@@ -26,57 +27,71 @@ LIFT = 0.16
 OPEN, PRESSED = "#d55e00", "#0072b2"
 
 
-def animate_mode(recording: rr.RecordingStream, evidence: Evidence, shape: ModeShape) -> rrb.Spatial2DView:
+def animate_rig(recording: rr.RecordingStream, evidence: Evidence, motion: Motion) -> rrb.Spatial2DView:
     """The whole rig; the beams' lines are drawn apart so that both can be seen."""
+    most = float(np.max(np.abs(np.concatenate([motion.lower, motion.upper]))))
+    lift = LIFT * most
     chart = Chart(
         recording,
-        "/mode/rig",
-        f"Mode {shape.number}, {shape.frequency_Hz:.5g} Hz",
+        "/motion/rig",
+        f"Motion, {motion.title}",
         "position from the clamp, m",
-        "deflection, tip amplitude 1",
-        (0.0, float(shape.upper_x[-1])),
-        (-1.3, 1.3),
+        f"deflection, {motion.unit}; upper beam lifted",
+        (0.0, float(motion.upper_x[-1])),
+        (-1.2 * most, 1.2 * most + lift),
+        width=1600.0,
+        text=1.8,
     )
-    chart.line("rest/lower", shape.lower_x, np.zeros(len(shape.lower_x)), "#5f5f5f", width=1, dashed=True, legend=False)
-    lift = np.full(len(shape.upper_x), LIFT)
-    chart.line("rest/upper", shape.upper_x, lift, "#5f5f5f", width=1, dashed=True, legend=False)
+    chart.line("rest/lower", motion.lower_x, np.zeros(len(motion.lower_x)), "#5f5f5f", width=1, legend=False)
+    chart.line("rest/upper", motion.upper_x, np.full(len(motion.upper_x), lift), "#5f5f5f", width=1, legend=False)
     chart.tell("lower beam", AFTER, "line")
     chart.tell("upper beam", BEFORE, "line")
     chart.tell("sensors", INK, "point")
     places = np.array([output.position_m for output in evidence.outputs])
-    for time_s, size in _frames():
+    for time_s, turned in _frames():
         recording.set_time(SLOW_MOTION, duration=time_s)
-        chart.move("lower", [(shape.lower_x, size * shape.lower)], [on_dark(AFTER)], width=4)
-        chart.move("upper", [(shape.upper_x, LIFT + size * shape.upper)], [on_dark(BEFORE)], width=4)
-        chart.move_points("sensors", places, _deflection(shape, places, size), INK)
+        lower, upper = np.real(turned * motion.lower), lift + np.real(turned * motion.upper)
+        chart.move("lower", [(motion.lower_x, lower)], [on_dark(AFTER)], width=4)
+        chart.move("upper", [(motion.upper_x, upper)], [on_dark(BEFORE)], width=4)
+        # A sensor is drawn on the lower beam up to its end, on the upper one from there.
+        on_lower = places <= motion.lower_x[-1]
+        at = np.where(on_lower, np.interp(places, motion.lower_x, lower), np.interp(places, motion.upper_x, upper))
+        chart.move_points("sensors", places, at, INK)
     recording.reset_time()
     chart.close()
     return chart.view()
 
 
-def animate_joint(recording: rr.RecordingStream, shape: ModeShape) -> rrb.Spatial2DView:
+def animate_joint(recording: rr.RecordingStream, motion: Motion) -> rrb.Spatial2DView:
     """The overlap as seen from the lower beam: opening and slip enlarged, coloured by opening or pressing."""
-    x = shape.layer_x
-    slip = np.interp(x, shape.shear_x, shape.slip)
-    across = 0.45 / max(float(np.max(np.abs(shape.opening))), 1e-12)
+    x = motion.layer_x
+    slip = np.interp(x, motion.shear_x, motion.slip)
+    across = 0.45 / max(float(np.max(np.abs(motion.opening))), 1e-12)
     length = float(x[-1] - x[0])
     along = 0.04 * length / max(float(np.max(np.abs(slip))), 1e-12)
+    widest, farthest = np.max(np.abs(motion.opening)), np.max(np.abs(slip))
+    metric = motion.unit == "mm"
+    opens = f"opening up to {1e3 * widest:.3g} µm" if metric else f"opening × {across:.3g}"
+    slides = f"slip up to {1e3 * farthest:.3g} µm" if metric else f"slip × {along:.3g}"
     chart = Chart(
         recording,
-        "/mode/joint",
-        "Joint, enlarged",
+        "/motion/joint",
+        f"Joint enlarged, {motion.title}",
         "position from the clamp, m",
-        f"gap: opening × {across:.3g}, slip × {along:.3g}",
+        f"{opens}, {slides}",
         (float(x[0]) - 0.06 * length, float(x[-1]) + 0.06 * length),
         (-0.2, 1.8),
+        bare_y=True,
+        width=1600.0,
+        text=1.8,
     )
     chart.line("lower beam", x, np.zeros(len(x)), INK, width=4, legend=False)
     chart.line("rest", x, np.ones(len(x)), "#5f5f5f", width=1, dashed=True, legend=False)
     chart.tell("opens", OPEN, "line")
     chart.tell("is pressed", PRESSED, "line")
-    for time_s, size in _frames():
+    for time_s, turned in _frames():
         recording.set_time(SLOW_MOTION, duration=time_s)
-        height, shift = 1 + size * across * shape.opening, size * along * slip
+        height, shift = 1 + across * np.real(turned * motion.opening), along * np.real(turned * slip)
         chart.move("upper", [(x + shift, height)], [on_dark(INK)], width=4)
         threads = [(np.array([a, a + s]), np.array([0.0, h])) for a, s, h in zip(x, shift, height, strict=True)]
         chart.move("layer", threads, [on_dark(OPEN if h > 1 else PRESSED) for h in height], width=2)
@@ -85,13 +100,36 @@ def animate_joint(recording: rr.RecordingStream, shape: ModeShape) -> rrb.Spatia
     return chart.view()
 
 
-def _frames() -> list[tuple[float, float]]:
-    """Times of one cycle and the mode's size then."""
-    return [(CYCLE_S * k / FRAMES, float(np.sin(2 * np.pi * k / FRAMES))) for k in range(FRAMES + 1)]
+def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion]) -> list[rrb.Spatial2DView]:
+    """Force against displacement over one cycle, along and across the joint, at the top of each sweep."""
+    turned = np.exp(2j * np.pi * np.arange(121) / 120)
+    views = []
+    for name, title, x_label, y_label in (
+        ("slip", "Joint's loops, along", "slip where it is farthest, µm", "shear force there, N"),
+        ("opening", "Joint's loops, across", "opening where it is widest, µm", "normal force there, N"),
+    ):
+        loops = []
+        for motion in motions:
+            moved, force = (motion.farthest, motion.shear_N) if name == "slip" else (motion.widest, motion.peel_N)
+            loops.append((motion.title, 1e3 * np.real(moved * turned), np.real(force * turned)))
+        chart = Chart(
+            recording,
+            f"/loops/{name}",
+            title,
+            x_label,
+            y_label,
+            common_range([x for _, x, _ in loops], margin=0.1),
+            common_range([y for *_, y in loops], margin=0.1),
+        )
+        for i, (text, x, y) in enumerate(loops):
+            chart.line(f"{i}", x, y, level_colour(i), width=2, legend=False)
+            chart.tell(text, level_colour(i), "line")
+        chart.close()
+        views.append(chart.view())
+    return views
 
 
-def _deflection(shape: ModeShape, position_m: Array, size: float) -> Array:
-    """Where a sensor is drawn: on the lower beam up to its end, on the upper one from there."""
-    lower = size * np.interp(position_m, shape.lower_x, shape.lower)
-    upper = LIFT + size * np.interp(position_m, shape.upper_x, shape.upper)
-    return np.where(position_m <= shape.lower_x[-1], lower, upper)
+def _frames() -> list[tuple[float, complex]]:
+    """Times of one cycle, and the phase's turn then; at rest first, where the motion is in phase with the force."""
+    turns = np.arange(FRAMES + 1) / FRAMES
+    return [(CYCLE_S * float(t), complex(np.exp(2j * np.pi * t))) for t in turns]

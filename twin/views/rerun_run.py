@@ -17,6 +17,7 @@ from twin.views.chart import Chart, common_range
 from twin.views.curves import SteppedSweep, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import receptance_mm_per_N
+from twin.views.rerun_backbone import draw_backbone
 from twin.views.rerun_log import log_line, log_view
 from twin.views.rrd import recording_file
 from twin.views.run_text import run_markdown
@@ -31,6 +32,8 @@ MOST_SAMPLES = 2_000_000
 """Samples of a channel that are shown one by one; of more than that, the least and greatest of each short stretch."""
 MOST_EVENTS = 10_000
 TIME = "time"
+WIDE = 1350.0
+"""Width of two charts side by side below the signals."""
 
 
 def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None) -> None:
@@ -63,8 +66,9 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
             left += [log_view(TIME)]
         right: list[Any] = [rrb.Vertical(*signals)] if signals else []
         right += [rrb.Horizontal(*charts)] if charts else []
-        right += [harmonics] if harmonics else []
-        shares = ([2.2] if signals else []) + ([2.4] if charts else []) + ([1.0] if harmonics else [])
+        bottom = [view for view in (harmonics, draw_backbone(recording, run, reduced)) if view is not None]
+        right += [rrb.Horizontal(*bottom, column_shares=[1.6, 1.0][: len(bottom)])] if bottom else []
+        shares = ([1.9] if signals else []) + ([2.1] if charts else []) + ([1.6] if bottom else [])
         layout = rrb.Horizontal(
             rrb.Vertical(*left, row_shares=[2, 1][: len(left)]),
             rrb.Vertical(*right, row_shares=shares),
@@ -109,6 +113,7 @@ def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView
         position, values = _envelope(device.values[name])
         path = f"/signals/{name}"
         label = f"{name}, {unit_text(channel.unit)}"
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
         style = rr.SeriesLines(colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax")
         recording.log(path, style, static=True)
         times = (device.times_ns()[position] - origin).astype("timedelta64[ns]")
@@ -119,7 +124,11 @@ def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView
             )
         views.append(
             rrb.TimeSeriesView(
-                origin=path, name=label, plot_legend=rrb.PlotLegend(visible=False), axis_x=_whole_run(run)
+                origin=path,
+                name=f"{label}; largest {largest:.4g}",
+                plot_legend=rrb.PlotLegend(visible=False),
+                axis_x=_whole_run(run),
+                axis_y=rrb.ScalarAxis(range=(-1.1 * largest, 1.1 * largest)) if largest else None,
             )
         )
     return views
@@ -148,6 +157,7 @@ def _sweep_charts(
             f"receptance at {channel}, mm/N",
             common_range([sweep.frequency_Hz for sweep in drawn]),
             common_range([np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)]),
+            width=WIDE,
         )
         levels = list(dict.fromkeys(sweep.level for sweep in drawn))
         for sweep in drawn:
@@ -202,6 +212,7 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             common_range([frequency for _, frequency, _ in kept]),
             common_range([size for _, _, size in kept], log=True),
             log_y=True,
+            width=WIDE,
         )
         for i, (name, frequency, size) in enumerate(kept):
             chart.line(name, frequency, size, level_colour(i), width=1.5)

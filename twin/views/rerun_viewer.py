@@ -25,8 +25,8 @@ DESKTOP = (1920, 1080)
 START_S = 60.0
 PICTURE_S = 120.0
 """Patience with a viewer that draws without a graphics card on a busy machine."""
-SETTLED_S = 1.5
-"""After the last data: panes take a few frames to find their widths."""
+SETTLED_S = 6.0
+"""After the last data: panes find their widths, curves are drawn, and the viewer's own messages go."""
 _ADDRESS = re.compile(r"(?:rerun\+http://)?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d{1,5})(?:/proxy)?")
 
 Answer = TypeVar("Answer")

@@ -15,6 +15,7 @@ __all__ = [
     "level_colour",
     "on_dark",
     "rgb",
+    "tick_text",
     "ticks",
     "unit_text",
 ]
@@ -60,6 +61,16 @@ ON_DARK = {
 def on_dark(colour: str) -> tuple[int, int, int]:
     """The same colour, bright enough for the viewer's dark ground."""
     return rgb(ON_DARK.get(colour, colour))
+
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def tick_text(value: float) -> str:
+    """A tick's number; powers of ten that would be long are written as such."""
+    if value > 0 and not 1e-3 < value < 9e4 and math.isclose(power := math.log10(value), round(power), abs_tol=1e-9):
+        return "10" + str(round(power)).translate(SUPERSCRIPTS)
+    return f"{value:g}"
 
 
 def ticks(low: float, high: float, *, log: bool = False, most: int = 7) -> list[float]:

@@ -1,0 +1,51 @@
+"""The backbone of a run: frequency and displacement of each sweep's largest step, over all levels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from recordings.run import Run
+from twin.views.chart import Chart, common_range
+from twin.views.curves import SteppedSweep
+from twin.views.receptance import receptance_mm_per_N
+from twin.views.style import INK, level_colour
+
+__all__ = ["draw_backbone"]
+
+
+def draw_backbone(recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep]) -> rrb.Spatial2DView | None:
+    """Of the response channel farthest from the clamp; nothing where fewer than two sweeps show a top."""
+    shown = [sweep for sweep in reduced if len(sweep.frequency_Hz) > 2 and sweep.harmonics]
+    if len(shown) < 2:
+        return None
+    channel = max(shown[0].harmonics, key=lambda name: run.channels[name].position_m or 0.0)
+    tops = []
+    for sweep in shown:
+        fundamental, quantity = sweep.harmonics[channel][:, 0], run.channels[channel].quantity
+        displacement = receptance_mm_per_N(fundamental, quantity, sweep.frequency_Hz)
+        top = int(np.nanargmax(displacement))
+        tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
+    x, y = np.array(sorted(tops, key=lambda top: top[1])).T
+    chart = Chart(
+        recording,
+        "/backbone",
+        f"Backbone, {channel}",
+        "frequency of the largest step, Hz",
+        f"displacement at {channel}, mm",
+        common_range([x], margin=0.15),
+        common_range([np.zeros(1), y], margin=0.1),
+        width=1250.0,
+        text=1.8,
+    )
+    chart.line("line", x, y, INK, width=1.0, dashed=True, legend=False)
+    levels = list(dict.fromkeys(sweep.level for sweep in shown))
+    for sweep, (frequency, size) in zip(shown, tops, strict=True):
+        colour = level_colour(levels.index(sweep.level))
+        chart.points(sweep.name, np.array([frequency]), np.array([size]), colour, size=5.0, legend=False)
+        chart.tell(sweep.level, colour, "point")
+    chart.close()
+    return chart.view()
