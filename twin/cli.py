@@ -66,7 +66,9 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """As click does, with the names that are meant perhaps."""
+        """As click does, with the names that are meant perhaps; nothing here means anything when it is empty."""
+        if "" in args:
+            ctx.fail(f"an empty word after '{' '.join(args[: args.index('')])[-60:]}'")
         if args and args[0] not in SUMMARIES and not args[0].startswith("-"):
             near = difflib.get_close_matches(args[0], SUMMARIES, n=2)
             meant = f", perhaps {' or '.join(near)}" if near else ""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, progress_bar
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
@@ -35,7 +36,7 @@ _PRELOAD = re.compile(r"(\d+(?:\.\d+)?)(N|Nm)")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="RUN", help="The recording to be made.")
 @click.option("--rig", "rig_name", metavar="RIG", help="What is believed of the rig, attached to the recording.")
 @click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
-@click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Without a procedure: how long.")
+@click.option("--seconds", type=FiniteRange(min=0, min_open=True), help="Without a procedure: how long.")
 @click.option("--overwrite", is_flag=True, help="Replace an existing recording.")
 @view_options
 @json_option

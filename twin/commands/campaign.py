@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, progress_bar, write_json
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 )
 @click.option("--first-seed", default=1, show_default=True, type=click.IntRange(0, 2**31 - 1), help="Count from here.")
 @click.option(
-    "--strength", "strengths", multiple=True, default=(1.0,), show_default=True, type=click.FloatRange(0.01, 10.0),
+    "--strength", "strengths", multiple=True, default=(1.0,), show_default=True, type=FiniteRange(0.01, 10.0),
     help="Factor on the normal size; repeatable, for the detection map.",
 )  # fmt: skip
 @click.option("--pairs", default=0, show_default=True, type=click.IntRange(0), help="Cases with two causes at once.")

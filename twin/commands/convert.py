@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, working
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ WRITING_s_per_MB = {".mcap": 0.02, ".uff": 0.1, ".unv": 0.1, ".csv": 0.3, ".mat"
 @click.option("--frf", is_flag=True, help="Write frequency responses instead of samples; OUT is .uff or .unv.")
 @click.option("--sweep", metavar="NAME", help="With --frf: of this sweep only.  All if left out.")
 @click.option(
-    "--resolution", type=click.FloatRange(1e-4, 1e3), default=0.1, show_default=True, metavar="HZ",
+    "--resolution", type=FiniteRange(1e-4, 1e3), default=0.1, show_default=True, metavar="HZ",
     help="With --frf: of broadband stretches.",
 )  # fmt: skip
 @json_option

@@ -32,6 +32,8 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     from twin.identify.modal_table import predict_drive, write_response
     from twin.rigs.modal import is_modal_rig, load_modal_rig
 
+    if not out.absolute().parent.is_dir():
+        raise InputError(out, "", "its folder does not exist")
     warnings: list[str] = []
     if is_modal_rig(model):
         if preload is not None:
