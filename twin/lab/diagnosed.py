@@ -22,6 +22,7 @@ from twin.rigs.modal import ModalRig, save_modal_rig
 from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import shown_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.missing_force import missing_force_figure
 from twin.views.report import write_report
 from twin.views.table import Table
 from twin.views.table_report import table_figure, tried_table, write_table_report
@@ -117,6 +118,13 @@ class DiagnosedRecordings(Shown):
     def plot_modes(self) -> Figure:
         """Mode shapes of the accepted model's structure."""
         return modes_figure(self.diagnosis.evidence, list(shown_models(self.diagnosis).values())[-1])
+
+    def plot_missing_force(self) -> Figure:
+        """Where no listed cause explains the data: the force that is missing, over a period and along the beam."""
+        force = self.diagnosis.missing_force
+        if force is None:
+            raise ValueError("no force was found to be missing")
+        return missing_force_figure(self.diagnosis, force)
 
     def _beside(self, sweeps: Sequence[SweepComparison]) -> Figure:
         kinds = ["measured", *shown_models(self.diagnosis)]

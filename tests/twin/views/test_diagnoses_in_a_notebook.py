@@ -38,6 +38,8 @@ def test_its_pictures_are_figures(found: DiagnosedRecordings) -> None:
     assert isinstance(found.plot_broadband(), Figure)
     with pytest.raises(ValueError, match="none is number 1"):
         found.plot_broadband(1)
+    with pytest.raises(ValueError, match="no force"):
+        found.plot_missing_force()
 
 
 def test_residuals_are_drawn_at_their_size(found: DiagnosedRecordings) -> None:
