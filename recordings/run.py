@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 
 __all__ = ["Channel", "DeviceSamples", "Event", "Gap", "Indicator", "Run", "SampleBlock", "Step", "StepState"]
 
+STAMP_ROUNDING_ns = 1.5
+CLOCK_ERROR = 2e-4
+"""Farther off than this no sampling clock is; such time stamps jitter, or samples are missing."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Channel:
@@ -140,11 +144,27 @@ class DeviceSamples:
         return min(int(self.block_start[block]) + int(np.ceil(since - 0.01)), end)
 
     def times_ns(self, start: int = 0, stop: int | None = None) -> NDArray[np.int64]:
-        """When the samples at positions `start` to `stop` (not included) were taken, in nanoseconds."""
+        """When the samples at positions `start` to `stop` (not included) were taken, in nanoseconds.
+
+        From one block's time stamp to the next one's: a device that samples by a clock of its own is a little faster
+        or slower than the rate it states, and between blocks of a third of a second that is microseconds.
+        """
         positions = np.arange(start, len(self) if stop is None else stop)
         block = np.searchsorted(self.block_start, positions, side="right") - 1
-        since = (positions - self.block_start[block]) * (1e9 / self.sample_rate_Hz)
+        since = (positions - self.block_start[block]) * self._spacing_ns(block)
         return np.asarray(self.block_time_ns[block] + np.rint(since).astype(np.int64))
+
+    def _spacing_ns(self, block: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Time between the samples of blocks, from their stamps where those differ from the rate as clocks do."""
+        nominal_ns = 1e9 / self.sample_rate_Hz
+        if len(self.block_start) < 2:
+            return np.full(len(block), nominal_ns)
+        before = np.minimum(block, len(self.block_start) - 2)
+        steps = self.block_start[before + 1] - self.block_start[before]
+        measured_ns = (self.block_time_ns[before + 1] - self.block_time_ns[before]) / steps
+        off_ns = np.abs(measured_ns - nominal_ns)
+        is_clock = (off_ns * steps > STAMP_ROUNDING_ns) & (off_ns < CLOCK_ERROR * nominal_ns)
+        return np.asarray(np.where(is_clock, measured_ns, nominal_ns))
 
 
 @dataclass(frozen=True, kw_only=True)
