@@ -8,13 +8,15 @@ import shlex
 import sys
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, plain, print_json, progress_bar, write_json
+from twin.commands.output import console, json_option, plain, print_json, write_json
+from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -74,7 +76,7 @@ def command(
     for job in jobs:
         _make_folder(job.out)
     started = time.perf_counter()
-    results = [jobs[0].run(meter=True)] if len(jobs) == 1 else _side_by_side(jobs)
+    results = [run_here(jobs[0])] if len(jobs) == 1 else run_side_by_side(jobs, [job.preload or "" for job in jobs])
     result: dict[str, Any] = results[0]
     if len(jobs) > 1:
         result = {"preloads": {r["preload"]: r for r in results}, "wall_s": time.perf_counter() - started}
@@ -116,7 +118,7 @@ class _Job:
         check_channels(asked, source.channels, source=self.procedure)
         return asked, rig, source
 
-    def run(self, *, meter: bool) -> dict[str, Any]:
+    def run(self, meter: Meter) -> dict[str, Any]:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
@@ -136,11 +138,12 @@ class _Job:
         def about() -> LiveAbout:
             return _about(rig, Path(self.procedure).stem, asked, source, branches)
 
-        with watched(self.watch, about) as watch, _Meter("rehearsing", asked, shown=meter) as shown:
+        meter.begin("rehearsing", asked)
+        with watched(self.watch, about) as watch:
             started = time.perf_counter()
 
             def on_step(step: StepResult) -> None:
-                shown.step(step)
+                meter.step(step)
                 watch.result(step)
 
             first = rehearse(
@@ -149,17 +152,16 @@ class _Job:
                 self.out / "run.mcap",
                 believed=believed,
                 on_step=on_step,
-                progress=shown.time,
+                progress=meter.time,
                 watch=watch.both,
             )
             wall_s = time.perf_counter() - started
         better = None
         if self.rounds:
-            with _Meter("improving", asked, shown=meter) as shown:
-                better = rehearse_until_clear(
-                    first, lambda: self.prepare()[2], self.out / "improved.mcap", believed=believed,
-                    rounds=self.rounds, on_step=shown.step, progress=shown.time, on_round=shown.restart,
-                )  # fmt: skip
+            better = rehearse_until_clear(
+                first, lambda: self.prepare()[2], self.out / "improved.mcap", believed=believed, rounds=self.rounds,
+                on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
+            )  # fmt: skip
         _tell(rig.preload_name(self.preload), first, wall_s)
         if better is not None:
             _tell("improved procedure", better, None)
@@ -198,56 +200,8 @@ def _folders(out: Path, preloads: tuple[str, ...]) -> list[tuple[str | None, Pat
     return [(name, out / name) for name in dict.fromkeys(preloads)]
 
 
-def _side_by_side(jobs: list[_Job]) -> list[dict[str, Any]]:
-    """Each job in a process of its own."""
-    import multiprocessing
-    import os
-    from concurrent.futures import ProcessPoolExecutor
-
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(len(jobs), os.cpu_count() or 1), mp_context=context) as pool:
-        running = [pool.submit(job.run, meter=False) for job in jobs]
-        while True:
-            try:
-                return [one.result() for one in running]
-            except KeyboardInterrupt:  # the processes got it too, and end their runs with what they have
-                continue
-
-
 def _states(result: dict[str, Any]) -> set[str]:
     return {result["state"], (result["improved"] or result)["state"]}
-
-
-class _Meter:
-    """Progress of one rehearsal on standard error."""
-
-    def __init__(self, title: str, procedure: Procedure, *, shown: bool) -> None:
-        self._bar = progress_bar()
-        self._bar.disable = not shown
-        self._task = self._bar.add_task(title)
-        self._title, self._procedure = title, procedure
-
-    def __enter__(self) -> _Meter:
-        self._bar.start()
-        self.restart(self._procedure)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
-
-    def restart(self, procedure: Procedure) -> None:
-        """Another procedure begins."""
-        from twin.procedures import planned_steps
-
-        self._bar.reset(self._task, total=planned_steps(procedure))
-
-    def step(self, _: object) -> None:
-        """One step more is measured."""
-        self._bar.advance(self._task)
-
-    def time(self, seconds: float) -> None:
-        """Rig time that has passed."""
-        self._bar.update(self._task, description=f"{self._title}, {seconds / 60:.1f} min of rig time")
 
 
 def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:

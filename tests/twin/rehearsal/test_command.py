@@ -11,6 +11,7 @@ from recordings import InputError, read_run
 from recordings.recover import recover
 from recordings.run import StepState
 from twin.cli import main
+from twin.commands.rehearsing import Meter
 from twin.procedures import load_procedure
 
 SWEEP = """
@@ -93,6 +94,43 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["state"] == "interrupted"
     assert len(result["steps"]) > 0
+
+
+@pytest.mark.slow
+def test_an_interrupt_to_the_parent_alone_ends_rehearsals_side_by_side(tmp_path, installed_twin):
+    preloads = ["--preload", "120N", "--preload", "540N"]
+    command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint", *preloads]
+    running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE, start_new_session=True)
+    try:
+        until = time.monotonic() + 120
+        for name in ("120N", "540N"):
+            recording = tmp_path / name / "run.mcap"
+            while time.monotonic() < until and _states_on_disk(recording, tmp_path / "so-far.mcap") < 3:
+                time.sleep(0.05)
+        running.send_signal(signal.SIGINT)
+        _, error = running.communicate(timeout=60)
+    finally:
+        running.kill()
+    assert running.returncode == 130, error.decode()
+    assert b"Traceback" not in error
+    for name in ("120N", "540N"):
+        assert read_run(tmp_path / name / "run.mcap").steps[-1].state == StepState.ABORTED
+        result = json.loads((tmp_path / name / "result.json").read_text())
+        assert result["state"] == "interrupted"
+        assert len(result["steps"]) > 0
+
+
+def test_marks_say_how_far_a_rehearsal_is():
+    marks = []
+    meter = Meter(3, marks.append, lambda: False)
+    meter.begin("rehearsing", load_procedure("steel-sweeps"))
+    meter.step(None)
+    meter.time(90.0)
+    assert [(mark.job, mark.text, mark.done, mark.total) for mark in marks] == [
+        (3, "rehearsing, 1.5 min of rig time", 1, 3 * 41)
+    ]
+    with pytest.raises(KeyboardInterrupt):
+        Meter(0, marks.append, lambda: True).time(1.0)
 
 
 def _states_on_disk(recording, scratch):

@@ -1,0 +1,135 @@
+"""Rehearsals in this process, or several in processes of their own: how far they are, and how they are stopped."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rich.progress import Progress, TaskID
+
+from twin.commands.output import progress_bar
+
+if TYPE_CHECKING:
+    from twin.procedures import Procedure
+
+__all__ = ["Meter", "run_here", "run_side_by_side"]
+
+SHOWN_EVERY_S = 0.1
+
+
+class _Job(Protocol):
+    """What can be run."""
+
+    def run(self, meter: Meter) -> dict[str, Any]: ...
+
+
+@dataclass(frozen=True)
+class _Mark:
+    """How far a job has come."""
+
+    job: int
+    text: str
+    done: int
+    total: int
+
+
+class Meter:
+    """Told by a rehearsal how far it is; asks it to end, as Ctrl-C would, when `stopped` says so.
+
+    Parameters
+    ----------
+    put
+        Takes what is to be shown, a few times a second.
+    """
+
+    def __init__(self, job: int, put: Callable[[_Mark], None], stopped: Callable[[], bool]) -> None:
+        self._job, self._put, self._stopped = job, put, stopped
+        self._title, self._text, self._done, self._total = "", "", 0, 1
+        self._shown_s = 0.0
+
+    def begin(self, title: str, procedure: Procedure) -> None:
+        """A procedure begins."""
+        from twin.procedures import planned_steps
+
+        self._title = self._text = title
+        self._done, self._total = 0, planned_steps(procedure)
+
+    def step(self, _: object) -> None:
+        """One step more is measured."""
+        self._done += 1
+
+    def time(self, seconds: float) -> None:
+        """Rig time that has passed.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If it is to end.
+        """
+        if self._stopped():
+            raise KeyboardInterrupt
+        self._text = f"{self._title}, {seconds / 60:.1f} min of rig time"
+        now_s = time.monotonic()
+        if now_s - self._shown_s > SHOWN_EVERY_S:
+            self._shown_s = now_s
+            self._put(_Mark(self._job, self._text, self._done, self._total))
+
+
+def run_here(job: _Job) -> dict[str, Any]:
+    """Run one job in this process."""
+    with progress_bar() as bar:
+        task = bar.add_task("beginning")
+        return job.run(Meter(0, lambda mark: _draw(bar, [task], mark), lambda: False))
+
+
+def run_side_by_side(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[str, Any]]:
+    """Run each job in a process of its own.
+
+    An interrupt, whoever of the processes was sent it, ends all of them in order, each with what it has.
+    """
+    context = multiprocessing.get_context("spawn")
+    marks, stop = context.SimpleQueue(), context.Event()
+    workers = min(len(jobs), os.cpu_count() or 1)
+    with (
+        progress_bar() as bar,
+        ProcessPoolExecutor(workers, mp_context=context, initializer=_become_worker, initargs=(marks, stop)) as pool,
+    ):
+        tasks = [bar.add_task(f"{name}: beginning") for name in names]
+        usual = signal.signal(signal.SIGINT, signal.SIG_IGN)  # which the processes inherit: they hear of it by `stop`
+        try:
+            running = [pool.submit(_run, job, number, f"{names[number]}: ") for number, job in enumerate(jobs)]
+        finally:
+            signal.signal(signal.SIGINT, usual)
+        while True:
+            try:
+                left = wait(running, timeout=SHOWN_EVERY_S).not_done
+                while not marks.empty():
+                    _draw(bar, tasks, marks.get())
+                if not left:
+                    return [one.result() for one in running]
+            except KeyboardInterrupt:
+                stop.set()
+
+
+def _draw(bar: Progress, tasks: Sequence[TaskID], mark: _Mark) -> None:
+    bar.update(tasks[mark.job], description=mark.text, completed=mark.done, total=mark.total)
+
+
+_worker: dict[str, Any] = {}
+
+
+def _become_worker(marks: Any, stop: Any) -> None:
+    _worker.update(marks=marks, stop=stop)
+
+
+def _run(job: _Job, number: int, prefix: str) -> dict[str, Any]:
+    def put(mark: _Mark) -> None:
+        _worker["marks"].put(_Mark(mark.job, prefix + mark.text, mark.done, mark.total))
+
+    return job.run(Meter(number, put, _worker["stop"].is_set))
