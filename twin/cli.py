@@ -105,7 +105,13 @@ def _print_completion(context: click.Context, _: click.Parameter, shell: str | N
     context.exit()
 
 
-@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+COMPLETION_HELP = """\b
+Completion in bash, for this and every later shell:
+  eval "$(twin --completion bash)"
+  twin --completion bash >> ~/.bashrc"""
+
+
+@click.command(cls=LazyGroup, epilog=COMPLETION_HELP, context_settings={"help_option_names": ["-h", "--help"]})
 @click.option(
     "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version,
     help="Versions of this and of what its results depend on.",
@@ -119,11 +125,6 @@ def group() -> None:
 
     Every command explains itself: twin COMMAND --help.  New here?  Begin with 'twin demo', which does the main job
     from end to end.
-
-    \b
-    Completion in bash, for this and every later shell:
-      eval "$(twin --completion bash)"
-      twin --completion bash >> ~/.bashrc
     """
 
 
