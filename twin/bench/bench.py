@@ -19,9 +19,10 @@ from twin.bench.layer import JointLaw
 from twin.bench.march_numpy import march_numpy
 from twin.bench.marching import LANES, coefficients, march
 from twin.bench.plan import Plan
+from twin.bench.shaker import Shaker
 from twin.rigs import Effect, Rig
 
-__all__ = ["Bench", "SAMPLE_RATES_Hz", "open_bench"]
+__all__ = ["Bench", "SAMPLE_RATES_Hz", "amplifier_limits", "open_bench"]
 
 SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
 """Rates the converter has."""
@@ -31,8 +32,13 @@ CHUNK_STEPS = 1 << 13
 """Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
-MONITORS = {"voltage": ("V", 10.0, 1e-6), "current": ("A", 10.0, 1e-6), "stroke": ("m", 0.02, 1e-10)}
-"""Unit, range and noise density of the channels that watch the shaker."""
+MONITORS = {
+    "voltage": ("voltage", "voltage", "V", 10.0, 1e-6),
+    "amplifier": ("command", "voltage", "V", 1000.0, 1e-6),
+    "current": ("current", "current", "A", 10.0, 1e-6),
+    "stroke": ("stroke", "displacement", "m", 0.02, 1e-10),
+}
+"""What each channel that watches the shaker reads; its quantity, unit, range and noise density in a recording."""
 
 Matrix = NDArray[np.float64]
 
@@ -257,9 +263,9 @@ class Bench:
 
 
 def _described(instrument: InstrumentChannel) -> Channel:
-    """What a recording says of a channel; the armature's stroke is a displacement like others there."""
+    """What a recording says of a channel."""
     i = instrument
-    quantity = "displacement" if i.quantity == "stroke" else i.quantity
+    quantity = MONITORS[i.name][1] if i.name in MONITORS else i.quantity
     return Channel(name=i.name, quantity=quantity, unit=i.unit, position_m=i.position_m, range=i.range)
 
 
@@ -267,6 +273,13 @@ def _parts(poles: NDArray[np.complex128]) -> Matrix:
     """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
     pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
     return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
+
+
+def amplifier_limits(rig: Rig) -> dict[str, float]:
+    """The limits of a rig's amplifier, V and A, by the monitor that comes up to each."""
+    shaker = Shaker.of(rig.drive)
+    limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit}
+    return {name: limit for name, limit in limits.items() if limit}
 
 
 def open_bench(
@@ -279,7 +292,7 @@ def open_bench(
     sample_rate_Hz: float = 1024.0,
     acting: Literal["amplitude", "element"] = "amplitude",
     drive: Literal["shaker", "force"] = "shaker",
-    monitors: Sequence[Literal["voltage", "current", "stroke"]] = (),
+    monitors: Sequence[str] = (),
     noise: bool = True,
     converter: bool = True,
     beam_elements: int = 60,
@@ -308,7 +321,8 @@ def open_bench(
     drive
         ``force`` takes the shaker away and applies the generator's volts as newtons.
     monitors
-        Further channels behind the sensors: generator voltage (V), coil current (A), armature displacement (m).
+        Further channels behind the sensors: ``voltage`` of the generator and of the ``amplifier`` (V), coil ``current``
+        (A), ``stroke`` of the armature (m).
     noise, converter
         False switches them off, for comparisons with exact solutions.
     beam_elements, layer_elements
@@ -321,7 +335,7 @@ def open_bench(
     Raises
     ------
     ValueError
-        If an effect has wrong parameters, or the joint's law is not passive.
+        If an effect has wrong parameters, there is no such monitor, or the joint's law is not passive.
     KeyError
         If there is no such preload.
     """
@@ -329,10 +343,14 @@ def open_bench(
     moduli = rig.joint.preload[name]
     instruments = {s.channel: InstrumentChannel.of(s, rig.acquisition.bits) for s in rig.sensor}
     for monitor in monitors:
-        unit, full_scale, noise_density = MONITORS[monitor]
+        if monitor not in MONITORS:
+            raise ValueError(f"no monitor {monitor!r}; there are {', '.join(MONITORS)}")
+        reads, _, unit, full_scale, noise_density = MONITORS[monitor]
         instruments[monitor] = InstrumentChannel(
-            monitor, monitor, unit, None, full_scale, noise_density, rig.acquisition.bits
+            monitor, reads, unit, None, full_scale, noise_density, rig.acquisition.bits
         )
+        if monitor == "amplifier" and rig.drive.voltage_limit:
+            instruments[monitor].limit = rig.drive.voltage_limit
     plan = Plan(
         rig, moduli.normal_modulus, moduli.shear_modulus, joint_law, instruments,
         layer_rate_per_s=rig.drift.preload_loss_per_h / 3600,

@@ -104,13 +104,16 @@ class _Job:
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
-        from twin.bench import open_bench
+        from twin.bench import amplifier_limits, open_bench
         from twin.procedures import check_channels, load_procedure
         from twin.rigs import load_rig
 
         asked, rig = load_procedure(self.procedure), load_rig(self.rig)
         try:
-            source = open_bench(rig, preload=self.preload, seed=self.seed, sample_rate_Hz=asked.sample_rate)
+            source = open_bench(
+                rig, preload=self.preload, seed=self.seed, sample_rate_Hz=asked.sample_rate,
+                monitors=tuple(amplifier_limits(rig)),
+            )  # fmt: skip
         except KeyError as error:
             raise InputError("--preload", "", str(error.args[0])) from error
         except ValueError as error:
@@ -120,6 +123,7 @@ class _Job:
 
     def run(self, meter: Meter) -> dict[str, Any]:
         """Rehearse, improve, write; returns what went into result.json."""
+        from twin.bench import amplifier_limits
         from twin.procedures import save_procedure
         from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
         from twin.rigs import preload_record
@@ -132,6 +136,7 @@ class _Job:
             preload=preload_record(rig.preload_name(self.preload)),
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
+            amplifier_limits=amplifier_limits(rig),
         )
         branches = known_branches(rig, self.preload, asked)
 

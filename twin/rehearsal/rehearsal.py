@@ -67,7 +67,7 @@ class Rehearsal:
     """A procedure that was run on the twin.
 
     `damping_ratio` is what is believed of the least damped mode in question, `bits` the converter's word length; None
-    where nothing is known.
+    where nothing is known.  `amplifier_limits` are the largest values that its amplifier lets some channels have.
     """
 
     procedure: Procedure
@@ -75,6 +75,7 @@ class Rehearsal:
     channels: Mapping[str, Channel]
     damping_ratio: float | None = None
     bits: int | None = None
+    amplifier_limits: Mapping[str, float] = field(default_factory=dict)
 
     def time_constant_s(self, frequency_Hz: float) -> float:
         """Of a free decay near a frequency, s."""

@@ -38,6 +38,8 @@ class Believed:
         Of the least damped mode.
     bits
         The converter's.
+    amplifier_limits
+        By the channel that shows each.
     """
 
     rig_name: str = ""
@@ -45,6 +47,7 @@ class Believed:
     preload: Mapping[str, str] = field(default_factory=dict)
     damping_ratio: float | None = None
     bits: int | None = None
+    amplifier_limits: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,6 +133,7 @@ def rehearse(
         channels={channel.name: channel for channel in source.channels},
         damping_ratio=believed.damping_ratio,
         bits=believed.bits,
+        amplifier_limits=believed.amplifier_limits,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
 

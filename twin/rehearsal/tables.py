@@ -42,6 +42,7 @@ def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
 def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> dict[str, Any]:
     rehearsal = rehearsed.rehearsal
     limits = rehearsal.procedure.limits
+    peaks = {**rehearsal.amplifier_limits, **limits.peak}
     ranges = {name: channel.range for name, channel in rehearsal.channels.items() if channel.range}
     return {
         "sweep": step.sweep,
@@ -66,7 +67,7 @@ def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> 
         "range_use": {name: step.peak[name] / limit for name, limit in ranges.items() if name in step.peak},
         "limit_use": {
             "voltage": step.voltage_V / limits.voltage,
-            **{name: step.peak[name] / limit for name, limit in limits.peak.items() if name in step.peak},
+            **{name: step.peak[name] / limit for name, limit in peaks.items() if name in step.peak},
         },
     }
 

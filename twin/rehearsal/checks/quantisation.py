@@ -19,8 +19,8 @@ def check_quantisation(rehearsal: Rehearsal) -> list[Caution]:
     found = []
     for sweep, steps in rehearsal.sweeps().items():
         for name, channel in rehearsal.channels.items():
-            if channel.range is None:
-                continue
+            if channel.range is None or not any(name in step.phasors for step in steps):
+                continue  # not a sensor's, or nothing fitted
             step_size = 2 * channel.range / 2**rehearsal.bits
             sizes = [abs(step.phasors.get(name, 0j)) / step_size for step in steps]
             few = concerned(steps, [size < FEWEST for size in sizes])

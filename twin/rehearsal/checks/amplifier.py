@@ -1,0 +1,40 @@
+"""Amplifier at its limit: it cuts the drive off, and what it cuts off comes back as harmonics of the force."""
+
+from __future__ import annotations
+
+from twin.rehearsal.checks.amplitudes import amplitudes_at_most
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["check_amplifier"]
+
+HELD, NEAR, WANTED = 0.99, 0.9, 0.8
+
+
+def check_amplifier(rehearsal: Rehearsal) -> list[Caution]:
+    """Judge every sweep by the step that comes nearest to each of the rig's amplifier limits."""
+    found = []
+    for name, limit in rehearsal.amplifier_limits.items():
+        unit = rehearsal.channels[name].unit
+        for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):
+            steps = [step for step in rehearsal.result.steps if step.sweep == sweep]
+            worst = max(steps, key=lambda step: step.peak.get(name, 0.0))
+            use = worst.peak.get(name, 0.0) / limit
+            if use < NEAR:
+                continue
+            held = use >= HELD
+            state = f"is held at the amplifier's limit of {limit:g} {unit}" if held else (
+                f"comes to {100 * use:.0f} % of the amplifier's limit of {limit:g} {unit}"
+            )  # fmt: skip
+            # what was cut off hides how much would have been needed
+            wanted = worst.target_amplitude * WANTED / use * (0.8 if held else 1.0)
+            found.append(
+                Caution(
+                    kind="limit-reached", severity="warning", sweep=sweep, index=worst.index,
+                    frequency_Hz=worst.frequency_Hz,
+                    steps=sum(step.peak.get(name, 0.0) >= NEAR * limit for step in steps),
+                    reason=f"{name} {state}" + (", which distorts the force" if held else ""),
+                    advice=f"an amplitude of {wanted:.3g} leaves it in hand",
+                    changes=amplitudes_at_most(rehearsal.procedure, worst.target_amplitude, wanted),
+                )
+            )  # fmt: skip
+    return found
