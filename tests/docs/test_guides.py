@@ -28,7 +28,7 @@ def test_guide_runs_and_prints_what_it_shows(page: Path, tmp_path: Path) -> None
         for package in (twin, drivers, recordings):  # with their compiled kernels
             home = Path(package.__file__).parent
             shutil.copytree(home, folder / home.name)
-    for block, promised, printed in run_guide(page, folder, timeout_s=280, path=str(folder) if clone else ""):
+    for block, promised, printed in run_guide(page, folder, timeout_s=600, path=str(folder) if clone else ""):
         assert matches(promised, printed), f"{page.name}, line {block.line}, promises\n{promised}\nbut came\n{printed}"
 
 

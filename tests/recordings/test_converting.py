@@ -17,6 +17,7 @@ from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step
 from recordings import Channel, Event, Indicator, InputError, Run, RunWriter, SampleBlock, StepState, read_run
 from recordings.check import check_run
 from recordings.convert import FORMATS, Format, convert
+from recordings.recover import recover
 
 DATA = Path(__file__).parents[1] / "data" / "recordings"
 UNIVERSAL = sorted((DATA / "uff").glob("*.uff"))
@@ -86,6 +87,21 @@ def test_round_trip_keeps_every_value_unit_time_and_gap(original: Path, tmp_path
         told = " ".join(notes)
         for what in ("2 steps", "1 events", "1 indicators", "3 overload counts", "2 attachments"):
             assert what in told
+
+
+def test_rerun_finds_nothing_wrong_with_what_is_written(original: Path, tmp_path: Path) -> None:
+    """Structure and time lines: of a recording with gaps and clock steps, one converted, one recovered from a cut."""
+    convert(original, tmp_path / "run.csv")
+    convert(tmp_path / "run.csv", tmp_path / "converted.mcap")
+    (tmp_path / "cut.mcap").write_bytes(original.read_bytes()[:-3000])
+    recover(tmp_path / "cut.mcap", tmp_path / "recovered.mcap")
+    for path in (original, tmp_path / "converted.mcap", tmp_path / "recovered.mcap"):
+        command = [str(Path(sys.executable).with_name("rerun")), "mcap", "check", "--full", str(path)]
+        found = subprocess.run(command, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        assert found.returncode == 0, found.stderr
+        rows = [line.split() for line in found.stdout.splitlines() if "/samples/" in line or "/procedure" in line]
+        assert rows, found.stdout
+        assert all(row[0] == "ok" for row in rows), found.stdout
 
 
 def test_universal_file_is_one_that_pyuff_reads(original: Path, tmp_path: Path) -> None:
