@@ -158,6 +158,7 @@ def _sweep_charts(
             common_range([sweep.frequency_Hz for sweep in drawn]),
             common_range([np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)]),
             width=WIDE,
+            text=1.2,
         )
         levels = list(dict.fromkeys(sweep.level for sweep in drawn))
         for sweep in drawn:
@@ -213,6 +214,7 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             common_range([size for _, _, size in kept], log=True),
             log_y=True,
             width=WIDE,
+            text=1.2,
         )
         for i, (name, frequency, size) in enumerate(kept):
             chart.line(name, frequency, size, level_colour(i), width=1.5)
