@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import signal
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +16,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json, progress_bar
+from twin.commands.output import console, json_option, next_step, print_json, progress_bar
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -302,4 +303,6 @@ def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) 
     outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     total = sum(sink.samples.values())
     console.print(f"{outcome}; {ended['steps']} steps, {total} samples in {out}", markup=False, soft_wrap=True)
+    if sum(sink.samples.values()):
+        next_step(f"twin check {shlex.quote(str(out))}, or twin view {shlex.quote(str(out))}")
     return 0 if ended["state"] == "done" else 1

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import console, json_option, print_json, working, write_json
+from twin.commands.output import console, json_option, next_step, print_json, working, write_json
 from twin.commands.staging import staged_folder
 
 __all__ = ["command"]
@@ -105,3 +105,8 @@ def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
         console.print(f"note: {note}", soft_wrap=True)
     written = ", ".join(str(out / name) for name in files)
     console.print(f"written: {written}; {data['seconds']:.0f} s")
+    test = data["next_test"]
+    if test and test.get("procedure"):
+        next_step(f"run {out / test['procedure']}, which {test['why']}, and diagnose with that recording too")
+    else:
+        next_step(f"open {out / REPORT} in a browser, for the figures behind this")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, plain, print_json, write_json
+from twin.commands.output import console, json_option, next_step, plain, print_json, write_json
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -87,6 +87,8 @@ def command(
         console.print(f"interrupted; what was rehearsed is in {out}")
         sys.exit(130)
     console.print(f"results in {out}")
+    ready = jobs[0].out / "procedure.toml"
+    next_step(f"open {ready.with_name('report.html')}; on the rig, twin acquire {ready} --instruments FILE --out RUN")
     return int(any(one["must_not_run"] for one in results))
 
 
