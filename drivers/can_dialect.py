@@ -3,6 +3,8 @@
 Classic frames have the identifiers of their FD counterparts plus 8.  They carry the same messages; what does not fit
 is cut: a time sync comes in two frames that a check ties together, a channel's description on seven pages, the status
 channel by channel.  Samples come three in a frame, behind a uint16 count, and decimated as far as the bus needs it.
+
+A second node on the same bus has all its identifiers 16 higher.
 """
 
 from __future__ import annotations
@@ -38,6 +40,8 @@ Frame = tuple[int, bytes]
 
 CLASSIC = 8
 """From an FD identifier to its classic counterpart."""
+NODE_STRIDE = 16
+"""From a node's identifiers to the next one's."""
 _SYNC_TIME = MessageId.TIME_SYNC + CLASSIC + 1
 _PULSES = 0xFFFF
 """Pulse numbers of classic frames are modulo this, which itself stands for none."""
@@ -77,9 +81,9 @@ class Dialect(Protocol):
         ...
 
 
-def make_dialect(frames: str) -> Dialect:
-    """The dialect of ``fd`` or ``classic`` frames."""
-    return FdDialect() if frames == "fd" else ClassicDialect()
+def make_dialect(frames: str, node: int = 0) -> Dialect:
+    """The dialect of ``fd`` or ``classic`` frames, as a node of the bus speaks it."""
+    return FdDialect(node) if frames == "fd" else ClassicDialect(node)
 
 
 def unwrap(value: int, modulus: int, near: int) -> int:
@@ -99,22 +103,26 @@ class FdDialect:
     }  # fmt: skip
     _types: ClassVar[dict[int, type[Message]]] = {identifier: kind for kind, identifier in _identifiers.items()}
 
+    def __init__(self, node: int = 0) -> None:
+        self._shift = NODE_STRIDE * node
+
     def encode(self, message: Message) -> list[Frame]:
         """One frame."""
-        return [(self._identifiers[type(message)], message.pack())]
+        return [(self._identifiers[type(message)] + self._shift, message.pack())]
 
     def decode(self, identifier: int, data: bytes) -> Message | None:
         """Every known frame is a message."""
-        kind = self._types.get(identifier)
+        kind = self._types.get(identifier - self._shift)
         return None if kind is None else kind.unpack(data)
 
     def encode_samples(self, channel: int, first: int, samples: NDArray[np.int16]) -> Frame:
         """A uint32 count and up to 30 samples."""
-        return MessageId.SAMPLES + channel, struct.pack("<I", first & 0xFFFFFFFF) + samples.astype("<i2").tobytes()
+        data = struct.pack("<I", first & 0xFFFFFFFF) + samples.astype("<i2").tobytes()
+        return MessageId.SAMPLES + self._shift + channel, data
 
     def channel_of(self, identifier: int) -> int | None:
         """The last digit of the identifier."""
-        channel = identifier - MessageId.SAMPLES
+        channel = identifier - self._shift - MessageId.SAMPLES
         return channel if 0 <= channel < CHANNELS_LIMIT else None
 
     def decode_samples(self, frames: Sequence[bytes]) -> Iterator[tuple[int, NDArray[np.int16]]]:
@@ -146,7 +154,8 @@ class ClassicDialect:
     _command = struct.Struct("<B3xf")
     _reply = struct.Struct("<BBHf")
 
-    def __init__(self) -> None:
+    def __init__(self, node: int = 0) -> None:
+        self._shift = NODE_STRIDE * node
         self._rate_Hz = 0.0
         self._half_sync: tuple[int, int, int] | None = None
         self._pulse = 0
@@ -155,6 +164,9 @@ class ClassicDialect:
 
     def encode(self, message: Message) -> list[Frame]:
         """As many frames as it takes."""
+        return [(identifier + self._shift, data) for identifier, data in self._cut(message)]
+
+    def _cut(self, message: Message) -> list[Frame]:
         if isinstance(message, TimeSync):
             return self._encode_sync(message)
         if isinstance(message, ChannelInfo):
@@ -187,7 +199,7 @@ class ClassicDialect:
 
     def decode(self, identifier: int, data: bytes) -> Message | None:
         """The last frame of a message gives it."""
-        match identifier - CLASSIC:
+        match identifier - self._shift - CLASSIC:
             case MessageId.TIME_SYNC:
                 self._half_sync = self._sync.unpack_from(data)
             case identifier if identifier == _SYNC_TIME - CLASSIC:
@@ -242,11 +254,11 @@ class ClassicDialect:
     def encode_samples(self, channel: int, first: int, samples: NDArray[np.int16]) -> Frame:
         """A uint16 count and up to 3 samples."""
         data = struct.pack("<H", first & 0xFFFF) + samples.astype("<i2").tobytes()
-        return MessageId.SAMPLES + CLASSIC + channel, data
+        return MessageId.SAMPLES + CLASSIC + self._shift + channel, data
 
     def channel_of(self, identifier: int) -> int | None:
         """The last digit of the identifier."""
-        channel = identifier - MessageId.SAMPLES - CLASSIC
+        channel = identifier - self._shift - MessageId.SAMPLES - CLASSIC
         return channel if 0 <= channel < CHANNELS_LIMIT else None
 
     def decode_samples(self, frames: Sequence[bytes]) -> Iterator[tuple[int, NDArray[np.int16]]]:

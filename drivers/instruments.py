@@ -21,6 +21,7 @@
     bitrate = 1000000
     data_bitrate = 5000000
     frames = "fd"                       # "classic" for a node on a bus without CAN FD, which sends decimated samples
+    node = 0                            # 1 for the second node of a bus
     start = "trigger"                   # "immediate" for a node without the trigger line
 
     [[device]]
@@ -83,6 +84,7 @@ class DeviceSettings(BaseModel):
     bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000)
     data_bitrate: int = Field(default=5_000_000, ge=10_000, le=8_000_000)
     frames: Literal["fd", "classic"] = "fd"
+    node: int = Field(default=0, ge=0, le=1)
     channel: tuple[ChannelSettings, ...] = ()
 
     @field_validator("address")
@@ -121,7 +123,7 @@ class Instruments(BaseModel):
             raise ValueError(f"device {generators[0].name}: a CAN node has no generator")
         for what, values in (
             ("name", [device.name for device in self.device]),
-            ("address", [str(device.parsed_address) for device in self.device]),
+            ("address", [f"{device.parsed_address}, node {device.node}" for device in self.device]),
         ):
             twice = [value for value, count in Counter(values).items() if count > 1]
             if twice:

@@ -66,8 +66,8 @@ class CanClient:
     ) -> None:
         self.name = settings.name
         self.address = str(settings.parsed_address)
-        self._frames = settings.frames
-        self._dialect = make_dialect(settings.frames)
+        self._frames, self._node = settings.frames, settings.node
+        self._dialect = make_dialect(settings.frames, settings.node)
         self._start_opcode = Opcode.ARM if settings.start == "trigger" else Opcode.START
         self._mailbox = mailbox
         self._timeout_s = timeout_s
@@ -157,7 +157,7 @@ class CanClient:
     def start(self, *, block_length: int) -> None:
         """Stream from sample 0, at once or at the trigger."""
         with self._mailbox.changed:
-            self._dialect = make_dialect(self._frames)
+            self._dialect = make_dialect(self._frames, self._node)
             limits = np.array(self._scale) * np.float32(FULL_SCALE)
             self.inbox = DeviceInbox(self._node_channels, self._wiring, tolerance=LATE_SAMPLES, limits=limits)
             self._mailbox.register_clock(self.name, self.inbox.clock)

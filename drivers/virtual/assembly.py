@@ -28,6 +28,8 @@ from recordings.streams import SampleSource, SlowSource
 __all__ = ["Addresses", "VirtualRig"]
 
 DEFAULT_BITRATE, DEFAULT_DATA_BITRATE = 1e6, 5e6
+NODES = ("can", "can2")
+"""Names of the nodes of one bus."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +39,9 @@ class Addresses:
     `serial` is ``auto`` for a new pseudo-terminal, a serial port of this machine, or a name that does not exist yet,
     which becomes a link to a pseudo-terminal; `tcp` is ``HOST:PORT`` with port 0 for any; `meter`, for the slow one, is
     like either; `can` is ``INTERFACE:CHANNEL``, where the channel of ``slcan`` is like `serial`; `can_channels` are the
-    channels that go over CAN instead of the line.  With `baud` a pseudo-terminal is as slow as a wire, and deaf to
-    other rates; `bitrate` and `data_bitrate` limit the CAN bus, whose frames are ``fd`` or ``classic``.
+    channels that go over CAN instead of the line, `second_can_channels` those of a second node on the bus.  With `baud`
+    a pseudo-terminal is as slow as a wire, and deaf to other rates; `bitrate` and `data_bitrate` limit the CAN bus,
+    whose frames are ``fd`` or ``classic``.
     Neither speed is limited where the rig runs as fast as it can.
     """
 
@@ -47,6 +50,7 @@ class Addresses:
     can: str | None = None
     meter: str | None = None
     can_channels: tuple[str, ...] = ()
+    second_can_channels: tuple[str, ...] = ()
     baud: int | None = None
     bitrate: float = DEFAULT_BITRATE
     data_bitrate: float = DEFAULT_DATA_BITRATE
@@ -104,8 +108,9 @@ class VirtualRig:
         self._rates = addresses.bitrate, addresses.data_bitrate
         self._can_frames = addresses.can_frames
         self._feed = SampleFeed(source, flow_controlled=speed is None, renew=renew)
-        on_line, on_can = split_channels(source.channels, addresses)
-        names = [*(["daq"] if on_line else []), *(["can"] if on_can else [])]
+        on_line, *on_can = split_channels(source.channels, addresses)
+        nodes = [(name, channels) for name, channels in zip(NODES, on_can, strict=True) if channels]
+        names = [*(["daq"] if on_line else []), *(name for name, _ in nodes)]
         if addresses.meter is not None:
             if slow is None or not slow.channels:
                 raise InputError("--meter", "", "there is nothing for it to measure")
@@ -116,8 +121,8 @@ class VirtualRig:
         try:
             if on_line:
                 self._add_line(addresses, on_line)
-            if on_can:
-                self._add_can(addresses, on_can)
+            for number, (name, channels) in enumerate(nodes):
+                self._add_can(addresses, name, number, channels)
             if addresses.meter is not None and slow is not None:
                 self._add_meter(addresses.meter, addresses.baud, slow, seed)
         except BaseException:
@@ -149,12 +154,16 @@ class VirtualRig:
             )
         )
 
-    def _add_can(self, addresses: Addresses, channels: list[str]) -> None:
+    def _add_can(self, addresses: Addresses, name: str, number: int, channels: list[str]) -> None:
         assert addresses.can is not None
         where = _parsed(parse_can, "--can", addresses.can)
         told = addresses.can
-        dialect = make_dialect(addresses.can_frames)
+        dialect = make_dialect(addresses.can_frames, number)
         if where.interface == "slcan":
+            if number:
+                raise InputError(
+                    "--can-channels", "", "a serial adapter has one node behind it", "use another interface"
+                )
             line = open_serial(where.channel, None, self._speed, option="--can")
             bus: can.BusABC = SlcanAdapter(line, bitrate=addresses.bitrate, data_bitrate=addresses.data_bitrate)
             told = f"slcan:{line.address}"
@@ -166,10 +175,11 @@ class VirtualRig:
                 CanNode(
                     self._feed,
                     bus,
+                    name=name,
                     channels=channels,
                     lossless=self._speed is None,
-                    faults=self._faults.link("can"),
-                    clock=self._faults.clock("can"),
+                    faults=self._faults.link(name),
+                    clock=self._faults.clock(name),
                     bus_time=BusTime(
                         bitrate=addresses.bitrate,
                         data_bitrate=addresses.data_bitrate,
@@ -182,7 +192,7 @@ class VirtualRig:
         except BaseException:
             bus.shutdown()
             raise
-        self.ready.append({"device": "can", "can": told})
+        self.ready.append({"device": name, "can": told})
 
     def _add_meter(self, where: str, baud: int | None, slow: SlowSource, seed: int) -> None:
         host, _, number = where.rpartition(":")
@@ -239,10 +249,12 @@ class VirtualRig:
             lines += ["[[device]]", f'name = "{device}"', f'address = "{kind}:{entry[kind]}"']
             if self._baud is not None and kind == "serial":
                 lines.append(f"baud = {self._baud}")
-            if device == "can" and self._rates != (DEFAULT_BITRATE, DEFAULT_DATA_BITRATE):
+            if kind == "can" and self._rates != (DEFAULT_BITRATE, DEFAULT_DATA_BITRATE):
                 lines += [f"bitrate = {self._rates[0]:.0f}", f"data_bitrate = {self._rates[1]:.0f}"]
-            if device == "can" and self._can_frames != "fd":
+            if kind == "can" and self._can_frames != "fd":
                 lines.append(f'frames = "{self._can_frames}"')
+            if device == NODES[1]:
+                lines.append("node = 1")
             lines += {"daq": ["generator = true"], "meter": ['kind = "meter"']}.get(device, [])
             lines.append("")
         if "generator = true" not in lines:
@@ -257,8 +269,8 @@ def _parsed(parse: Callable[[str], Address], option: str, text: str) -> Address:
         raise InputError(option, "", str(error)) from error
 
 
-def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[list[str], list[str]]:
-    """Names of the channels on the line and on CAN.
+def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[list[str], list[str], list[str]]:
+    """Names of the channels on the line, on the first and on the second CAN node.
 
     If nothing is said, the last acceleration goes over CAN where there is both; a CAN bus alone carries all.
     """
@@ -266,19 +278,24 @@ def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[l
     if addresses.can is None:
         if addresses.can_channels:
             raise InputError("--can-channels", "", "there is no --can for them")
-        return names, []
-    unknown = [name for name in addresses.can_channels if name not in names]
+        return names, [], []
+    second = list(addresses.second_can_channels)
+    wanted = [*addresses.can_channels, *second]
+    unknown = [name for name in wanted if name not in names]
     if unknown:
         raise InputError("--can-channels", unknown[0], "no such channel", "there are " + ", ".join(names))
+    twice = [name for name in second if name in addresses.can_channels]
+    if twice:
+        raise InputError("--can-channels", twice[0], "is on both nodes")
     if addresses.serial is None and addresses.tcp is None:
-        return [], list(addresses.can_channels or names)
+        return [], list(addresses.can_channels or names), second
     on_can = list(addresses.can_channels)
     if not on_can:
         on_can = [channel.name for channel in channels if channel.quantity == "acceleration"][-1:] or names[-1:]
-    on_line = [name for name in names if name not in on_can]
+    on_line = [name for name in names if name not in (*on_can, *second)]
     if not on_line:
         raise InputError("--can-channels", "", "nothing is left for the line", "leave --serial and --tcp out")
-    return on_line, on_can
+    return on_line, on_can, second
 
 
 def open_serial(where: str, baud: int | None, multiple: float | None, *, option: str = "--serial") -> Port:

@@ -32,11 +32,23 @@ def decode(identifier: int, data: bytes) -> dict:
 
 
 def test_every_message_is_known_and_in_its_kind_of_frame():
-    fd = {message.frame_id for message in DATABASE.messages if message.is_fd}
+    every_fd = {message.frame_id for message in DATABASE.messages if message.is_fd}
     classic = {message.frame_id for message in DATABASE.messages if not message.is_fd}
-    assert fd == {*MessageId, 0x101, 0x102, 0x103}
-    assert classic == {8 + identifier for identifier in fd} | {0x089}
-    assert {len(bytes(message.length)) <= 8 for message in DATABASE.messages if not message.is_fd} == {True}
+    fd = {*MessageId, 0x101, 0x102, 0x103}
+    assert every_fd == fd | {16 + identifier for identifier in fd}
+    first = {8 + identifier for identifier in fd} | {0x089}
+    assert classic == first | {16 + identifier for identifier in first}
+    assert max(message.length for message in DATABASE.messages if not message.is_fd) == 8
+
+
+def test_a_second_nodes_messages_are_the_first_ones_moved():
+    for message in DATABASE.messages:
+        if message.name.startswith("Second"):
+            first = DATABASE.get_message_by_frame_id(message.frame_id - 16)
+            assert message.name == f"Second{first.name}"
+            for one, other in zip(first.signals, message.signals, strict=True):
+                for what in ("name", "start", "length", "is_float", "is_signed", "scale", "choices", "unit"):
+                    assert getattr(one, what) == getattr(other, what)
 
 
 @given(U32, st.integers(-(2**63), 2**63 - 1), U32, st.floats(1, 1e6))

@@ -24,7 +24,12 @@ _OPTIONS = [
     click.option("--serial", metavar="auto|PATH", help="New pseudo-terminal, a name for one, or a port."),
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
     click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN node on any python-can interface."),
-    click.option("--can-channels", metavar="NAME,...", default="", help="Channels on CAN instead of the line."),
+    click.option(
+        "--can-channels",
+        metavar="NAME,...[/NAME,...]",
+        default="",
+        help="Channels on CAN instead of the line; after the stroke, those of a second node.",
+    ),
     click.option(
         "--can-frames",
         type=click.Choice(["fd", "classic"]),
@@ -100,9 +105,10 @@ def serve_source(
     def stop(number: int, frame: FrameType | None) -> None:
         told_to_stop.append(number)
 
+    first, second = _parse_can_channels(can_channels)
     addresses = Addresses(
         serial=serial, tcp=tcp, can=can, meter=meter, baud=baud, bitrate=bitrate, data_bitrate=data_bitrate,
-        can_channels=tuple(name for name in can_channels.split(",") if name), can_frames=can_frames,
+        can_channels=first, second_can_channels=second, can_frames=can_frames,
     )  # fmt: skip
     multiple = _parse_speed(speed)
     parsed_faults = [parse_fault(fault) for fault in faults]
@@ -131,6 +137,14 @@ def serve_source(
 def _tell_failure(reason: str) -> None:
     line = f"twin: the rig has stopped: {reason}; the instruments stay, and start anew at a client's next start"
     console.print(line, markup=False, soft_wrap=True)
+
+
+def _parse_can_channels(text: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Channels of the first and of the second node."""
+    groups = [tuple(name for name in group.split(",") if name) for group in text.split("/")]
+    if len(groups) > 2 or (len(groups) == 2 and not all(groups)):
+        raise InputError("--can-channels", "", f"not NAME,... or NAME,.../NAME,...: {text[:60]!r}")
+    return groups[0], groups[1] if len(groups) == 2 else ()
 
 
 def _parse_speed(text: str) -> float | None:

@@ -185,6 +185,8 @@ def test_what_went_wrong_is_in_the_file_and_told(tmp_path):
         (["serve", "--rig", "steel-lap-joint", "--fault", "stuck:channel=acc9"], "no channel 'acc9'"),
         (["serve", "--rig", "steel-lap-joint", "--fault", "noise:device=daq"], "only a CAN bus"),
         (["serve", "--rig", "steel-lap-joint", "--bitrate", "5"], "--bitrate"),
+        (["serve", "--rig", "steel-lap-joint", "--can", "virtual:x", "--can-channels", "a/b/c"], "not NAME,..."),
+        (["serve", "--rig", "steel-lap-joint", "--can", "virtual:x", "--can-frames", "xl"], "--can-frames"),
         (["serve", "--rig", "steel-lap-joint", "--can", "slcan:."], "no serial port"),
         (["serve", "--rig", "steel-lap-joint", "--meter", "."], "no serial port"),
         (["serve", "--rig", "steel-lap-joint", "--serial", "."], "no serial port"),
