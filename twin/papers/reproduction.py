@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.identifiability import Profile, weak_directions
 
-__all__ = ["Candidate", "Reproduction", "describe_update"]
+__all__ = ["Candidate", "NonlinearSweeps", "Reproduction", "describe_update"]
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,24 @@ class Reproduction:
     notes: list[str] = field(default_factory=list)
     details: dict[str, Any] = field(default_factory=dict)
     residual_percent: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class NonlinearSweeps:
+    """What the nonlinear sweeps gave: residuals in per cent by preload and force, what was identified, remarks."""
+
+    residual_percent: dict[str, dict[str, float]]
+    details: dict[str, Any]
+    notes: list[str]
+
+    def added_to(self, study: Reproduction) -> Reproduction:
+        """The study with these results in it."""
+        return replace(
+            study,
+            residual_percent=self.residual_percent,
+            details={**study.details, "nonlinear": self.details},
+            notes=[*study.notes, *self.notes],
+        )
 
 
 def describe_update(update: FrequencyUpdate, profiles: list[Profile]) -> dict[str, Any]:

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 
 from twin.papers.reproduction import Reproduction
+from twin.papers.tables import load_study
 
 __all__ = ["STUDY_NAMES", "reproduce"]
+
+SEED = 11
+"""Of the nonlinear sweeps' noise."""
 
 STUDY_NAMES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 
 
-def reproduce(name: str) -> Reproduction:
+def reproduce(name: str, *, sweeps: bool = True, report: Callable[[str], None] = lambda text: None) -> Reproduction:
     """Recompute one study, see :data:`STUDY_NAMES`.
+
+    Parameters
+    ----------
+    sweeps
+        Also the nonlinear ones, where the paper has any: recorded on the bench, which takes half a minute a preload.
+    report
+        Told what is being done.
 
     Raises
     ------
@@ -24,4 +36,10 @@ def reproduce(name: str) -> Reproduction:
     module = importlib.import_module(f"twin.papers.{name.replace('-', '_')}")
     result = getattr(module, f"reproduce_{name.replace('-', '_')}")()
     assert isinstance(result, Reproduction)
-    return result
+    study = load_study(name)
+    if not sweeps or study.sweeps is None:
+        return result
+    from twin.papers.nonlinear_sweeps import reproduce_sweeps
+    from twin.rigs import load_rig
+
+    return reproduce_sweeps(study, load_rig(name), seed=SEED, report=report).added_to(result)

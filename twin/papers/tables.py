@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from recordings.toml_input import read_toml
 
-__all__ = ["Condition", "Study", "load_study", "percent_error"]
+__all__ = ["Condition", "Law", "Study", "Sweeps", "load_study", "percent_error"]
 
 
 class Condition(BaseModel):
@@ -23,6 +23,29 @@ class Condition(BaseModel):
     published: dict[str, float] = {}
 
 
+class Law(BaseModel):
+    """Coefficients of g1 and g2 (the hybrid paper's F1, F2) over the response amplitude, constant first: N/m2, ..."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    softening: list[float]
+    loss: list[float]
+
+
+class Sweeps(BaseModel):
+    """Stepped sines of a paper, and the laws by preload that the bench makes them with; SI units.
+
+    `published_residual_percent` is by preload and force, as in ``9Nm, 5 N``.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    channel: str
+    forces_N: list[float]
+    largest_amplitude_m: float
+    law: dict[str, Law]
+    note: list[str] = []
+    published_residual_percent: dict[str, float] = {}
+
+
 class Study(BaseModel):
     """A paper's table with its source, what it states besides, and what is odd in it."""
 
@@ -32,6 +55,7 @@ class Study(BaseModel):
     note: list[str] = []
     stated: dict[str, float] = {}
     condition: dict[str, Condition]
+    sweeps: Sweeps | None = None
 
 
 def load_study(name: str) -> Study:

@@ -20,7 +20,7 @@ def printed():
 
     stream = io.StringIO()
     with redirect_stdout(stream), pytest.raises(SystemExit) as stop:
-        main(["reproduce", "steel-lap-joint", "--json"])
+        main(["reproduce", "steel-lap-joint", "--frequencies-only", "--json"])
     assert stop.value.code == 0
     return json.loads(stream.getvalue())["steel-lap-joint"]
 
@@ -105,7 +105,7 @@ def test_table_for_people_names_every_frequency_and_the_cause(capsys, monkeypatc
         causes=[{"cause": "added-mass", "parameters": {"mass_kg": entry}}], candidates=[], identifiability={},
         assumed_std_percent=0.1, notes=["odd"], residual_percent={"3N": {"published": 1.33, "this_model": 0.2}},
     )  # fmt: skip
-    monkeypatch.setattr(twin.papers.studies, "reproduce", lambda name: small)
+    monkeypatch.setattr(twin.papers.studies, "reproduce", lambda name, **options: small)
     with pytest.raises(SystemExit) as stop:
         main(["reproduce", "steel-lap-joint"])
     assert stop.value.code == 0

@@ -1,0 +1,45 @@
+"""Sweeps of the papers' laws, marched in time and recorded: the law comes back, and a force that was left out too."""
+
+import json
+
+import numpy as np
+import pytest
+
+from twin.bench import open_bench
+from twin.cli import main
+from twin.papers.nonlinear_sweeps import rig_with_law
+from twin.papers.tables import load_study
+from twin.rigs import load_rig
+
+
+@pytest.mark.parametrize("name", ["steel-lap-joint", "hybrid-joint"])
+def test_the_laws_of_every_preload_are_those_of_a_passive_layer_and_can_be_marched(name):
+    study, rig = load_study(name), load_rig(name)
+    assert study.sweeps is not None
+    assert list(study.sweeps.law) == list(rig.joint.preload)
+    for preload, law in study.sweeps.law.items():
+        table = rig_with_law(rig, study.sweeps, preload).joint.law
+        X = np.array(table.amplitude_m)
+        np.testing.assert_allclose(table.softening, np.polynomial.polynomial.polyval(X, law.softening))
+        assert 0 < table.softening[-1] < rig.joint.preload[preload].normal_modulus
+        open_bench(rig_with_law(rig, study.sweeps, preload), preload=preload)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["steel-lap-joint", "hybrid-joint"])
+def test_every_preload_and_force_is_met_and_predicted(name, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["reproduce", name, "--json"])
+    assert stop.value.code == 0
+    result = json.loads(capsys.readouterr().out)[name]
+    for sweep, entry in result["residual_percent"].items():
+        assert entry["this_model"] <= entry.get("published", 0.5)
+        assert entry["one_law_for_all_forces"] <= 0.5
+        force = sweep.split(", ")[1].removesuffix(" N")
+        preload = sweep.split(",")[0]
+        if f"force {force}" not in result["details"]["nonlinear"][preload]["extrapolated"]:
+            assert entry["left_out_at_force"] <= 1.0
+    for entry in result["details"]["nonlinear"].values():
+        assert entry["depends_on_force"] is False
+        assert max(entry["orders"]) <= 4
+        assert {"l_curve", "cross_validated"} == set(entry["regularisation"])
