@@ -222,10 +222,13 @@ def _origin(identity: str) -> str:
 
 
 def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink, shown: Watch) -> ProcedureResult:
-    from twin.procedures import run_procedure
+    from twin.procedures import Dwell, Multisine, Random, planned_steps, run_procedure
 
+    steps, single_s = planned_steps(procedure), None
+    if steps == 1 and isinstance(procedure, (Dwell, Multisine, Random)):  # the only step's time is what is left
+        single_s = procedure.duration + (procedure.settle.seconds or 0.0)
     with progress_bar() as bar:
-        task = bar.add_task("starting", total=None)
+        task = bar.add_task("starting", total=single_s or steps)
         passed = 0.0
         where = ""
 
@@ -233,11 +236,15 @@ def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink,
             nonlocal passed
             passed = seconds
             bar.update(task, description=f"{seconds:.0f} s of rig time{where}")
+            if single_s is not None:
+                bar.update(task, completed=seconds)
 
         def on_step(step: StepResult) -> None:
             nonlocal where
             where = f", {step.sweep} at {step.frequency_Hz:.2f} Hz"
             on_time(passed)
+            if single_s is None:
+                bar.advance(task)
             shown.result(step)
 
         result = run_procedure(
