@@ -222,10 +222,10 @@ def _origin(identity: str) -> str:
 
 
 def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink, shown: Watch) -> ProcedureResult:
-    from twin.procedures import Dwell, Multisine, Random, planned_steps, run_procedure
+    from twin.procedures import Dwell, Random, planned_steps, run_procedure
 
     steps, single_s = planned_steps(procedure), None
-    if steps == 1 and isinstance(procedure, (Dwell, Multisine, Random)):  # the only step's time is what is left
+    if steps == 1 and isinstance(procedure, (Dwell, Random)):  # the only step's time is what is left
         single_s = procedure.duration + (procedure.settle.seconds or 0.0)
     with progress_bar() as bar:
         task = bar.add_task("starting", total=single_s or steps)
