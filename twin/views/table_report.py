@@ -63,8 +63,14 @@ def _sections(diagnosis: TableDiagnosis, commands: Sequence[str]) -> Iterator[Se
     if frequencies:
         yield _identified(diagnosis)
     yield Section(title="What was assumed", items=diagnosis.assumed)
-    if diagnosis.notes:
-        yield Section(title="What is uncertain, and what else was seen", items=diagnosis.notes)
+    yield Section(
+        title="What is uncertain, and what else was seen",
+        items=[
+            *diagnosis.notes,
+            "Standard deviations hold within the model; an effect that is on no list can move the values by more than "
+            "they say.",
+        ],
+    )
     if commands:
         yield Section(title="To get this again", commands=commands)
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 DATA = Path(__file__).parents[2] / "data"
 KINDS = ("diagnosis", "joint", "mode", "moduli", "rehearsal", "sweeps")
+PARTS = ("What was assumed", "What is uncertain", "To get this again")
 SPOILT = "spoilt.html"
 DESKTOP, TELEPHONE = (1280, 900), (390, 800)
 PAPER_PX = 673
@@ -40,15 +41,15 @@ def page_files(
     frequencies = folder / "frequencies.csv"
     frequencies.write_text("mode,frequency_Hz\n1,26.50\n2,157.60\n3,471.80\n4,895.00\n")
     sweeps = DATA / "brake-reuss" / "response_control.csv"
-    brake_reuss = load_rig("brake-reuss")
+    brake_reuss, steel = load_rig("brake-reuss"), load_rig("steel-lap-joint")
     again = [f"twin diagnose {'a_long_name_' * 14}.mcap --rig steel-lap-joint --out diagnosis"]
     writers: dict[str, Callable[[Path], None]] = {
         "diagnosis": lambda path: write_report(diagnosis, path, commands=again),
         "joint": lambda path: identified.report(path, commands=again),
-        "mode": brake_reuss.identify(sweeps).report,
-        "moduli": load_rig("steel-lap-joint").identify(frequencies, preload="120N").report,
+        "mode": lambda path: brake_reuss.identify(sweeps).report(path, commands=again),
+        "moduli": lambda path: steel.identify(frequencies, preload="120N").report(path, commands=again),
         "rehearsal": lambda path: write_rehearsal_report(rehearsal, path, commands=again),
-        "sweeps": brake_reuss.diagnose(sweeps).report,
+        "sweeps": lambda path: brake_reuss.diagnose(sweeps).report(path, commands=again),
     }
     files = {kind: folder / f"{kind}.html" for kind in KINDS}
     with pytest.MonkeyPatch.context() as patch:
@@ -139,6 +140,14 @@ def test_the_answer_is_seen_at_once(kind: str, shown: Callable[..., Page]) -> No
     place = shown(kind).locator(".answer").bounding_box()
     assert place is not None
     assert place["y"] + place["height"] < 300
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_assumed_and_uncertain_and_how_to_repeat_it_is_told(kind: str, shown: Callable[..., Page]) -> None:
+    headings = shown(kind).eval_on_selector_all("h2", "them => them.map(it => it.textContent)")
+    told = [next(i for i, text in enumerate(headings) if text.startswith(begin)) for begin in PARTS]
+    assert told == sorted(told)
+    assert told[0] > 0, "the figures come first"
 
 
 @pytest.mark.parametrize("kind", KINDS)
