@@ -79,8 +79,10 @@ class JointMeter:
         from recordings.run import Channel
 
         rates = {effect.cause: effect.parameters.get("rate_per_s", 0.0) for effect in rig.effect}
-        self._layer_rate = float(rates.get("preload-loss", 0.0))
-        self._moduli_rate = float(rates.get("temperature-drift", 0.0))
+        self._layer_rate = float(rates.get("preload-loss", 0.0)) + rig.drift.preload_loss_per_h / 3600
+        self._warming_K_per_s = (
+            float(rates.get("temperature-drift", 0.0)) / STEEL_SOFTENING_per_K + rig.drift.temperature_K_per_h / 3600
+        )
         states = {
             float(key[:-1]): state.normal_modulus for key, state in rig.joint.preload.items() if _NEWTON.fullmatch(key)
         }
@@ -100,7 +102,7 @@ class JointMeter:
 
     def read(self, time_s: float) -> list[float]:
         """Preload (where it is known as a force), N, and temperature, degC."""
-        values = [ROOM_degC + self._moduli_rate * time_s / STEEL_SOFTENING_per_K]
+        values = [ROOM_degC + self._warming_K_per_s * time_s]
         if self._preload_N is not None:
             lost = self._modulus * self._layer_rate * time_s * self._force_per_modulus
             values.insert(0, max(0.0, self._preload_N - lost))
