@@ -175,9 +175,10 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
     for kind, curve in curves.items():
         chart.line(kind, curve.residual_norm, curve.solution_norm, KIND[kind], dashed=kind == "before")
         for name, strength, size in (("corner", curve.corner, 3.0), ("fit", 1.0, 6.0)):
-            at = int(np.argmin(np.abs(np.log(curve.strength / strength))))
-            place = curve.residual_norm[at : at + 1], curve.solution_norm[at : at + 1]
-            chart.points(f"{kind}/{name}", *place, KIND[kind], size=size, legend=False)
+            if curve.strength[0] <= strength <= curve.strength[-1]:
+                at = int(np.argmin(np.abs(np.log(curve.strength / strength))))
+                place = curve.residual_norm[at : at + 1], curve.solution_norm[at : at + 1]
+                chart.points(f"{kind}/{name}", *place, KIND[kind], size=size, legend=False)
     chart.tell("large: the fit, small: the corner", INK, "point")
     chart.close()
     return chart.view()

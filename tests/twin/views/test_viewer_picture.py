@@ -1,51 +1,70 @@
-"""rerun's own viewer, without a screen, draws what was saved."""
+"""rerun's own viewer, without a screen, draws what was saved and what comes live."""
 
 from __future__ import annotations
 
-import socket
-import subprocess
-import sys
 from pathlib import Path
+from typing import Any
 
 import matplotlib.image
+import numpy as np
 import pytest
-from recorded_views import rerun_program
+from recorded_views import CHANNELS, FREQUENCIES_Hz, RATE_Hz, sdof_receptance
 
 from twin.diagnose.result import Diagnosis
+from twin.procedures import SteppedSine, StepResult
 from twin.views import save_diagnosis
+from twin.views.live import LiveView
+from twin.views.live_about import LiveAbout
+from twin.views.rerun_mode import SLOW_MOTION
+from twin.views.rerun_viewer import headless_viewer, save_picture
 
-SCRIPT = """
-import sys, time
-from rerun.experimental import ViewerClient
-viewer = ViewerClient.spawn(headless=True, port=int(sys.argv[3]), hide_welcome_screen=True, executable_path=sys.argv[4])
-try:
-    viewer.open(sys.argv[1])
-    time.sleep(3)
-    viewer.save_screenshot(sys.argv[2])
-finally:
-    viewer.quit()
-"""
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not list(Path("/usr/share/vulkan/icd.d").glob("*.json")),
+        reason="no Vulkan driver: Debian's mesa-vulkan-drivers",
+    ),
+]
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(
-    not list(Path("/usr/share/vulkan/icd.d").glob("*.json")), reason="no Vulkan driver: Debian's mesa-vulkan-drivers"
-)
+def right_part(png: Path) -> Any:
+    """Red, green and blue of the charts, right of the text."""
+    pixels = matplotlib.image.imread(png)[:, :, :3]
+    assert pixels.shape[:2] == (1080, 1920)
+    return np.moveaxis(pixels[:, pixels.shape[1] // 3 :], -1, 0)
+
+
 def test_the_viewer_shows_curves_of_every_kind(diagnosis: Diagnosis, tmp_path: Path) -> None:
     save_diagnosis(diagnosis, tmp_path / "view.rrd")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    png = tmp_path / "view.png"
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, str(tmp_path / "view.rrd"), str(png), str(port), rerun_program()],
-        capture_output=True, text=True, timeout=90, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    pixels = matplotlib.image.imread(png)[:, :, :3]
-    right = pixels[:, pixels.shape[1] // 3 :]
-    red, green, blue = right[:, :, 0], right[:, :, 1], right[:, :, 2]
+    with headless_viewer(file=tmp_path / "view.rrd") as viewer:
+        save_picture(viewer, tmp_path / "view.png", at=(SLOW_MOTION, 0.5))
+    assert viewer.process.poll() is not None
+    red, green, blue = right_part(tmp_path / "view.png")
     assert (blue - red > 0.35).sum() > 500, "the first level"
     assert (red - blue > 0.35).sum() > 500, "the second level"
-    assert right.max() > 0.8
+    assert np.max([red, green, blue]) > 0.8
     assert green.mean() < 0.3, "a dark ground"
+
+
+def test_the_viewer_shows_a_sweep_as_it_grows(tmp_path: Path) -> None:
+    procedure = SteppedSine(frequencies=list(FREQUENCIES_Hz), amplitudes=[2.0], sample_rate=RATE_Hz)
+    picture = tmp_path / "live.png"
+    with headless_viewer() as viewer:
+        view = LiveView(LiveAbout(title="one resonance", channels=CHANNELS, procedure=procedure), viewer.url)
+        blue = []
+        for index, frequency in enumerate(FREQUENCIES_Hz):
+            acceleration = (2 * np.pi * frequency) ** 2 * sdof_receptance(frequency) * 2.0
+            view.result(
+                (index + 1) * 10**9,
+                StepResult(
+                    sweep="2N-up", index=index, frequency_Hz=frequency, target_channel="force", target_amplitude=2.0,
+                    voltage_V=1.0, amplitude=2.0, settle_s=0.5, measure_s=0.5,
+                    phasors={"force": 2.0 + 0j, "acc1": acceleration},
+                ),
+            )  # fmt: skip
+            if index in (0, len(FREQUENCIES_Hz) - 1):
+                save_picture(viewer, picture)
+                pixels = right_part(picture)
+                blue.append(int((pixels[2] - pixels[0] > 0.35).sum()))
+        assert view.close()
+    assert blue[-1] > blue[0] + 200

@@ -1,0 +1,91 @@
+"""Operating shapes, loops, residuals and L-curves that a diagnosis's view draws, each against another way to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded_views import columns, value_at
+
+from twin.diagnose.candidate import extension_of
+from twin.diagnose.comparison import predicted_steps
+from twin.diagnose.result import Diagnosis
+from twin.identify.gauss_newton import Solution
+from twin.identify.prediction import Predictor
+from twin.views import save_diagnosis
+from twin.views.operating import Motion, operating_motions
+from twin.views.rerun_fit import l_curve_of
+
+
+@pytest.fixture(scope="module")
+def motions(diagnosis: Diagnosis) -> list[Motion]:
+    model = diagnosis.search.model
+    extension = extension_of(diagnosis.evidence, model.blames)
+    return operating_motions(diagnosis.evidence, model, diagnosis.sweeps, extension=extension)
+
+
+def test_the_shape_passes_through_the_sensors(diagnosis: Diagnosis, motions: list[Motion]) -> None:
+    """The beam's deflection where a sensor sits is what the model predicts of that sensor."""
+    evidence = diagnosis.evidence
+    predicted = predicted_steps(evidence, diagnosis.search.model) * np.abs(evidence.steps.force[:, :1])
+    for motion, sweep in zip(motions, diagnosis.sweeps, strict=True):
+        rows = np.array([state.sweep == sweep.sweep for state in evidence.steps.states])
+        top = int(np.argmax(np.where(rows, np.abs(evidence.steps.response[:, evidence.reference, 0]), 0.0)))
+        omega = evidence.steps.omega[top]
+        for o, output in enumerate(evidence.outputs):
+            deflection = np.interp(output.position_m, motion.upper_x, motion.upper) * 1e-3
+            assert deflection == pytest.approx(predicted[top, o] / (1j * omega) ** 2, rel=1e-3)
+
+
+def test_near_resonance_the_shape_is_that_of_the_mode(motions: list[Motion]) -> None:
+    first, last = (np.concatenate([motion.lower, motion.upper]) for motion in (motions[0], motions[-1]))
+    likeness = abs(np.vdot(first, last)) ** 2 / (np.vdot(first, first).real * np.vdot(last, last).real)
+    assert likeness > 0.9999
+    assert np.all(np.diff(np.abs(last)[len(motions[-1].lower) :]) > 0), "the tip moves most"
+    assert abs(motions[0].lower[0]) < 1e-9, "the clamp does not move"
+
+
+def test_the_upper_beam_lies_over_the_lower_by_the_opening(motions: list[Motion]) -> None:
+    motion = motions[-1]
+    inside = (motion.upper_x > motion.layer_x[0]) & (motion.upper_x < motion.layer_x[-1])
+    x = motion.upper_x[inside]
+    gap = motion.upper[inside] - np.interp(x, motion.lower_x, motion.lower)
+    assert gap == pytest.approx(np.interp(x, motion.layer_x, motion.opening), abs=0.05 * np.abs(motion.opening).max())
+
+
+def test_a_loop_never_gives_energy_back(motions: list[Motion]) -> None:
+    for motion in motions:
+        assert np.imag(motion.shear_N * np.conj(motion.farthest)) > 0
+        assert np.imag(motion.peel_N * np.conj(motion.widest)) > -1e-12, "no loss across, by default"
+
+
+def test_the_fit_stands_on_its_l_curve_at_strength_one(diagnosis: Diagnosis) -> None:
+    """A linear problem solved with the prior by the normal equations."""
+    model, evidence = diagnosis.search.model, diagnosis.search.evidence
+    mean, precision = Predictor(evidence).prior(model.unknowns)
+    random = np.random.default_rng(5)
+    J = 0.2 * random.normal(size=(300, len(mean))) @ np.linalg.cholesky(precision).T
+    b = J @ mean + 3.0 * random.normal(size=300)
+    x = np.linalg.solve(J.T @ J + precision, J.T @ b + precision @ mean)
+    residual = J @ x - b
+    solved = Solution(x, float(residual @ residual), 0.0, J.T @ J + precision, residual, J, ())
+    curve = l_curve_of(evidence, replace(model, solution=solved))
+    departure = np.sqrt((x - mean) @ precision @ (x - mean))
+    at_one = np.interp(0.0, np.log(curve.strength), curve.solution_norm)
+    assert at_one == pytest.approx(departure, rel=5e-3)
+    assert np.interp(0.0, np.log(curve.strength), curve.residual_norm) == pytest.approx(
+        np.linalg.norm(residual), rel=5e-3
+    )
+
+
+def test_residuals_are_drawn_from_before_to_after(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    save_diagnosis(diagnosis, tmp_path / "view.rrd")
+    found = columns(tmp_path / "view.rrd")
+    assert found["/residuals/names/1"]["Points2D:labels"] == [["acc2, harmonic 1"]]
+    for k, sweep in enumerate(diagnosis.sweeps):
+        for name, sizes in (("before", sweep.residual_before), ("after", sweep.residual_after)):
+            (point,) = found[f"/residuals/1/{k}/{name}"]["Points2D:positions"][0]
+            drawn = value_at(found["/residuals/axes/x"], point[0], axis=0, log=True)
+            assert drawn == pytest.approx(np.sqrt(np.mean(sizes[:, 1] ** 2)), rel=0.01)
