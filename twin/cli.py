@@ -33,6 +33,7 @@ SUMMARIES = {
     "convert": "Convert between MCAP and other formats, chosen by suffix.",
     "modes": "Natural frequencies and damping from a broadband recording, without a model.",
     "identify": "Identify E', G' and the joint's nonlinear law from recordings.",
+    "friction": "Identify friction, stiffness and backlash from measured loops.",
     "predict": "Predict responses to given frequencies and forces.",
     "diagnose": "Show what the model gets wrong, name the cause, extend the model, measure the gain.",
     "campaign": "Hide causes in many virtual rigs, diagnose them blind, and count.",

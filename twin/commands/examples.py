@@ -48,6 +48,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin identify random.mcap sweeps.mcap --rig steel-lap-joint --out model.toml",
         "twin identify response_control.csv --rig brake-reuss --out model.toml",
     ),
+    "friction": ("twin friction 0lb.csv 30lb.csv 36lb.csv",),
     "predict": ("twin predict model.toml --drive drive.csv --out response.csv",),
     "diagnose": (
         "twin diagnose random.mcap sweeps.mcap --held-out heldout.mcap --rig steel-lap-joint --out diagnosis",

@@ -127,6 +127,8 @@ class IdentifiedJoint(Shown):
             levels = {name: _fit_dict(fit) for name, fit in found.polynomials.levels.items()}
             nonlinear["polynomials"] = levels | {"all": _fit_dict(found.polynomials.together)}
             nonlinear["residual_percent"] = found.polynomials.residual_percent
+            nonlinear["left_out"] = {name: asdict(one) for name, one in found.polynomials.left_out.items()}
+            nonlinear["depends_on_force"] = found.polynomials.depends_on_force
         return {
             "preload": found.preload,
             "linear": {
