@@ -47,7 +47,8 @@ def open_bus(
                 bus.shutdown()
                 raise
     except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
-        raise InputError(str(address), "", f"the bus cannot be opened ({error})") from error
+        remedy = "is the adapter in, the interface up?"
+        raise InputError(str(address), "", f"the bus cannot be opened ({error})", remedy) from error
     _widen(bus, address.interface)
     return bus
 

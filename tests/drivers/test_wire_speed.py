@@ -1,5 +1,9 @@
 """A virtual line and a virtual bus are as slow as real ones, and as deaf at the wrong rate."""
 
+import re
+import shutil
+import subprocess
+import threading
 import time
 
 import can
@@ -11,6 +15,7 @@ from virtual_rig import FilteredSine, served
 from drivers.can_protocol import SAMPLES_PER_FRAME, Command, MessageId, Opcode
 from drivers.host import open_instruments
 from drivers.instruments import Instruments
+from drivers.virtual import Addresses, VirtualRig
 from drivers.virtual.bus_time import BusTime, frame_seconds
 from recordings.errors import InputError
 
@@ -88,3 +93,34 @@ def test_a_node_beyond_the_capacity_of_its_bus_overruns_and_says_so():
     # A busy machine leaves the bus idle now and then: the best second tells.
     best = max(np.searchsorted(came, start + 1.0) - k for k, start in enumerate(came))
     assert best == pytest.approx(1 / frame_seconds(64, bitrate=125e3, data_bitrate=250e3), rel=0.15)
+
+
+@pytest.mark.skipif(shutil.which("socat") is None, reason="socat is not installed")
+def test_a_virtual_instrument_at_the_far_end_of_a_cable():
+    """Two ports with a cable between them, here made by socat: it serves at one, the host has the other."""
+    cable = ["socat", "-d", "-d", "pty,raw,echo=0", "pty,raw,echo=0"]
+    source = FilteredSine()
+    with subprocess.Popen(cable, stderr=subprocess.PIPE, text=True) as socat:
+        assert socat.stderr is not None
+        ports: list[str] = []
+        while len(ports) < 2:
+            line = socat.stderr.readline()
+            assert line, "socat has ended"
+            ports += re.findall(r"PTY is (\S+)", line)
+        rig = VirtualRig(source, Addresses(serial=ports[0]))
+        stop = threading.Event()
+        thread = threading.Thread(target=rig.serve, args=(stop.is_set,))
+        thread.start()
+        try:
+            device = {"name": "daq", "address": f"serial:{ports[1]}", "generator": True}
+            with open_instruments(Instruments.model_validate({"device": [device]})) as acquisition:
+                acquisition.start()
+                blocks = [block for _ in range(8) for block in acquisition.read()]
+                acquisition.stop()
+                assert not acquisition.take_events()
+        finally:
+            stop.set()
+            thread.join(10)
+            socat.kill()
+    force = np.concatenate([block.samples["force"] for block in blocks])
+    assert np.array_equal(force, source.everything[0, : 8 * 240])
