@@ -10,6 +10,7 @@ import numpy as np
 from twin.diagnose.comparison import SweepComparison, sweeps_beside
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
+from twin.identify.force_levels import Polynomials
 from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.prediction import Predictor
@@ -20,6 +21,7 @@ from twin.views.identified_tables import (
     Determined,
     determined,
     determined_table,
+    left_out_table,
     parameter_table,
     polynomial_table,
     residual_table,
@@ -119,6 +121,7 @@ def _sections(
         yield _broadband(found, evidence, extension)
     yield _determined(rows)
     if found.polynomials is not None:
+        yield _levels(found.polynomials)
         yield _regularisation(found.polynomials.together)
     yield _modes(found, evidence)
     yield _assumed(evidence, extension)
@@ -212,6 +215,18 @@ def _determined(rows: Sequence[Determined]) -> Section:
         ],
         tables=[determined_table(tuple(rows))],
     )
+
+
+def _levels(polynomials: Polynomials) -> Section:
+    told = {
+        None: "A single level cannot tell whether the law depends on the force",
+        False: "The polynomials of all levels together do nearly as well as each level's own",
+        True: "The law depends on the force: polynomials that fit each level by itself do not fit all together",
+    }[polynomials.depends_on_force]
+    each = ", ".join(f"{name} {fit.residual_percent:.2g} %" for name, fit in polynomials.levels.items())
+    told += f" (all together leave {polynomials.together.residual_percent:.2g} %; by themselves {each})"
+    tables = [left_out_table(polynomials)] if polynomials.left_out else []
+    return Section(title="Whether the law depends on the force", texts=[f"{told}."], tables=tables)
 
 
 def _regularisation(fit: PolynomialFit) -> Section:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from twin.identify.base_fit import HELD_PRECISION
 from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
-from twin.identify.identified import Identified, Polynomials
+from twin.identify.force_levels import Polynomials
+from twin.identify.identified import Identified
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import believed_parameters
 from twin.views.answer import estimate_text
@@ -21,6 +22,7 @@ __all__ = [
     "Determined",
     "determined",
     "determined_table",
+    "left_out_table",
     "parameter_table",
     "polynomial_table",
     "residual_table",
@@ -190,6 +192,22 @@ def polynomial_table(polynomials: Polynomials) -> Table:
         rows=rows,
         numbers=(2, 3),
     )
+
+
+def left_out_table(polynomials: Polynomials) -> Table:
+    """Every level predicted by the law of all others."""
+    return Table(
+        caption="Every level predicted by the polynomials of all others: rms relative error of the complex response",
+        head=("left out", "at its amplitudes", "at its forces", "branch not met", "beyond the others"),
+        rows=[
+            (
+                name, f"{one.at_amplitude_percent:.2g} %", f"{one.at_force_percent:.2g} %", f"{one.lost} steps",
+                "yes" if one.extrapolated else "no",
+            )
+            for name, one in polynomials.left_out.items()
+        ],
+        numbers=(1, 2, 3),
+    )  # fmt: skip
 
 
 def _power(order: int) -> str:

@@ -89,7 +89,7 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
     fold = gain.before / gain.after if gain.after > 0 else np.inf
     if len(gain.by_harmonic) > 1:
         tables.append(_by_harmonic(gain))
-    told = f"The error falls {fold:.1f}-fold" if fold > 1.05 else "The error stays as it is"
+    told = f"The error falls {fold:.3g}-fold" if fold > 1.05 else "The error stays as it is"
     return Section(
         title="What naming it gains",
         texts=[f"{told} on sweeps that no fit has seen: {where}."],
