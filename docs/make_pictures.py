@@ -1,4 +1,4 @@
-"""Draw the README's pictures from the recordings of a demonstration.
+"""Draw the README's pictures from the recordings of a demonstration; those of reports need Chromium.
 
 twin demo --seed 7 --cause added-mass --out demo-pictures
 python docs/make_pictures.py demo-pictures
@@ -7,30 +7,40 @@ python docs/make_pictures.py demo-pictures
 from __future__ import annotations
 
 import sys
+import tempfile
 from pathlib import Path
 
-from recordings import read_run
+from report_pictures import photograph
+
+import twin
 from twin.demo import BROADBAND, HELD_OUT, SWEEPS
-from twin.diagnose import diagnose
-from twin.rigs import load_rig
-from twin.views.figures import broadband_figure, law_figure, sweeps_figure
 
 
 def main(folder: Path, pictures: Path) -> None:
-    """Diagnose what lies in `folder`, and draw it."""
-    learn = [read_run(folder / name) for name in (BROADBAND, SWEEPS)]
-    found = diagnose(learn, load_rig("steel-lap-joint"), held_out=[read_run(folder / HELD_OUT)])
-    models = {"before": found.search.base, "after": found.search.model}
+    """Diagnose and identify what lies in `folder`, rehearse what could have been done, and draw it."""
+    rig = twin.load_rig("steel-lap-joint")
+    learn = [folder / name for name in (BROADBAND, SWEEPS)]
+    found = rig.diagnose(learn, held_out=folder / HELD_OUT)
+    model = rig.identify(learn)
     figures = {
-        "sweeps": sweeps_figure(found.evidence, found.sweeps),
-        "held-out": sweeps_figure(found.evidence, found.held_out),
-        "broadband": broadband_figure(found.evidence, models),
-        "law": law_figure(found.evidence, models),
+        "sweeps": found.plot_sweeps(),
+        "held-out": found.plot_held_out(),
+        "broadband": found.plot_broadband(),
+        "law": found.plot_law(),
     }
     pictures.mkdir(exist_ok=True)
     for name, figure in figures.items():
-        if figure is not None:
-            figure.savefig(pictures / f"{name}.png", dpi=90, facecolor="white")
+        figure.savefig(pictures / f"{name}.png", dpi=90, facecolor="white")
+    with tempfile.TemporaryDirectory() as temporary:
+        reports = {
+            "report-diagnosis": (found, f"twin diagnose {BROADBAND} {SWEEPS} --held-out {HELD_OUT}"),
+            "report-identification": (model, f"twin identify {BROADBAND} {SWEEPS}"),
+            "report-rehearsal": (rig.rehearse("steel-sweeps", rounds=0), "twin rehearse steel-sweeps --rounds 0"),
+        }
+        pages = {Path(temporary) / f"{name}.html": pictures / f"{name}.png" for name in reports}
+        for page, (result, command) in zip(pages, reports.values(), strict=True):
+            result.report(page, commands=[f"{command} --rig steel-lap-joint --out {page.stem}"])
+        photograph(pages)
 
 
 if __name__ == "__main__":
