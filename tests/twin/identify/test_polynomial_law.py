@@ -96,3 +96,16 @@ def test_too_few_steps_are_refused(make):
         fit_polynomials(few, orders=(4, 4))
     with pytest.raises(ValueError, match="too few"):
         fit_polynomials(few.select(np.array([True, False, False])))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [4e-4, 2e-3])
+def test_fifty_seeds_have_the_true_coefficients_in_their_95_percent_intervals(make, noise):
+    """Noise of the bench's sensors and 24-bit converter, and five times as much; the orders are the law's own."""
+    inside = []
+    for seed in range(50):
+        fit = fit_polynomials(make(noise, np.random.default_rng(1000 + seed)), orders=(2, 1))
+        error = np.concatenate([fit.softening - SOFTENING, fit.loss - LOSS])
+        inside.append(np.abs(error) < 1.96 * np.concatenate(fit.std))
+    assert np.mean(inside) >= 0.9
+    assert np.min(np.mean(inside, axis=0)) >= 0.86, "no coefficient by itself far below"
