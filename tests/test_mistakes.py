@@ -16,10 +16,13 @@ GOOD = {
     "rehearse": ["steel-sweeps", "--rig", "steel-lap-joint", "--out", "new"],
     "serve": ["--rig", "steel-lap-joint", "--serial", "auto", "--instruments-out", "new.toml"],
     "acquire": ["steel-sweeps", "--instruments", "instruments.toml", "--out", "new.mcap"],
+    "faults": ["--only", "gremlins"],  # a good one would take long
     "replay": ["cut.mcap", "--serial", "auto"],
     "check": ["frequencies.csv"],
     "convert": ["cut.mcap", "new.uff"],
+    "modes": ["cut.mcap"],
     "identify": ["cut.mcap", "--rig", "steel-lap-joint", "--out", "new.toml"],
+    "friction": ["frequencies.csv"],
     "predict": ["steel-lap-joint", "--drive", "drive.csv", "--out", "new.csv"],
     "diagnose": ["cut.mcap", "--rig", "steel-lap-joint", "--out", "new"],
     "campaign": ["--out", "new", "--seeds", "1", "--cause", "none"],
@@ -29,7 +32,7 @@ GOOD = {
 }
 """Command lines that would be understood, in the folder of `folder`."""
 LONG = "x" * 5000
-READ = {"runs", "run", "source", "what", "instruments", "drive", "held_out"}
+READ = {"runs", "run", "loops", "source", "what", "instruments", "drive", "held_out"}
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig_name", "model"}
 """Parameters that name something shipped, or a file."""
@@ -94,7 +97,7 @@ def test_no_mistake_shows_a_stack_trace_or_leaves_anything(
 ) -> None:
     before = sorted(folder.rglob("*"))
     tried = list(mistakes(name))
-    assert len(tried) >= (3 if name in ("reproduce", "speed") else 20)  # those take hardly anything
+    assert len(tried) >= (3 if name in ("faults", "reproduce", "speed") else 20)  # those take hardly anything
     for arguments in tried:
         shown_as = [argument[:40] for argument in arguments]
         with pytest.raises(SystemExit) as ended:

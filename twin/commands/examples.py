@@ -68,6 +68,9 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin view sweeps.mcap",
         "twin view diagnosis --save diagnosis.rrd",
     ),
-    "speed": ("twin speed --json",),
+    "speed": (
+        "twin speed",
+        "twin speed --only streaming --only start --json",
+    ),
 }
 """By command."""

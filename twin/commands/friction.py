@@ -10,6 +10,7 @@ import click
 import numpy as np
 
 from recordings.errors import InputError
+from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ R2_WANTED = 0.97
 @click.command(short_help="Identify friction, stiffness and backlash from measured loops.")
 @click.argument("loops", metavar="LOOP...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
-    "--cutoff", default=10.0, show_default=True, type=click.FloatRange(0.0, min_open=True), metavar="HZ",
+    "--cutoff", default=10.0, show_default=True, type=FiniteRange(0.0, min_open=True), metavar="HZ",
     help="Loops are compared below it: above, a slow drive's frame rings.",
 )  # fmt: skip
 @json_option

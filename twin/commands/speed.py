@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import console, json_option, print_json, progress_bar
 
 __all__ = ["command"]
 
@@ -16,15 +16,10 @@ __all__ = ["command"]
 @click.option("--only", multiple=True, metavar="NAME", help="Measure this line alone; several times for several.")
 @json_option
 def command(only: tuple[str, ...], as_json: bool) -> None:
-    r"""Measure the benchmark ratios on this machine.
+    """Measure the benchmark ratios on this machine.
 
     Both sides run in turns on one thread, and their processor time is compared, so that other work on the machine
     counts little; compilation is not counted.  The line `start` alone is of real time, and compiles.
-
-    \b
-    Examples:
-      twin speed
-      twin speed --only streaming --only start --json
     """
     from twin.speed import BENCHMARKS, MissingRivalError
 
@@ -32,12 +27,15 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
     if unknown:
         raise click.UsageError(f"--only: no line {unknown[0]!r}; there are {', '.join(BENCHMARKS)}")
     results: dict[str, Any] = {}
-    for name in only or BENCHMARKS:
-        with console.status(name):
+    with progress_bar() as bar:
+        task = bar.add_task("", total=len(only or BENCHMARKS))
+        for name in only or BENCHMARKS:
+            bar.update(task, description=name)
             try:
                 results[name] = BENCHMARKS[name]().table()
             except MissingRivalError as error:
                 results[name] = {"ratio": None, "promise": None, "against": str(error), "error": None, "threads": 1}
+            bar.advance(task)
         if not as_json:
             console.print(_line(name, results[name]), markup=False, soft_wrap=True)
     if as_json:
