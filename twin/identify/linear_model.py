@@ -135,6 +135,7 @@ class LinearModel:
         dE: Complex | float = 0.0,
         dG: Complex | float = 0.0,
         inner: bool = True,
+        modal: bool = True,
     ) -> Complex:
         """Receptances between all ports with the base parameters and further complex changes of the moduli.
 
@@ -146,13 +147,16 @@ class LinearModel:
         inner
             Whether the layer's strains and the modal coordinates are wanted as well, which only sensitivities need;
             NaN without.
+        modal
+            Whether the modal coordinates are wanted among these, which only sensitivities to their damping and detuning
+            need; those to the moduli alone come a good deal faster without.
 
         Returns
         -------
         ndarray, (f, p, p)
         """
         basis = self.basis.with_damping(base.zeta, base.detuning)
-        pairs = self._all_pairs if inner else self._outer_pairs
+        pairs = self._all_pairs if inner and modal else self._outer_pairs
         return pairs.receptance(basis, omega, self.soft_stiffness(omega, base, dE, dG), inner=inner)
 
     @cached_property

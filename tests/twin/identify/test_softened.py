@@ -48,6 +48,16 @@ def test_only_the_wanted_receptances_come_out(steel_model, other_base):
     assert np.isfinite(part).sum() == part[:, outer, outer].size
 
 
+def test_the_modal_coordinates_may_be_left_out_alone(steel_model, other_base):
+    whole = steel_model.receptance(OMEGA, other_base, dE=-0.5 * other_base.E)
+    part = steel_model.receptance(OMEGA, other_base, dE=-0.5 * other_base.E, modal=False)
+    left_out = np.zeros(part.shape[1], bool)
+    left_out[steel_model.ports.modal] = True
+    kept = np.ix_(np.arange(len(OMEGA)), ~left_out, ~left_out)
+    assert np.max(relative(part[kept], whole[kept])) < 1e-12
+    assert np.isfinite(part).sum() == part[kept].size
+
+
 def test_springs_are_springs_in_the_dense_matrices(steel_model, steel_dense, other_base):
     dE, dG = -0.5 * other_base.E, 3e8j
     P = steel_model.ports.rows
