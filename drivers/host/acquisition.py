@@ -25,7 +25,8 @@ from recordings.streams import Excitation
 __all__ = ["RigAcquisition", "StreamEndedError", "open_instruments"]
 
 NUDGE_S = 0.25
-SILENT_S = 1.0
+SILENT_S = 3.0
+"""Longest patience with a device that sends nothing while others do; a busy host may itself be deaf for a second."""
 CLOCK_OFFSET_S, CLOCK_DRIFT_PPM = 1e-3, 1.0
 """From here on a recording says by how much a device's clock was wrong, although its times are corrected."""
 
@@ -217,6 +218,7 @@ class RigAcquisition:
         """
         began = time.monotonic()
         progress = began
+        patience_s = min(SILENT_S, 0.9 * timeout_s)
         while True:
             if self._consumed != self._acknowledged:
                 # What was handed out before has been dealt with by now.
@@ -226,8 +228,8 @@ class RigAcquisition:
             with self._mailbox.changed:
                 self._mailbox.wanted = target
                 complete = self._mailbox.changed.wait_for(lambda: self._is_complete(target), NUDGE_S)  # noqa: B023
-                late = time.monotonic() - progress > SILENT_S
-                if complete or (late and self._give_up_silent(target)):
+                late = time.monotonic() - progress > patience_s
+                if complete or (late and self._give_up_silent(target, patience_s)):
                     blocks = self._take(target)
                     self._consumed = target
                     if blocks:
@@ -265,12 +267,12 @@ class RigAcquisition:
                 return False
         return len(self._silent) < len(self._devices)
 
-    def _give_up_silent(self, target: int) -> bool:
+    def _give_up_silent(self, target: int, waited_s: float) -> bool:
         """Go on without devices that have sent nothing for a while; whether any is left."""
         for device in self._devices:
             if device.inbox.ready < target and device.name not in self._silent:
                 self._silent.add(device.name)
-                self._mailbox.report(device.name, "silent", f"no samples for {SILENT_S:g} s")
+                self._mailbox.report(device.name, "silent", f"no samples for {waited_s:g} s")
         return len(self._silent) < len(self._devices)
 
     def _why_nothing(self, waited_s: float) -> str:

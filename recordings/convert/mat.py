@@ -8,8 +8,6 @@
 from __future__ import annotations
 
 import json
-import struct
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ import scipy.io
 
 from recordings.convert.blocks import blocks_of, device_from_rows, to_float32
 from recordings.convert.description import describe, parse_description
+from recordings.convert.mat_structure import check_structure
 from recordings.errors import InputError
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
@@ -26,7 +25,6 @@ __all__ = ["read_mat", "write_mat"]
 
 SIZE_LIMIT_BYTES = 2 << 30
 """Of the file, and of what it holds after decompression; a MATLAB 5 variable cannot be larger."""
-_COMPRESSED = 15
 _CLASSES = {"char": 4, "single": 4, "double": 8, "int64": 8}
 
 
@@ -93,8 +91,10 @@ def read_mat(path: Path) -> Run:
 def _load(path: Path) -> dict[str, Any]:
     """The variables of a file; only plain arrays are let through to scipy's reader."""
     with open_input(path) as stream:
-        if stream.seek(0, 2) > SIZE_LIMIT_BYTES or not _fits(stream):
-            raise InputError(path, "", f"holds more than {SIZE_LIMIT_BYTES} bytes, the limit for MATLAB files")
+        try:
+            check_structure(stream, limit_bytes=SIZE_LIMIT_BYTES)
+        except ValueError as error:
+            raise InputError(path, "", f"cannot be read as a MATLAB 5 file: {error}") from error
         stream.seek(0)
         try:
             for name, shape, kind in scipy.io.whosmat(stream):
@@ -108,30 +108,3 @@ def _load(path: Path) -> dict[str, Any]:
             raise
         except Exception as error:  # scipy lets through whatever a broken file provokes
             raise InputError(path, "", f"not a MATLAB 5 file that scipy can read: {str(error)[:120]}") from error
-
-
-def _fits(stream: Any) -> bool:
-    """Whether the compressed parts unpack to no more than the limit; a few bytes can claim gigabytes."""
-    stream.seek(128)  # the header
-    total = 0
-    while len(head := stream.read(8)) == 8:
-        kind, length = struct.unpack("<II", head)
-        if kind != _COMPRESSED:
-            stream.seek(length, 1)
-            total += length
-        else:
-            unpacker, left = zlib.decompressobj(), length
-            while left and (piece := stream.read(min(left, 1 << 20))):
-                left -= len(piece)
-                try:
-                    while piece:
-                        total += len(unpacker.decompress(piece, 1 << 22))
-                        piece = unpacker.unconsumed_tail
-                        if total > SIZE_LIMIT_BYTES:
-                            return False
-                except zlib.error:
-                    break  # scipy will say so
-            stream.seek(left, 1)
-        if total > SIZE_LIMIT_BYTES:
-            return False
-    return True

@@ -15,6 +15,7 @@ from drivers.blf import read_blf
 from drivers.can_protocol import ChannelInfo, Command, Heartbeat, Reply, Status, TimeSync
 from drivers.frames import Decoder, Frame, FrameKind, encode, unpack_samples
 from drivers.host.catalogue import read_catalogue
+from drivers.instruments import read_instruments
 from drivers.scpi import Instrument, Interpreter
 from drivers.virtual.faults import parse_fault
 from drivers.virtual.ports import PtyPort
@@ -152,7 +153,7 @@ def test_what_an_instrument_says_of_its_channels(count):
     assert count / 2 < refused < count
 
 
-@pytest.mark.parametrize("count", [1000, pytest.param(100_000, marks=pytest.mark.slow)])  # a file each
+@pytest.mark.parametrize("count", COUNTS)
 def test_logs_of_frames(count, tmp_path):
     """Below the compression, where python-can would trust every size."""
     generator = np.random.default_rng(8)
@@ -182,3 +183,53 @@ def test_logs_of_frames(count, tmp_path):
             read += 1
             assert len(run.devices["can1"]) < 1 << 21
     assert count / 20 < read < count
+
+
+SETTINGS = b"""timeout_s = 2.0
+[[device]]
+name = "daq"
+address = "tcp:127.0.0.1:5025"
+generator = true
+[[device.channel]]
+source = "ch1"
+name = "force"
+quantity = "force"
+unit = "N"
+sensitivity = 0.0112
+[[device]]
+name = "can"
+address = "can:virtual:0"
+"""
+
+
+@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("kind", ["instruments", "rig", "procedure"])
+def test_settings_files(kind, count, tmp_path):
+    """Rubbish between good lines: never more than one line that names the file."""
+    from twin.procedures import dump_procedure, load_procedure
+    from twin.rigs import load_rig, save_rig
+
+    generator = np.random.default_rng(9)
+    path = tmp_path / "settings.toml"
+    if kind == "instruments":
+        path.write_bytes(SETTINGS)
+    elif kind == "rig":
+        save_rig(load_rig("steel-lap-joint"), path)
+    else:
+        path.write_bytes(dump_procedure(load_procedure("steel-sweeps")))
+    good, read = (
+        path.read_bytes(),
+        {"instruments": read_instruments, "rig": load_rig, "procedure": load_procedure}[kind],
+    )
+    read(str(path))
+    refused = 0
+    for _ in range(count):
+        path.write_bytes(damaged(generator, good))
+        try:
+            read(str(path))
+        except InputError as error:
+            refused += 1
+            assert str(path) in str(error)  # noqa: PT017
+            assert "\n" not in str(error)  # noqa: PT017
+            assert len(str(error)) < 1000  # noqa: PT017
+    assert count / 10 < refused <= count
