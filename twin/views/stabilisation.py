@@ -28,7 +28,7 @@ def stabilisation_figure(fit: ModalFit, response: BinnedResponse) -> Figure:
     for mode in fit.modes:
         chart.axvline(mode.frequency_Hz, color=BEFORE, linewidth=0.8, zorder=0)
     chart.set_ylabel("order of the polynomials")
-    chart.legend(loc="lower right", fontsize="small")
+    chart.legend(loc="lower center", fontsize="small")
     f = np.geomspace(response.frequency_Hz[0], response.frequency_Hz[-1], 4000)
     f = np.sort(np.concatenate([f, response.frequency_Hz]))
     model = np.abs(fit.fit.responses(2 * np.pi * f))
