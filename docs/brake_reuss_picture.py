@@ -1,4 +1,4 @@
-"""Draw the README's picture of the Brake-Reuss beam: python docs/brake_reuss_picture.py"""
+"""Draw the README's picture of the Brake-Reuss beam: python docs/brake_reuss_picture.py."""
 
 from __future__ import annotations
 
