@@ -153,11 +153,14 @@ def l_curve_of(evidence: Evidence, candidate: Candidate) -> LCurve:
 
 def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView | None:
     """The last fits' residual against their departure from the prior; nothing where no data speak."""
-    curves = {
-        kind: curve
-        for kind, candidate in compared_models(diagnosis).items()
-        if len((curve := l_curve_of(diagnosis.search.evidence, candidate)).strength) > 1
-    }
+    curves = {}
+    for kind, candidate in compared_models(diagnosis).items():
+        try:
+            curve = l_curve_of(diagnosis.search.evidence, candidate)
+        except np.linalg.LinAlgError:  # a prior that is flat in some direction has no norm to measure by
+            continue
+        if len(curve.strength) > 1:
+            curves[kind] = curve
     if not curves:
         return None
     chart = Chart(
