@@ -24,6 +24,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "acquire": (
         "twin acquire steel-sweeps --instruments instruments.toml --rig steel-lap-joint --out run.mcap",
         "twin acquire --instruments instruments.toml --seconds 10 --out background.mcap",
+        "twin acquire steel-sweeps --instruments instruments.toml --rig steel-lap-joint --out run.mcap --view",
     ),
     "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
     "faults": (
@@ -67,6 +68,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "view": (
         "twin view sweeps.mcap",
         "twin view diagnosis --save diagnosis.rrd",
+        "twin view diagnosis --picture diagnosis.png",
     ),
     "speed": (
         "twin speed",
