@@ -51,6 +51,11 @@ def identified_sentence(found: Identified, evidence: Evidence) -> str:
         f"{symbol} = {estimate_text(rows[name].estimate)} {rows[name].unit}"
         for symbol, name in (("E′", "normal modulus E′"), ("G′", "shear modulus G′"))
     )
+    if found.chi2_per_dof > POOR_FIT:
+        return (
+            f"The model misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g} even with {moduli}, "
+            "and no value below can be relied on before 'twin diagnose' has named what it is."
+        )
     told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.unknowns.base.zeta[0]:.3g} %"
     law, errors = found.rig.joint.law, list(found.residual_percent.values())
     if errors and law is not None:
@@ -58,8 +63,6 @@ def identified_sentence(found: Identified, evidence: Evidence) -> str:
             f"; E′ falls by up to {100 * max(law.softening) / found.unknowns.base.E:.2g} % over the amplitudes measured"
             f", and the model meets the sweeps within {min(errors):.2g} to {max(errors):.2g} %"
         )
-    if found.chi2_per_dof > POOR_FIT:
-        return f"{told}, but it misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g}."
     return f"{told}."
 
 

@@ -86,7 +86,8 @@ def test_the_report_holds_law_residuals_and_regularisation(identified: Identifie
 def test_a_model_that_misses_something_says_so_first(identified: IdentifiedJoint, tmp_path: Path) -> None:
     poor = replace(identified, found=replace(identified.found, chi2_per_dof=7.3))
     poor.report(tmp_path / "report.html")
-    assert "but it misses something: chi² per degree of freedom is 7.3." in text_of(tmp_path / "report.html")
+    text = text_of(tmp_path / "report.html")
+    assert "Identification of a bolted joint The model misses something: chi² per degree of freedom is 7.3" in text
 
 
 @pytest.mark.usefixtures("coarse")
