@@ -72,6 +72,7 @@ class RigAcquisition:
         self._acknowledged = 0
         self._lost: dict[str, tuple[int, int, int]] = {}
         self._disorder: dict[str, tuple[int, int]] = {}
+        self._heard: dict[str, tuple[int, float]] = {}
         self._silent: set[str] = set()
         self._warned: set[str] = set()
         options = {"timeout_s": instruments.timeout_s, "reconnect_s": instruments.reconnect_s}
@@ -130,6 +131,7 @@ class RigAcquisition:
         self._acknowledged = 0
         self._lost.clear()
         self._disorder.clear()
+        self._heard.clear()
         self._silent.clear()
         self._warned.clear()
         self._mailbox.now_ns = 0
@@ -229,7 +231,8 @@ class RigAcquisition:
                 self._mailbox.wanted = target
                 complete = self._mailbox.changed.wait_for(lambda: self._is_complete(target), NUDGE_S)  # noqa: B023
                 late = time.monotonic() - progress > patience_s
-                if complete or (late and self._give_up_silent(target, patience_s)):
+                quiet_s = {device.name: self._quiet_s(device) for device in self._devices}
+                if complete or (late and self._give_up_silent(target, patience_s, quiet_s)):
                     blocks = self._take(target)
                     self._consumed = target
                     if blocks:
@@ -238,7 +241,8 @@ class RigAcquisition:
                         return blocks
                     progress = time.monotonic()
                     continue
-            if time.monotonic() - began >= timeout_s and not any(device.recovering for device in self._devices):
+            waited_s = min(time.monotonic() - began, *quiet_s.values())
+            if waited_s >= timeout_s and not any(device.recovering for device in self._devices):
                 raise TimeoutError(self._why_nothing(time.monotonic() - began))
             if self._generator.inbox.ended:
                 return self._take_rest()
@@ -267,12 +271,25 @@ class RigAcquisition:
                 return False
         return len(self._silent) < len(self._devices)
 
-    def _give_up_silent(self, target: int, waited_s: float) -> bool:
-        """Go on without devices that have sent nothing for a while; whether any is left."""
-        for device in self._devices:
-            if device.inbox.ready < target and device.name not in self._silent:
-                self._silent.add(device.name)
-                self._mailbox.report(device.name, "silent", f"no samples for {waited_s:g} s")
+    def _quiet_s(self, device: Device) -> float:
+        """How long ago the newest sample of a device was seen to come."""
+        now = time.monotonic()
+        high, since = self._heard.get(device.name, (-1, now))
+        if device.inbox.high != high:
+            self._heard[device.name] = device.inbox.high, now
+            return 0.0
+        return now - since
+
+    def _give_up_silent(self, target: int, patience_s: float, quiet_s: Mapping[str, float]) -> bool:
+        """Go on without devices that have sent nothing for a while; whether there is something to go on with."""
+        waited_for = [
+            device.name for device in self._devices if device.inbox.ready < target and device.name not in self._silent
+        ]
+        if any(quiet_s[name] < patience_s for name in waited_for):
+            return False  # slow, but on its way
+        for name in waited_for:
+            self._silent.add(name)
+            self._mailbox.report(name, "silent", f"no samples for {patience_s:g} s")
         return len(self._silent) < len(self._devices)
 
     def _why_nothing(self, waited_s: float) -> str:
