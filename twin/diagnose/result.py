@@ -133,8 +133,8 @@ class Diagnosis:
     def _hint(self) -> str:
         """What the data say of a force that is missing."""
         force = self.missing_force
-        if force is None:
-            return ""
+        if force is None or not force.explains:
+            return ", nor does a force of simple terms at any one place"
         return (
             f"; a force {force.formula} at {force.position_m.value:.3g} m would bring chi² per degree of freedom from "
             f"{force.before:.3g} to {force.after:.3g}"

@@ -64,15 +64,15 @@ def missing_force_section(diagnosis: Diagnosis) -> Section | None:
         numbers=(2,),
     )
     levels = Table(
-        caption="Its fundamental where each sweep moves the place most; the phase is ahead of the displacement",
-        head=("sweep", "frequency, Hz", "displacement, mm", "force, N", "phase, degrees"),
+        caption="Where each sweep moves the place most: largest force of a period; its fundamental ahead of the motion",
+        head=("sweep", "frequency, Hz", "displacement, mm", "force, N", "ahead, degrees"),
         rows=[
             (
                 level.sweep,
                 f"{level.frequency_Hz:.3f}",
                 f"{1e3 * level.displacement_m:.3g}",
                 f"{level.force_N:.3g}",
-                f"{level.phase_deg:.0f}",
+                "none" if level.phase_deg is None else f"{level.phase_deg:.0f}",
             )
             for level in force.levels
         ],
@@ -86,13 +86,21 @@ def missing_force_section(diagnosis: Diagnosis) -> Section | None:
         f"Loops of the missing force at each level, and the misfit against its place: least, {force.after:.3g}, at "
         f"{force.position_m.value:.3g} m; {force.before:.3g} without the force."
     )
+    fall = f"χ² per degree of freedom from {force.before:.3g} to {force.after:.3g}"
+    if force.explains:
+        text = (
+            f"No cause on the list explains the data. A force {force.formula} between ground and the structure at "
+            f"{place} m would bring {fall}. It is a picture of what is missing, not a cause: look for what could make "
+            f"it there."
+        )
+    else:
+        text = (
+            f"No cause on the list explains the data, and no force of simple terms at any one place does either: the "
+            f"best, {force.formula} at {place} m, brings {fall}. What is wrong is likely not a force to ground."
+        )
     return Section(
         title="The force that is missing",
-        texts=[
-            f"No cause on the list explains the data. A force {force.formula} between ground and the structure at "
-            f"{place} m would bring χ² per degree of freedom from {force.before:.3g} to {force.after:.3g}. It is a "
-            f"picture of what is missing, not a cause: look for what could make it there."
-        ],
+        texts=[text],
         tables=[terms, levels],
         pictures=[picture(missing_force_figure(diagnosis, force), alt=alt, caption=caption)],
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -96,6 +97,8 @@ def test_the_picture_is_json_and_says_its_formula():
         levels=(level,), before=8.0, after=0.9,
     )  # fmt: skip
     assert force.formula == "c u³ + c v"
+    assert force.explains
+    assert not replace(force, after=7.0).explains
     assert force.force(np.array(1e-3), np.array(0.1), np.array(0.0)) == pytest.approx(2e6 * 1e-9 + 0.1 * 0.1)
     told = json.loads(json.dumps(force.to_dict()))
     assert told["along"][1] == {"position_m": 0.4, "chi2_per_dof": 1.0}

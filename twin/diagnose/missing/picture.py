@@ -31,6 +31,8 @@ GOOD = 1.0
 """Chi2 per degree of freedom at which no further term is asked for."""
 LEAST_FUNDAMENTAL = 0.01
 """Of the largest force within a period, below which its phase says nothing."""
+MOST_LEFT = 0.5
+"""Of chi2 per degree of freedom, for a force to be a picture of what is missing."""
 PLACES = 14
 """At which it is tried along the structure."""
 
@@ -95,6 +97,11 @@ class MissingForce:
         """Such as ``c u³ + c v``."""
         return " + ".join(fitted.term.formula for fitted in self.terms)
 
+    @property
+    def explains(self) -> bool:
+        """Whether it takes most of the misfit away; else nothing that acts at one place does."""
+        return self.after < MOST_LEFT * self.before
+
     def force(self, u: Array, v: Array, a: Array) -> Array:
         """The force at displacement, velocity and acceleration of its place."""
         return sum((f.coefficient.value * f.term.force(u, v, a) for f in self.terms), np.zeros(np.shape(u)))
@@ -104,6 +111,7 @@ class MissingForce:
         return {
             "position_m": asdict(self.position_m),
             "formula": self.formula,
+            "explains": self.explains,
             "terms": [
                 {"term": f.term.name, "formula": f.term.formula, "unit": f.term.unit, **asdict(f.coefficient)}
                 for f in self.terms
