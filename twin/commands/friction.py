@@ -11,7 +11,7 @@ import numpy as np
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import json_option, print_json, working
 
 if TYPE_CHECKING:
     from twin.identify.friction_loops import FrictionFit, FrictionIdentification
@@ -44,7 +44,7 @@ def command(loops: tuple[Path, ...], cutoff: float, as_json: bool) -> None:
         raise InputError(loops[0], "", f"the loops' names are not unique: {', '.join(names)}", "rename the files")
     if cutoff >= min(loop.sample_rate for loop in read) / 2:
         raise InputError("--cutoff", "", f"{cutoff:g} Hz is not below half of the sample rate")
-    with console.status("fitting three laws"):
+    with working("fitting three laws", usual_s=10.0):
         found = identify_friction(read, cutoff_Hz=cutoff)
     result = _result(found, names)
     if as_json:

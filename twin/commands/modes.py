@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import json_option, print_json, working
 
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
@@ -85,7 +85,7 @@ def _found(
     records = broadband_records(recorded, channels=[force, *channels])
     if not records:
         raise InputError(run, "/procedure", "holds no broadband stretch", "run a procedure of kind random")
-    with console.status("fitting modes"):
+    with working("fitting modes", usual_s=8.0):
         try:
             return force, channels, modes_of_record(records[0], force=force, channels=channels, band_Hz=band)
         except ValueError as error:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json
+from twin.commands.output import console, json_option, print_json, working
 
 if TYPE_CHECKING:
     from twin.identify.modal_prediction import ModalResponse
@@ -35,12 +35,13 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     if not out.absolute().parent.is_dir():
         raise InputError(out, "", "its folder does not exist")
     warnings: list[str] = []
-    if is_modal_rig(model):
-        if preload is not None:
-            raise InputError(model, "--preload", "a modal model has no preloads")
-        response = predict_drive(load_modal_rig(model), drive, source=model)
-    else:
-        response, warnings = _rig_response(model, drive, preload)
+    with working("predicting", usual_s=6.0):
+        if is_modal_rig(model):
+            if preload is not None:
+                raise InputError(model, "--preload", "a modal model has no preloads")
+            response = predict_drive(load_modal_rig(model), drive, source=model)
+        else:
+            response, warnings = _rig_response(model, drive, preload)
     write_response(response, out)
     for warning in warnings:
         console.print(f"warning: {warning}", soft_wrap=True)
