@@ -250,6 +250,8 @@ class LabRig(Shown):
             Of each step.
         force_N, acceleration_m_per_s2
             Peak values, one for all steps or one each; one of the two.
+        preload
+            State of the joint; the rig's first if not given.
 
         Raises
         ------
