@@ -20,8 +20,11 @@ def summed(frequency_Hz, natural_Hz, damping, shapes):
     return -(w**2) * ((1 / (W**2 - w**2 + 2j * np.asarray(damping) * W * w)) @ shapes.T)
 
 
-def noisy(H, seed, noise=0.02):
-    """With errors of `noise` times each response and its channel's median."""
+def noisy(H, seed, noise=0.01):
+    """With errors of `noise` times each response and its channel's median.
+
+    At twice the noise the information itself ends near 1.1 % of mode 4's damping: one in 200 dampings strays by 3 %.
+    """
     generator = np.random.default_rng(seed)
     std = noise * (np.abs(H) + np.median(np.abs(H), axis=0))
     error = generator.standard_normal(H.shape) + 1j * generator.standard_normal(H.shape)
