@@ -19,25 +19,28 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
     """Measure the benchmark ratios on this machine.
 
     Both sides run in turns on one thread, and their processor time is compared, so that other work on the machine
-    counts little; compilation is not counted.  The line `start` alone is of real time, and compiles.
+    counts little; compilation is not counted.  The line `start` and those of
+    wires are of real time; `start` compiles.
     """
+    from twin.commands import speed_wire
     from twin.speed import BENCHMARKS, MissingRivalError
 
-    unknown = [name for name in only if name not in BENCHMARKS]
+    every = {**BENCHMARKS, **speed_wire.BENCHMARKS}
+    unknown = [name for name in only if name not in every]
     if unknown:
-        raise click.UsageError(f"--only: no line {unknown[0]!r}; there are {', '.join(BENCHMARKS)}")
+        raise click.UsageError(f"--only: no line {unknown[0]!r}; there are {', '.join(every)}")
     results: dict[str, Any] = {}
     with progress_bar() as bar:
-        task = bar.add_task("", total=len(only or BENCHMARKS))
-        for name in only or BENCHMARKS:
+        task = bar.add_task("", total=len(only or every))
+        for name in only or every:
             bar.update(task, description=name)
             try:
-                results[name] = BENCHMARKS[name]().table()
+                results[name] = every[name]().table()
             except MissingRivalError as error:
                 results[name] = {"ratio": None, "promise": None, "against": str(error), "error": None, "threads": 1}
             bar.advance(task)
-        if not as_json:
-            console.print(_line(name, results[name]), markup=False, soft_wrap=True)
+            if not as_json:
+                console.print(_line(name, results[name]), markup=False, soft_wrap=True)
     if as_json:
         print_json(results)
 
@@ -49,4 +52,7 @@ def _line(name: str, row: dict[str, Any]) -> str:
     digits = max(0, 1 - math.floor(math.log10(row["ratio"])))
     line = f"{name}: {row['ratio']:.{digits}f} times {row['against']}{promise}, error {row['error']:.1g}"
     usual = {"ratio", "promise", "against", "error", "threads"}
-    return line + "".join(f", {key} {value:.3g}" for key, value in row.items() if key not in usual)
+    more = {
+        key: f"{value:.3g}" if isinstance(value, float) else value for key, value in row.items() if key not in usual
+    }
+    return line + "".join(f", {key} {value}" for key, value in more.items())

