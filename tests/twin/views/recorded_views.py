@@ -122,12 +122,19 @@ def _plain(column: pa.Array) -> pa.Array:
 
 def value_at(ticks: dict[str, list[Any]], place: float, *, axis: int = 1, log: bool = False) -> float:
     """The value of a place in a chart, from the latest printed ticks of an axis alone."""
-    values = np.array([float(text) for text in ticks["Points2D:labels"][-1]])
-    hung = (0, 12)[axis]  # a tick's label hangs beside its line
-    places = [position[axis] + hung for position in ticks["Points2D:positions"][-1]]
+    values = np.array([_number(text) for text in ticks["Points2D:labels"][-1]])
+    positions = np.array(ticks["Points2D:positions"][-1], float)
+    # A tick's label hangs beside its line: left of the frame by 38, and 12 higher, for text of the usual size.
+    places = positions[:, 1] - positions[:, 0] * 12 / 38 if axis == 1 else positions[:, 0]
     slope, offset = np.polyfit(places, np.log(values) if log else values, 1)
     value = float(slope * place + offset)
     return float(np.exp(value)) if log else value
+
+
+def _number(text: str) -> float:
+    """What a tick says, such as ``0.2`` or ``10⁻³``."""
+    plain = text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    return float(text) if plain == text else 10.0 ** int(plain.removeprefix("10"))
 
 
 def view_origins(path: Path) -> list[str]:
