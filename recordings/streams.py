@@ -22,8 +22,8 @@ class Excitation:
 
     For ``sine``, `amplitude_V` is the peak value; frequency and amplitude may change without a phase jump.
     For ``random``, it is the rms value of Gaussian noise in `band_Hz`, drawn from `seed`.
-    For ``multisine``, it is the rms value of a signal that repeats every `period_s`: equally high sines at all multiples
-    of 1/`period_s` in `band_Hz`, their phases drawn from `seed`.
+    For ``multisine``, it is the rms value of a signal that repeats every `period_s`: equally high sines at all
+    multiples of 1/`period_s` in `band_Hz`, their phases drawn from `seed`.
     """
 
     kind: Literal["off", "sine", "random", "multisine"] = "off"

@@ -20,8 +20,8 @@ LEFT = 1.5
 """Chi2 per number that a model with causes may leave in each part of the evidence: the broadband runs, the steps'
 fundamentals, their harmonics.  In blind cases the right cause left no more than 0.9."""
 LEFT_SHARE = 0.25
-"""Or this share of what the base family had left there: dwells that had not quite settled leave a tenth beside the right
-cause, a wrong one more than half."""
+"""Or this share of what the base family had left there: dwells that had not quite settled leave a tenth beside the
+right cause, a wrong one more than half."""
 RIVAL = 5.0
 """A rival whose log evidence lies no more than this below the best cannot be told from it."""
 SURE = 0.8
