@@ -123,6 +123,8 @@ def _tell(result: dict[str, Any]) -> None:
             std = "" if one["std"] is None else f"{one['std']:.2g}"
             table.add_row(f"{name} {number}" if several else name, f"{one['value']:.4g}", std)
     out.print(table)
+    if not result["residual_percent"]:
+        return
     polynomial = result["nonlinear"].get("residual_percent", {})
     table = Table(title="Residual (%)")
     for heading in ("", "model", "polynomials of its level", "polynomials of all levels"):

@@ -35,6 +35,7 @@ BIN_SHARE = 0.12
 
 KINKED, AROUND, COARSE_Hz = 2.0, 10, 0.5
 """A bin wider than the last whose lines scatter by this factor more than the bins around it hides a resonance."""
+EXCITED = 0.02
 NOISIEST = 0.2
 """Relative standard deviation up to which a bin is kept."""
 
@@ -112,18 +113,25 @@ def find_resonances(record: BroadbandRecord, *, force: str, channels: tuple[str,
     frequency_Hz : ndarray
         Of the resonances.
     band_Hz : ndarray, (2,)
-        Where the force's power is above a fiftieth of its upper level.
+        Where the force's power is above :data:`EXCITED` of its upper level.
     """
     response = h1(record, force=force)
     S = np.abs(np.fft.rfft(record.samples[force])) ** 2
     frequency = np.fft.rfftfreq(len(record.samples[force]), 1 / record.sample_rate_Hz)
     smooth = np.convolve(S, np.ones(61) / 61, mode="same")
-    excited = frequency[smooth > 0.02 * np.quantile(smooth, 0.8)]
+    excited = frequency[smooth > EXCITED * _upper_level(smooth)]
     band = np.array([excited[0], excited[-1]])
     level = np.log10(sum(np.abs(response.H[c]) for c in channels) + 1e-300)
     inside = (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
     peaks, _ = find_peaks(np.where(inside, level, level.min()), prominence=0.5)
     return response.frequency_Hz[peaks], band
+
+
+def _upper_level(power: Real) -> float:
+    """The level above which half of the power lies, however little of the spectrum is excited."""
+    ordered = np.sort(power)[::-1]
+    summed = np.cumsum(ordered)
+    return float(ordered[np.searchsorted(summed, 0.5 * summed[-1])])
 
 
 def bin_response(

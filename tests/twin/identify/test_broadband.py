@@ -187,6 +187,18 @@ def test_resonances_and_band_are_found():
         assert 0.01 < power < 0.04  # a fiftieth, by 61 lines that each scatter by their own size
 
 
+def test_a_band_that_is_a_twentieth_of_the_spectrum_is_found():
+    """A level taken from all lines would be that of the noise, and the line at rest would count as excited."""
+    rng = np.random.default_rng(12)
+    narrow = signal.butter(6, np.array([20.0, 45.0]) / (RATE / 2), "bandpass", output="sos")
+    record = TRUE.record(rng)
+    record.samples["force"][:] = signal.sosfilt(narrow, rng.standard_normal(len(record.samples["force"])))
+    record.samples["force"][:] += FORCE_NOISE * rng.standard_normal(len(record.samples["force"]))
+    _, band = find_resonances(record, force="force", channels=CHANNELS)
+    power = np.abs(signal.sosfreqz(narrow, band, fs=RATE)[1]) ** 2
+    assert np.all((power > 0.005) & (power < 0.08))  # a fiftieth, by 61 lines across a steep edge
+
+
 def test_h1_and_coherence_are_those_of_the_noise():
     """Noise of a response costs coherence only; noise of the force makes H1 too small by its share of the power."""
     rng = np.random.default_rng(9)
