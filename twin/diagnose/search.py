@@ -36,6 +36,8 @@ REDUCED_ANEW = 2
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
 noise, and there is always something that would follow a twentieth of that."""
+FALSE = 0.5
+"""Share of chi2 that is left from another start where the first one had led into a false minimum."""
 CLEAR = 2.0
 """Standard deviations from nothing."""
 LEAST_SHARE_OF_HARMONICS = 0.15
@@ -129,10 +131,11 @@ def search_causes(
             finalists.sort(key=lambda c: -c.weight(temper))
         # One that follows the noise best may yet be too slight to be a cause; the next may not.
         paying = [finalist for finalist in finalists if _pays(evidence, finalist, model)]
-        if not paying and not settled and finalists:
+        if finalists and not settled:
             settled = True
             anew = fit_candidate(evidence, harmonics, finalists[0].unknowns, model.blames, tolerance=0.3)
-            if anew.log_evidence > model.log_evidence + LEAST_GAIN:
+            better = anew.log_evidence > model.log_evidence + LEAST_GAIN
+            if better and (not paying or anew.solution.chi2 < FALSE * model.solution.chi2):
                 # The model without a cause had come to rest in a false minimum, and was scored there.
                 base = base if model.blames else anew
                 model, start = anew, anew.unknowns
