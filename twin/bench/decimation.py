@@ -80,9 +80,19 @@ def decimate(internal: NDArray[np.float64], taps: NDArray[np.float64], substeps:
     out : ndarray, (channels, count)
         Filled.
     """
-    length = taps.shape[1]
+    length, count = taps.shape[1], out.shape[1]
     for c in range(taps.shape[0]):
-        for n in range(out.shape[1]):
+        if substeps == 1:
+            # Tap by tap over neighbouring samples, which fill whole vector registers; most channels have but one.
+            for n in range(count):
+                out[c, n] = 0.0
+            for k in range(length):
+                tap = taps[c, k]
+                if tap != 0.0:
+                    for n in range(count):
+                        out[c, n] += tap * internal[c, n + k]
+            continue
+        for n in range(count):
             start = (n + 1) * substeps - 1
             total = 0.0
             for k in range(length):
