@@ -225,6 +225,7 @@ class Bench:
         samples: dict[str, NDArray[np.float32]] = {}
         overload: dict[str, int] = {}
         count = signals.shape[1]
+        noise = np.zeros(count, np.float32)
         for c, i in enumerate(self._instruments):
             signal = i.gain * signals[c]
             for source, factor in i.cross_talk:
@@ -233,9 +234,8 @@ class Bench:
                 time_s = np.arange(first, first + count) / (self._rate * (1.0 + self._plan.clock_error))
                 signal = signal + amplitude * np.sin(2 * np.pi * frequency_Hz * time_s + phase)
             sigma = i.noise_density * np.sqrt(self._rate / 2) if self._noise else 0.0
-            noise: NDArray[np.float32] = np.zeros(count, np.float32)
             if sigma:
-                noise = np.asarray(self._noise_rngs[c].standard_normal(count, np.float32))
+                self._noise_rngs[c].standard_normal(dtype=np.float32, out=noise)
             out = np.empty(count, np.float32)
             overload[i.name] = convert(
                 signal, noise, sigma, self._filters[c][:, 0].copy(), self._filters[c][:, 1].copy(), self._memory[c],

@@ -176,14 +176,14 @@ def march(
                 tangent[a] += scale[e] * slope
             if coupled:
                 _couple(kind, coordinate, parameters, y, u, cross)
-            largest = 0.0
+            solved = True
             for a in range(locals_):
                 value = y[a] - p[a]
                 for b in range(locals_):
                     value -= D[a, 1 + b] * u[1 + b]
                 r[a] = value
-                largest = max(largest, abs(value) / (size[a] + abs(y[a]) + abs(p[a])))
-            if largest < TOLERANCE:
+                solved = solved and abs(value) < TOLERANCE * (size[a] + abs(y[a]) + abs(p[a]))
+            if solved:
                 failures -= 1
                 break
             if not smooth:
@@ -216,13 +216,13 @@ def march(
                                 J[a, b] -= D[a, 1 + c] * cross[c, b]
                 eliminate(J, r)
             damping = 0.5 if smooth and iteration >= 12 else 1.0
-            largest = 0.0
+            small = smooth
             for a in range(locals_):
                 origin[a], move[a] = y[a], r[a]
                 y[a] -= damping * r[a]
-                largest = max(largest, abs(r[a]) / size[a])
+                small = small and abs(r[a]) < SMALL_STEP * size[a]
             # Newton's quadratic error is far below the tolerance: the forces of smooth laws follow their tangents.
-            if smooth and largest < SMALL_STEP:
+            if small:
                 for a in range(locals_):
                     u[1 + a] -= tangent[a] * r[a]
                 failures -= 1
