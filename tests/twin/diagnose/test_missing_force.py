@@ -98,7 +98,8 @@ def test_the_picture_is_json_and_says_its_formula():
     )  # fmt: skip
     assert force.formula == "c u³ + c v"
     assert force.explains
-    assert not replace(force, after=7.0).explains
+    assert not replace(force, before=1400.0, after=320.0).explains
+    assert replace(force, before=1400.0, after=40.0).explains
     assert force.force(np.array(1e-3), np.array(0.1), np.array(0.0)) == pytest.approx(2e6 * 1e-9 + 0.1 * 0.1)
     told = json.loads(json.dumps(force.to_dict()))
     assert told["along"][1] == {"position_m": 0.4, "chi2_per_dof": 1.0}

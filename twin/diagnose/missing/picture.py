@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import along_beam
-from twin.diagnose.footing import Footing
+from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.search import Search, search_causes
@@ -31,8 +31,8 @@ GOOD = 1.0
 """Chi2 per degree of freedom at which no further term is asked for."""
 LEAST_FUNDAMENTAL = 0.01
 """Of the largest force within a period, below which its phase says nothing."""
-MOST_LEFT = 0.5
-"""Of chi2 per degree of freedom, for a force to be a picture of what is missing."""
+MOST_LEFT = 0.05
+"""Of a large chi2 per degree of freedom, for a force to be a picture of what is missing."""
 PLACES = 14
 """At which it is tried along the structure."""
 
@@ -99,8 +99,8 @@ class MissingForce:
 
     @property
     def explains(self) -> bool:
-        """Whether it takes most of the misfit away; else nothing that acts at one place does."""
-        return self.after < MOST_LEFT * self.before
+        """Whether the model follows the data with it; else nothing that acts at one place does."""
+        return self.after < max(FOLLOWS, MOST_LEFT * self.before)
 
     def force(self, u: Array, v: Array, a: Array) -> Array:
         """The force at displacement, velocity and acceleration of its place."""
