@@ -22,8 +22,10 @@ ROOM_BLOCKS = 512
 """Blocks of samples that may wait to be drawn."""
 ROOM = 4096
 """All that may wait to be drawn: blocks give way first, so that steps and events find room."""
-START_S, END_S = 60.0, 5.0
-"""Patience with the other process when it starts, and for what still waits when the run ends."""
+START_S = 60.0
+"""Patience with the other process when it starts."""
+VIEWER_END_S, FILE_END_S = 5.0, 60.0
+"""Patience for what still waits when the run ends: a viewer may stand still for good, a file does not."""
 
 
 class LiveView:
@@ -51,6 +53,7 @@ class LiveView:
             target=draw, args=(self._queue, self._room, ready, about, to), name="live view", daemon=True
         )
         self._process.start()
+        self._patience_s = FILE_END_S if isinstance(to, Path) else VIEWER_END_S
         self.not_shown = 0
         """Blocks, steps and events that found no room."""
         waited = 0.0
@@ -82,12 +85,12 @@ class LiveView:
     def close(self) -> bool:
         """End the view; whether all that was handed over has been drawn."""
         self._offer("end", None)
-        self._process.join(END_S)
+        self._process.join(self._patience_s)
         drawn = self._process.exitcode == 0
         if self._process.is_alive():
             # Not asked to end but made to: a stopped viewer holds the process up where no signal's handler would run.
             self._process.kill()
-            self._process.join(END_S)
+            self._process.join(VIEWER_END_S)
         self._queue.cancel_join_thread()
         self._queue.close()
         return drawn
