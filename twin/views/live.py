@@ -24,7 +24,7 @@ ROOM = 4096
 """All that may wait to be drawn: blocks give way first, so that steps and events find room."""
 START_S = 60.0
 """Patience with the other process when it starts."""
-VIEWER_END_S, FILE_END_S = 5.0, 60.0
+VIEWER_END_S, FILE_END_S = 5.0, 20.0
 """Patience for what still waits when the run ends: a viewer may stand still for good, a file does not."""
 
 
