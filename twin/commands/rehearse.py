@@ -106,41 +106,27 @@ class _Job:
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
-        from twin.bench import amplifier_limits, open_bench
+        from twin.lab.preload import known_preload
         from twin.procedures import check_channels, load_procedure
+        from twin.rehearsal import open_twin
         from twin.rigs import load_rig
 
         asked, rig = load_procedure(self.procedure), load_rig(self.rig)
-        try:
-            source = open_bench(
-                rig, preload=self.preload, seed=self.seed, sample_rate_Hz=asked.sample_rate,
-                monitors=tuple(amplifier_limits(rig)),
-            )  # fmt: skip
-        except KeyError as error:
-            raise InputError("--preload", "", str(error.args[0])) from error
-        except ValueError as error:
-            raise InputError(self.rig, "", str(error)) from error
+        preload = known_preload(rig, self.preload)
+        source = open_twin(rig, asked, preload=preload, seed=self.seed, source=self.rig)
         check_channels(asked, source.channels, source=self.procedure)
         return asked, rig, source
 
     def run(self, meter: Meter) -> dict[str, Any]:
         """Rehearse, improve, write; returns what went into result.json."""
-        from twin.bench import amplifier_limits
         from twin.procedures import save_procedure
-        from twin.rehearsal import Believed, rehearse, rehearse_until_clear, rehearsed_table
-        from twin.rigs import preload_record
+        from twin.rehearsal import Believed, rehearse, rehearse_until_clear, result_table
         from twin.views import write_rehearsal_report
 
         asked, rig, source = self.prepare()
-        believed = Believed(
-            rig_name=rig.name,
-            rig_file=_rig_bytes(rig),
-            preload=preload_record(rig.preload_name(self.preload)),
-            damping_ratio=min(rig.damping.modal_ratio),
-            bits=rig.acquisition.bits,
-            amplifier_limits=amplifier_limits(rig),
-        )
-        branches = known_branches(rig, self.preload, asked)
+        preload = rig.preload_name(self.preload)
+        believed = Believed.of(rig, preload=preload)
+        branches = known_branches(rig, preload, asked)
 
         def about() -> LiveAbout:
             return _about(rig, Path(self.procedure).stem, asked, source, branches)
@@ -169,21 +155,14 @@ class _Job:
                 first, lambda: self.prepare()[2], self.out / "improved.mcap", believed=believed, rounds=self.rounds,
                 on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
-        _tell(rig.preload_name(self.preload), first, wall_s)
+        _tell(preload, first, wall_s)
         if better is not None:
             _tell("improved procedure", better, None)
         save_procedure((better or first).rehearsal.procedure, self.out / "procedure.toml")
-        result: dict[str, Any] = {
-            "procedure": self.procedure,
-            "rig": rig.name,
-            "preload": rig.preload_name(self.preload),
-            "seed": self.seed,
-            **rehearsed_table(first),
-            "wall_s": wall_s,
-            "branches": branches,
-            "improved": rehearsed_table(better) if better is not None else None,
-        }
-        result = plain(result)
+        table = result_table(
+            first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches
+        )
+        result = plain({**table, "wall_s": wall_s})
         write_json(result, self.out / "result.json")
         write_rehearsal_report(result, self.out / "report.html", commands=[self.command])
         return result
@@ -251,12 +230,6 @@ def _about(
         branches=tuple(branches),
         window_s=REHEARSED_WINDOW_S,
     )
-
-
-def _rig_bytes(rig: Rig) -> bytes:
-    import tomli_w
-
-    return tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode()
 
 
 def _make_folder(out: Path) -> None:

@@ -171,13 +171,12 @@ def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
 
 def known_branches(rig: Rig | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
     """Predicted curves of a force-controlled sweep; none, with a word, where the continuation fails."""
-    from twin.procedures import SteppedSine
-    from twin.rehearsal import branch_table, predicted_branches
+    from twin.rehearsal import branch_tables
 
-    if rig is None or not isinstance(procedure, SteppedSine):
+    if rig is None or procedure is None:
         return []
     try:
-        return [branch_table(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
+        return branch_tables(rig, preload=preload, procedure=procedure)
     except ArithmeticError as error:
         console.print(f"no predicted branches: {error}")
         return []

@@ -10,26 +10,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 from matplotlib.figure import Figure
 
-from recordings import InputError
 from recordings.streams import SampleSource
-from twin.bench import open_bench
 from twin.lab.preload import known_preload
 from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Shown
-from twin.procedures import Procedure, SteppedSine, check_channels, load_procedure, save_procedure
+from twin.procedures import Procedure, check_channels, load_procedure, save_procedure
 from twin.rehearsal import (
     Believed,
     Rehearsed,
-    branch_table,
-    predicted_branches,
+    branch_tables,
+    open_twin,
     rehearse,
     rehearse_until_clear,
-    rehearsed_table,
+    result_table,
 )
-from twin.rigs import Rig, preload_record
+from twin.rigs import Rig
 from twin.views.rehearsal_figures import range_figure, responses_figure
 from twin.views.rehearsal_report import rehearsal_sentence, write_rehearsal_report
 from twin.views.table import Table
@@ -145,10 +142,7 @@ def rehearse_procedure(
     name = known_preload(rig, preload)
 
     def bench() -> SampleSource:
-        try:
-            return open_bench(rig, preload=name, seed=seed, sample_rate_Hz=asked.sample_rate)
-        except ValueError as error:
-            raise InputError(source, "", str(error)) from error
+        return open_twin(rig, asked, preload=name, seed=seed, source=source)
 
     first_bench = bench()
     check_channels(asked, first_bench.channels, source=asked.procedure if procedure is asked else str(procedure))
@@ -177,13 +171,7 @@ def _rehearsed(
     seed: int,
     report: Report,
 ) -> RehearsedProcedure:
-    believed = Believed(
-        rig_name=rig.name,
-        rig_file=tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
-        preload=preload_record(preload),
-        damping_ratio=min(rig.damping.modal_ratio),
-        bits=rig.acquisition.bits,
-    )
+    believed = Believed.of(rig, preload=preload)
     report("rehearsing")
     first = rehearse(asked, first_bench, folder / "run.mcap", believed=believed)
     better = None
@@ -191,23 +179,16 @@ def _rehearsed(
         report("improving the procedure")
         better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
     report("predicting the branches")
-    result = {
-        "procedure": asked.procedure,
-        "rig": rig.name,
-        "preload": preload,
-        "seed": seed,
-        **rehearsed_table(first),
-        "branches": _branches(rig, preload, asked),
-        "improved": rehearsed_table(better) if better is not None else None,
-    }
+    result = result_table(
+        first, better, procedure=asked.procedure, rig=rig, preload=preload, seed=seed,
+        branches=_branches(rig, preload, asked),
+    )  # fmt: skip
     return RehearsedProcedure(first=first, better=better, result=result)
 
 
 def _branches(rig: Rig, preload: str, procedure: Procedure) -> list[dict[str, Any]]:
     """Predicted curves of a force-controlled sweep; none where the continuation fails."""
-    if not isinstance(procedure, SteppedSine):
-        return []
     try:
-        return [branch_table(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
+        return branch_tables(rig, preload=preload, procedure=procedure)
     except ArithmeticError:
         return []

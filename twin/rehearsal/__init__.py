@@ -3,8 +3,8 @@
 from twin.rehearsal.branches import Branch, predicted_branches
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal, SweepSummary
-from twin.rehearsal.rehearse import Believed, Rehearsed, judge, rehearse, rehearse_until_clear
-from twin.rehearsal.tables import branch_table, rehearsed_table
+from twin.rehearsal.rehearse import Believed, Rehearsed, judge, open_twin, rehearse, rehearse_until_clear
+from twin.rehearsal.tables import branch_tables, rehearsed_table, result_table
 
 __all__ = [
     "Believed",
@@ -13,11 +13,13 @@ __all__ = [
     "Rehearsal",
     "Rehearsed",
     "SweepSummary",
-    "branch_table",
+    "branch_tables",
     "improved_procedure",
     "judge",
+    "open_twin",
     "predicted_branches",
     "rehearse",
     "rehearse_until_clear",
     "rehearsed_table",
+    "result_table",
 ]

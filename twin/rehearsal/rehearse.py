@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from recordings import RunWriter
+import tomli_w
+
+from recordings import InputError, RunWriter
 from recordings.streams import Acquisition, SampleSource
+from twin.bench import amplifier_limits, open_bench
 from twin.procedures import (
     DirectAcquisition,
     Procedure,
@@ -20,8 +23,9 @@ from twin.procedures import (
 from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
+from twin.rigs import Rig, preload_record
 
-__all__ = ["Believed", "Rehearsed", "judge", "rehearse", "rehearse_until_clear"]
+__all__ = ["Believed", "Rehearsed", "judge", "open_twin", "rehearse", "rehearse_until_clear"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +53,18 @@ class Believed:
     bits: int | None = None
     amplifier_limits: Mapping[str, float] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, rig: Rig, *, preload: str) -> Believed:
+        """What the rig's file says, at one of its preloads."""
+        return cls(
+            rig_name=rig.name,
+            rig_file=tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
+            preload=preload_record(preload),
+            damping_ratio=min(rig.damping.modal_ratio),
+            bits=rig.acquisition.bits,
+            amplifier_limits=amplifier_limits(rig),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rehearsed:
@@ -67,6 +83,28 @@ class Rehearsed:
     def must_not_run(self) -> bool:
         """It did not get to its end, or a converter was overloaded."""
         return self.rehearsal.result.state == "aborted" or any(caution.severity == "stop" for caution in self.cautions)
+
+
+def open_twin(rig: Rig, procedure: Procedure, *, preload: str, seed: int, source: str) -> SampleSource:
+    """The rig's bench at rest, with the channels that show its amplifier's limits.
+
+    Parameters
+    ----------
+    source
+        The rig's name, for errors.
+
+    Raises
+    ------
+    InputError
+        If the rig cannot be built at the procedure's sample rate.
+    """
+    try:
+        return open_bench(
+            rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
+            monitors=tuple(amplifier_limits(rig)),
+        )  # fmt: skip
+    except ValueError as error:
+        raise InputError(source, "", str(error)) from error
 
 
 def judge(rehearsal: Rehearsal) -> tuple[Caution, ...]:

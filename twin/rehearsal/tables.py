@@ -6,12 +6,35 @@ import cmath
 from dataclasses import asdict
 from typing import Any
 
-from twin.procedures import StepResult
-from twin.rehearsal.branches import Branch
+from twin.procedures import Procedure, SteppedSine, StepResult
+from twin.rehearsal.branches import Branch, predicted_branches
 from twin.rehearsal.checks.dwell import transient_left
 from twin.rehearsal.rehearse import Rehearsed
+from twin.rigs import Rig
 
-__all__ = ["branch_table", "rehearsed_table"]
+__all__ = ["branch_tables", "rehearsed_table", "result_table"]
+
+
+def result_table(
+    first: Rehearsed,
+    better: Rehearsed | None,
+    *,
+    procedure: str,
+    rig: Rig,
+    preload: str,
+    seed: int,
+    branches: list[dict[str, Any]],
+) -> dict[str, Any]:
+    """All of a rehearsal: the procedure as asked for and, where it was improved, the better one."""
+    return {
+        "procedure": procedure,
+        "rig": rig.name,
+        "preload": preload,
+        "seed": seed,
+        **rehearsed_table(first),
+        "branches": branches,
+        "improved": rehearsed_table(better) if better is not None else None,
+    }
 
 
 def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
@@ -72,7 +95,20 @@ def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> 
     }
 
 
-def branch_table(branch: Branch) -> dict[str, Any]:
+def branch_tables(rig: Rig, *, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
+    """All predicted curves; none unless the procedure steps through frequencies at a force.
+
+    Raises
+    ------
+    ArithmeticError
+        If the continuation does not get through.
+    """
+    if not isinstance(procedure, SteppedSine):
+        return []
+    return [_branch(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
+
+
+def _branch(branch: Branch) -> dict[str, Any]:
     """A predicted curve: amplitude and phase of each channel along it."""
     return {
         "force_N": branch.force_N,
