@@ -23,7 +23,7 @@ from twin.joint.kinds import (
 )
 from twin.joint.law import Series
 
-__all__ = ["COMPILED", "evaluate", "remember"]
+__all__ = ["BORROWING", "COMPILED", "evaluate", "remember"]
 
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Rounding may be reordered, but NaN and infinity keep their meaning."""
@@ -31,11 +31,17 @@ FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 
 COMPILED = njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 """How all kernels of the bench are compiled."""
+BORROWING = njit(cache=True, fastmath=FASTMATH, error_model="numpy", forceinline=True, _nrt=False)
+"""How the small functions called at every step are compiled, which make no arrays and keep none.
+
+They take part in no reference counting: a branching function would count its arguments up and down, atomically, at
+every call, which takes longer than most laws.
+"""
 SLOWEST_RAD_PER_S = 6.0
 """Lower limit of the running frequency, so that a static offset alone does not become an endless damper."""
 
 
-@COMPILED
+@BORROWING
 def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
     """Restoring force and its tangent at `e` of the element in one row of parameters `p` and memory `state`.
 
@@ -61,7 +67,7 @@ def evaluate(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[f
     return _with_loops(kind, p, state, row, e)
 
 
-@COMPILED
+@BORROWING
 def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
     if kind == SLIDERS:
         force, tangent = 0.0, 0.0
@@ -91,7 +97,7 @@ def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tupl
     return 0.0, 0.0
 
 
-@COMPILED
+@BORROWING
 def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, float]:
     size = abs(e)
     sign = 1.0 if e >= 0.0 else -1.0
@@ -117,7 +123,7 @@ def _polynomial(p: Series, state: Series, row: int, e: float) -> tuple[float, fl
     return force, tangent
 
 
-@COMPILED
+@BORROWING
 def remember(kind: int, p: Series, state: Series, row: int, e: float, displacement: float, step_s: float) -> None:
     """Move one row's memory to the end of a step that ended at `e`; `displacement` goes with a velocity coordinate."""
     if kind == SLIDERS:

@@ -36,7 +36,7 @@ def ten_sliders() -> Measured:
     ratio, error = _beside_its_twin(bench.built, harmonics=5, samples=128)
     compiled = HarmonicBalance(bench.built, harmonics=5, samples=128)
     points = len(compiled.branch(26.0, 28.0, 1.0))
-    seconds = least_seconds(lambda: compiled.branch(26.0, 28.0, 1.0), 7)
+    seconds = least_seconds(lambda: compiled.branch(26.0, 28.0, 1.0), 50)
     return Measured(
         ratio=ratio, promise=None, against="its numpy twin", error=error,
         more={"ms_a_point": 1e3 * seconds / points, "promise_ms_a_point": PROMISED_MS, "points": points},
