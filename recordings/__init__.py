@@ -8,6 +8,7 @@ from recordings.recover import RecoverReport, recover
 from recordings.run import Channel, DeviceSamples, Event, Gap, Indicator, Run, SampleBlock, Step, StepState
 from recordings.sweeps import Stretch, Sweep, sweeps
 from recordings.tables import FrequencyTable, SweepTable, read_table
+from recordings.whole import whole_file
 from recordings.writer import RunWriter
 
 __all__ = [
@@ -34,4 +35,5 @@ __all__ = [
     "read_table",
     "recover",
     "sweeps",
+    "whole_file",
 ]

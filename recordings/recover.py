@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from recordings.metadata import RUN
 from recordings.reader import open_input
 from recordings.run import Event, SampleBlock, Step
 from recordings.schema import EVENT, SAMPLE_BLOCK, STEP, message_class, schema_data
+from recordings.whole import whole_file
 
 __all__ = ["RecoverReport", "recover"]
 
@@ -66,17 +66,11 @@ def recover(path: str | Path, out: str | Path, *, limits: Limits | None = None) 
     report = check_run(path, limits=limits)
     if out.exists():
         raise InputError(out, "", "exists already", "choose another name or remove it")
-    part = out.with_name(f".{out.name}.{os.getpid()}.part")
-    try:
+    with whole_file(out) as part:
         with part.open("xb") as target, open_input(path) as source:
             salvage = _Salvage(source, target, report, limits)
             salvage.run()
         sound = check_run(part, limits=limits).sound
-        part.replace(out)
-    except OSError as error:
-        raise InputError(out, "", f"cannot write: {(error.strerror or str(error)).lower()}") from error
-    finally:
-        part.unlink(missing_ok=True)
     return RecoverReport(
         path=str(out), kept=dict(salvage.kept), set_aside=dict(salvage.set_aside), bytes_lost=report.bytes_lost,
         messages_lost=report.messages_lost, notes=tuple(salvage.notes), sound=sound,

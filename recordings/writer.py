@@ -253,7 +253,7 @@ class RunWriter:
     def _as_input_error(self, error: OSError) -> InputError:
         reason = (error.strerror or str(error)).lower()
         remedy = "what was written before can be had by 'twin check --recover'" if self._placed else ""
-        return InputError(self.path, "", f"cannot write: {reason}", remedy)
+        return InputError(self.path, "", f"cannot be written: {reason}", remedy)
 
     def _drop_stream(self) -> None:
         """Close without a second error: after a full disk, closing tries to write the same bytes again."""

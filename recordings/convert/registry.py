@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from recordings.convert.uff import read_uff, write_uff
 from recordings.errors import InputError
 from recordings.reader import read_run
 from recordings.run import Run
+from recordings.whole import whole_file
 
 __all__ = ["FORMATS", "Format", "convert", "read_as"]
 
@@ -85,18 +85,13 @@ def convert(
         raise InputError(target, "", "exists already", "choose another name or remove it")
     run = read_as(source, formats=known.values())
     unread = [] if reader.read is read_run else [each.detail for each in run.events if each.kind == "not-converted"]
-    part = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
-    try:
-        notes = writer.write(run, part)
-        part.replace(target)
-    except OSError as error:
-        raise InputError(target, "", f"cannot write: {(error.strerror or str(error)).lower()}") from error
-    except InputError as error:
-        if error.source == str(part):
-            raise InputError(target, error.place, error.reason, error.remedy) from error
-        raise
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(target) as part:
+        try:
+            notes = writer.write(run, part)
+        except InputError as error:
+            if error.source == str(part):
+                raise InputError(target, error.place, error.reason, error.remedy) from error
+            raise
     return unread + notes
 
 

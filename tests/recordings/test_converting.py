@@ -180,7 +180,7 @@ def test_existing_target_and_unknown_suffix_are_refused(original: Path, tmp_path
 
 
 def test_failure_leaves_nothing_half_written(original: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(InputError, match="cannot be written"):
         convert(original, tmp_path / "none" / "out.csv")
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match=r"bad\.csv: line 1: does not begin with '# rig run'"):

@@ -167,7 +167,7 @@ def test_existing_file_is_kept(tmp_path: Path) -> None:
 
 
 def test_folder_that_is_not_there_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"run\.mcap: cannot write: no such file") as caught:
+    with pytest.raises(InputError, match=r"run\.mcap: cannot be written: no such file") as caught:
         RunWriter(tmp_path / "none" / "run.mcap", info=INFO, channels=CHANNELS)
     assert "\n" not in str(caught.value)
 
@@ -207,7 +207,7 @@ except InputError as error:
     )  # fmt: skip
     assert result.stderr == ""
     first, last = result.stdout.splitlines()
-    assert "cannot write: file too large" in first
+    assert "cannot be written: file too large" in first
     assert last.startswith("closing")
     assert check_run(path).channels[0].samples > 100 * 256
     assert int(first.split()[0]) < 200

@@ -51,7 +51,7 @@ def try_full_disk(folder: Path, *, seed: int) -> Outcome:
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (DISK_BYTES + seed, DISK_BYTES + seed))
         _, told = process.communicate(timeout=PATIENCE_s)
         made = tone.index
-    noticed = process.returncode == 2 and "cannot write" in told and told.strip().count("\n") == 0
+    noticed = process.returncode == 2 and "cannot be written" in told and told.strip().count("\n") == 0
     return _what_is_left(out, tone, made=made, noticed=noticed)
 
 
@@ -62,7 +62,7 @@ def try_read_only(folder: Path, *, seed: int) -> Outcome:
     closed.chmod(0o555)
     with _acquiring(folder, closed / "run.mcap", bound_by_rights=True) as (process, _):
         _, told = process.communicate(timeout=PATIENCE_s)
-    noticed = process.returncode == 2 and "cannot write" in told and told.strip().count("\n") == 0
+    noticed = process.returncode == 2 and "cannot be written" in told and told.strip().count("\n") == 0
     left = len(list(closed.iterdir()))
     return Outcome(happened=1, noticed=noticed, stored=0, lost=0, silently_wrong=left)
 

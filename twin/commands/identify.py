@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.commands.output import console, json_option, next_step, print_json, working
 
 if TYPE_CHECKING:
@@ -89,18 +91,10 @@ def _write(
     model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode, out: Path, page: Path | None, again: str
 ) -> None:
     """Both files appear, or neither."""
-    parts = {path: path.with_name(path.name + ".part") for path in (out, page) if path is not None}
-    try:
-        model.save(parts[out])
-        if page is not None:
-            model.report(parts[page], commands=[again])
-        for path, part in parts.items():
-            part.replace(path)
-    except OSError as error:
-        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
+    with whole_file(out) as part, whole_file(page) if page is not None else nullcontext() as page_part:
+        model.save(part)
+        if page_part is not None:
+            model.report(page_part, commands=[again])
 
 
 def _again(runs: Sequence[Path], rig_name: str, preload: str | None, out: Path) -> str:

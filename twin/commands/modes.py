@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.commands.output import json_option, print_json, working
 
 if TYPE_CHECKING:
@@ -98,25 +98,16 @@ def _write_table(found: RecordedModes, out: Path) -> None:
         for number, mode in enumerate(found.fit.modes, 1)
     ]
     text = "\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n"
-    _whole(out, lambda path: path.write_text(text, encoding="utf-8"))
+    with whole_file(out) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def _draw(found: RecordedModes, out: Path) -> None:
     from twin.views.stabilisation import stabilisation_figure
 
     figure = stabilisation_figure(found.fit, found.response)
-    _whole(out, lambda path: figure.savefig(path, format="png", dpi=150))
-
-
-def _whole(out: Path, save: Callable[[Path], object]) -> None:
-    """The file appears whole or not at all."""
-    part = out.with_name(out.name + ".part")
-    try:
-        save(part)
-        part.replace(out)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
+    with whole_file(out) as part:
+        figure.savefig(part, format="png", dpi=150)
 
 
 def _tell(found: RecordedModes) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.commands.output import console, print_json
 
 if TYPE_CHECKING:
@@ -119,7 +120,8 @@ def serve_source(
     previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         if instruments_out is not None:
-            _write_whole(instruments_out, rig.instruments_toml)
+            with whole_file(instruments_out) as part:
+                part.write_text(rig.instruments_toml, encoding="utf-8")
         if as_json:
             print_json({"devices": rig.ready})
         else:
@@ -157,14 +159,3 @@ def _parse_speed(text: str) -> float | None:
     if not 0 < speed <= 1e6:
         raise InputError("--speed", "", f"neither a multiple of real time nor fast: {text[:30]!r}")
     return speed
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """All of a file or nothing."""
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(path, "", f"cannot be written ({error.strerror})") from error

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.commands.output import console, json_option, print_json, working
 
 __all__ = ["command"]
@@ -117,13 +118,8 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
 def _copy(source: Path, out: Path) -> Path:
     if source.resolve() == out.resolve():
         return out
-    partial = out.with_name(f".{out.name}.part")
-    try:
-        shutil.copyfile(source, partial)
-        partial.replace(out)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise InputError(out, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+    with whole_file(out) as part:
+        shutil.copyfile(source, part)
     return out
 
 

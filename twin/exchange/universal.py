@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ import pyuff
 
 from recordings.errors import InputError
 from recordings.run import Channel, Run
+from recordings.whole import whole_file
 from twin.exchange.responses import FrequencyResponses
 
 __all__ = ["write_universal"]
@@ -42,16 +42,9 @@ def write_universal(
         raise InputError(path, "", "exists already", "choose another name or remove it")
     nodes = {name: node for node, name in enumerate(run.channels, start=1)}
     sets = [one for each in responses for one in _sets(each, nodes, run)]
-    part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ResourceWarning)  # pyuff leaves its file to be closed by Python
-            pyuff.UFF(str(part)).write_sets(sets, mode="add")
-        part.replace(path)
-    except OSError as error:
-        raise InputError(path, "", f"cannot write: {(error.strerror or str(error)).lower()}") from error
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(path) as part, warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # pyuff leaves its file to be closed by Python
+        pyuff.UFF(str(part)).write_sets(sets, mode="add")
 
 
 def _sets(each: FrequencyResponses, nodes: dict[str, int], run: Run) -> list[dict[str, Any]]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from recordings.errors import InputError
 from recordings.tables import SweepTable, read_table
+from recordings.whole import whole_file
 from twin.identify.backbone import Sweep, identify_backbone
 from twin.identify.drive_table import read_drive
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
@@ -74,14 +75,8 @@ def predict_drive(model: ModalRig, path: Path, *, source: str | Path = "model") 
 def write_response(response: ModalResponse, path: Path) -> None:
     """Write one row a solution as CSV; the file appears whole or not at all."""
     names = ("frequency_Hz", "force_N", "acceleration_m_per_s2", "std", "branch", "phase_rad", "stable")
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(names)
-            for row in zip(*(getattr(response, name).tolist() for name in names), strict=True):
-                writer.writerow([f"{value:.9g}" if isinstance(value, float) else int(value) for value in row])
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(path, "", (error.strerror or str(error)).lower()) from error
+    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(names)
+        for row in zip(*(getattr(response, name).tolist() for name in names), strict=True):
+            writer.writerow([f"{value:.9g}" if isinstance(value, float) else int(value) for value in row])

@@ -116,7 +116,7 @@ def _receptance(
                     matrix[places[j], places[i]] = value
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@numba.njit(cache=True, error_model="numpy", nogil=True)
 def _factors(factors: Real, w: Real, omega_r: Real, zeta: Real) -> None:
     """What the terms are multiplied by, (m + 2, 2 LANES): each mode's receptance per unit shape, 1 and omega^2.
 
@@ -133,7 +133,7 @@ def _factors(factors: Real, w: Real, omega_r: Real, zeta: Real) -> None:
         factors[modes + 1, n], factors[modes + 1, LANES + n] = w[n] * w[n], 0.0
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER, _nrt=False)
+@numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
 def _put_in(R: Real, spring: Real, k: int, first: int, column: Real, scaled: Real) -> None:
     """Put in one spring, at port k: R - c s/(1 + s R_kk) c^T with its column c; only ports from `first` on are kept up.
 

@@ -7,6 +7,7 @@ Written once in the subset that numba compiles; the plain Python functions are w
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 from numba import njit
 
@@ -31,8 +32,10 @@ FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 
 COMPILED = njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 """How all kernels of the bench are compiled."""
-BORROWING = njit(cache=True, fastmath=FASTMATH, error_model="numpy", forceinline=True, _nrt=False)
-"""How the small functions called at every step are compiled, which make no arrays and keep none.
+UNCOUNTED: dict[str, Any] = {"_nrt": False}
+"""numba's switch for functions that make no arrays and keep none; it is not among its documented ones."""
+BORROWING = njit(cache=True, fastmath=FASTMATH, error_model="numpy", forceinline=True, **UNCOUNTED)
+"""How the small functions called at every step are compiled.
 
 They take part in no reference counting: a branching function would count its arguments up and down, atomically, at
 every call, which takes longer than most laws.

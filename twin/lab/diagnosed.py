@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from recordings import InputError
+from recordings.whole import whole_file
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.tables import TableDiagnosis
-from twin.lab.files import write_whole
 from twin.lab.shown import Shown
 from twin.rigs import Rig, save_rig
 from twin.rigs.beam import BeamRig, save_beam_rig
@@ -85,7 +85,8 @@ class DiagnosedRecordings(Shown):
         from twin.views import save_diagnosis
 
         place = _folder(folder)
-        write_whole(lambda part: save_any(self.rig.file, part), place / EXTENDED)
+        with whole_file(place / EXTENDED) as part:
+            save_any(self.rig.file, part)
         save_diagnosis(self.diagnosis, place / VIEW)
         return {**self.to_dict(), "extended_model": EXTENDED}
 
@@ -175,7 +176,8 @@ class DiagnosedTables(Shown):
 
         Returns what ``twin diagnose --json`` prints.
         """
-        write_whole(lambda part: save_any(self.diagnosis.model, part), _folder(folder) / EXTENDED)
+        with whole_file(_folder(folder) / EXTENDED) as part:
+            save_any(self.diagnosis.model, part)
         return self.to_dict()
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:

@@ -1,13 +1,13 @@
-"""Files: which are tables, and how they appear whole or not at all."""
+"""Files: which are tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from recordings import InputError
 
-__all__ = ["are_tables", "write_whole"]
+__all__ = ["are_tables"]
 
 
 def are_tables(paths: Sequence[Path]) -> bool:
@@ -30,20 +30,3 @@ def are_tables(paths: Sequence[Path]) -> bool:
             odd, "", f"stands beside {paths[0]}: tables and recordings cannot be diagnosed together", "give either"
         )
     return bool(tables) and all(tables)
-
-
-def write_whole(save: Callable[[Path], None], path: Path) -> None:
-    """Let `save` write a temporary file beside `path`, and rename it.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
-    part = path.with_name(path.name + ".part")
-    try:
-        save(part)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(path, "", (error.strerror or str(error)).lower()) from error

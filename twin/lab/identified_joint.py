@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from recordings import Run
+from recordings.whole import whole_file
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.effects import effects_extension, unmodelled_effects
@@ -17,7 +18,6 @@ from twin.identify.evidence import Evidence, gather_evidence
 from twin.identify.extension import Extension
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.polynomial_law import PolynomialFit
-from twin.lab.files import write_whole
 from twin.lab.preload import known_preload
 from twin.lab.shown import Shown
 from twin.rigs import Rig, foreign_preload, save_rig
@@ -75,7 +75,8 @@ class IdentifiedJoint(Shown):
 
     def save(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""
-        write_whole(lambda part: save_rig(self.found.rig, part), Path(path))
+        with whole_file(Path(path)) as part:
+            save_rig(self.found.rig, part)
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
+from recordings.whole import whole_file
 from twin.identify.modal_table import identify_sweep_table
-from twin.lab.files import write_whole
 from twin.lab.shown import Shown
 from twin.rigs.modal import ModalRig, save_modal_rig
 from twin.views.mode_report import mode_figure, mode_sentence, mode_table, write_mode_report
@@ -52,7 +52,8 @@ class IdentifiedMode(Shown):
 
     def save(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""
-        write_whole(lambda part: save_modal_rig(self.model, part), Path(path))
+        with whole_file(Path(path)) as part:
+            save_modal_rig(self.model, part)
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""

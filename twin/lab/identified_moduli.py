@@ -11,12 +11,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from recordings import FrequencyTable, InputError, read_table
+from recordings.whole import whole_file
 from twin.diagnose.effects import effects_extension
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import update_moduli
 from twin.identify.predict import blank_evidence
 from twin.identify.prediction import Predictor
-from twin.lab.files import write_whole
 from twin.lab.preload import known_preload
 from twin.lab.shown import Shown
 from twin.rigs import Rig, save_rig
@@ -78,7 +78,8 @@ class IdentifiedModuli(Shown):
 
     def save(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""
-        write_whole(lambda part: save_rig(self.model, part), Path(path))
+        with whole_file(Path(path)) as part:
+            save_rig(self.model, part)
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""

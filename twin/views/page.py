@@ -11,6 +11,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.views.table import Table
 from twin.views.templates import template
 
@@ -83,10 +84,5 @@ def write_page(
         If `path` cannot be written.
     """
     text = template("report.html").render(title=title, answer=answer, facts=facts, sections=sections, accent=accent)
-    partial = path.with_name(f".{path.name}.part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+    with whole_file(path) as part:
+        part.write_text(text, encoding="utf-8")

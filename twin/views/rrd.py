@@ -8,7 +8,7 @@ from pathlib import Path
 
 import rerun as rr
 
-from recordings.errors import InputError
+from recordings.whole import whole_file
 
 __all__ = ["APPLICATION", "recording_file"]
 
@@ -25,20 +25,15 @@ def recording_file(path: Path) -> Iterator[rr.RecordingStream]:
     InputError
         If `path` cannot be written.
     """
-    partial = path.with_name(f".{path.name}.part")
     recording = rr.RecordingStream(APPLICATION, send_properties=False)
-    try:
-        # Asked beforehand: the library's own message says neither which file nor why.
-        with partial.open("wb"):
-            pass
-        recording.save(partial)
-        yield recording
-        # In this order, or the file has no footer.
-        recording.flush()
-        recording.disconnect()
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
-    finally:
-        recording.disconnect()
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as part:
+        try:
+            # Asked beforehand: the library's own message says neither which file nor why.
+            with part.open("wb"):
+                pass
+            recording.save(part)
+            yield recording
+            # In this order, or the file has no footer.
+            recording.flush()
+        finally:
+            recording.disconnect()
