@@ -22,7 +22,7 @@ from twin.identify.rebinning import rebinned
 from twin.identify.unknowns import LOOSE, TIGHT
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Search", "Stage", "search_causes"]
+__all__ = ["LEAST_GAIN", "LEAST_SHARE", "Search", "Stage", "search_causes"]
 
 SHORTLIST = 12
 LEAST_GAIN = 8.0

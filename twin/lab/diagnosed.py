@@ -37,10 +37,10 @@ EXTENDED, VIEW = "extended.toml", "view.rrd"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class DiagnosedRecordings(Shown):
-    """The diagnosis of recordings; `diagnosis` holds all that is behind it."""
+class _Diagnosed(Shown):
+    """What the diagnoses of recordings and of tables have in common; `diagnosis` holds all that is behind it."""
 
-    diagnosis: Diagnosis
+    diagnosis: Diagnosis | TableDiagnosis
 
     @property
     def sentence(self) -> str:
@@ -51,6 +51,13 @@ class DiagnosedRecordings(Shown):
     def verdict(self) -> str:
         """``explained``, ``none``, ``ambiguous`` or ``unknown``."""
         return self.diagnosis.verdict
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class DiagnosedRecordings(_Diagnosed):
+    """The diagnosis of recordings."""
+
+    diagnosis: Diagnosis
 
     def tables(self) -> Sequence[Table]:
         """Causes, errors on what was held out, residuals by sweep and channel."""
@@ -143,20 +150,10 @@ def _some(sweeps: Sequence[SweepComparison]) -> Sequence[SweepComparison]:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class DiagnosedTables(Shown):
-    """The diagnosis of natural frequencies or of sweeps; `diagnosis` holds all that is behind it."""
+class DiagnosedTables(_Diagnosed):
+    """The diagnosis of natural frequencies or of sweeps."""
 
     diagnosis: TableDiagnosis
-
-    @property
-    def sentence(self) -> str:
-        """The answer in one sentence."""
-        return self.diagnosis.sentence
-
-    @property
-    def verdict(self) -> str:
-        """``explained``, ``none``, ``ambiguous`` or ``unknown``."""
-        return self.diagnosis.verdict
 
     def tables(self) -> Sequence[Table]:
         """Causes, and the models that were tried."""

@@ -10,7 +10,7 @@ from typing import Any
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
 from twin.views.rehearsal_figures import range_figure, responses_figure
 from twin.views.rehearsal_steps import steps_section
-from twin.views.style import AFTER, BEFORE
+from twin.views.style import AFTER, BEFORE, CAUTION
 
 __all__ = ["rehearsal_sentence", "write_rehearsal_report"]
 
@@ -54,7 +54,7 @@ def write_rehearsal_report(
     require_folder(path)
     preload = f", preload {result['preload']}" if result.get("preload") else ""
     facts = f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}."
-    accent = BEFORE if result["must_not_run"] else AFTER if result["clear"] else "#a56a00"
+    accent = BEFORE if result["must_not_run"] else AFTER if result["clear"] else CAUTION
     sections = [section for section in _sections(result, commands) if section is not None]
     write_page(path, title=title, answer=rehearsal_sentence(result), facts=facts, sections=sections, accent=accent)
 

@@ -13,7 +13,7 @@ from twin.diagnose.cause import along_beam
 from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
-from twin.diagnose.search import Search, search_causes
+from twin.diagnose.search import LEAST_GAIN, LEAST_SHARE, Search, search_causes
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.tournament import Report
 from twin.identify.estimate import Estimate
@@ -25,8 +25,6 @@ __all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
 Array = NDArray[Any]
 
 MOST_TERMS = 3
-LEAST_GAIN, LEAST_SHARE = 8.0, 0.08
-"""Of log evidence and of chi2, for a further term."""
 GOOD = 1.0
 """Chi2 per degree of freedom at which no further term is asked for."""
 LEAST_FUNDAMENTAL = 0.01
