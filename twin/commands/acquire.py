@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
-import signal
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +15,7 @@ import click
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, next_step, print_json, progress_bar
+from twin.commands.stopping import terminable
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -75,7 +74,7 @@ def command(
         raise InputError(out, "", "exists already", "give another name, or --overwrite")
     watch.check()
     branches = _branches(rig_name, preload, procedure) if watch.wanted else []
-    with _terminable(), open_instruments(instruments) as acquisition:
+    with terminable(), open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
         for value, quantity in acquisition.meter_values.values():
             if quantity == "preload" and not {"preload_N", "preload_Nm"} & set(info):
@@ -130,16 +129,6 @@ def _about(
 
     title = " · ".join(text for text in (info.get("rig"), info.get("procedure")) if text) or "Recording"
     return LiveAbout(title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches))
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """SIGTERM ends a run as Ctrl-C does: generator to zero, recording finished."""
-    usual = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, usual)
 
 
 class _CountingSink:

@@ -107,7 +107,7 @@ class _Job:
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
         from twin.lab.preload import known_preload
-        from twin.procedures import check_channels, load_procedure
+        from twin.procedures import check_channels, check_rate, load_procedure
         from twin.rehearsal import open_twin
         from twin.rigs import load_rig
 
@@ -115,6 +115,7 @@ class _Job:
         preload = known_preload(rig, self.preload)
         source = open_twin(rig, asked, preload=preload, seed=self.seed, source=self.rig)
         check_channels(asked, source.channels, source=self.procedure)
+        check_rate(asked, source.sample_rate_Hz, source=self.procedure)
         return asked, rig, source
 
     def run(self, meter: Meter) -> dict[str, Any]:
@@ -125,8 +126,8 @@ class _Job:
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
-        believed = Believed.of(rig, preload=preload)
         branches = known_branches(rig, preload, asked)
+        believed = Believed.of(rig, preload=preload, branches=branches)
 
         def about() -> LiveAbout:
             return _about(rig, Path(self.procedure).stem, asked, source, branches)

@@ -5,15 +5,19 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rich.progress import Progress, TaskID
 
-from twin.commands.output import progress_bar
+from recordings.errors import InputError
+from twin.commands.output import console, progress_bar
+from twin.commands.stopping import deaf, terminable
 
 if TYPE_CHECKING:
     from twin.procedures import Procedure
@@ -83,7 +87,7 @@ class Meter:
 
 def run_here(job: _Job) -> dict[str, Any]:
     """Run one job in this process."""
-    with progress_bar() as bar:
+    with terminable(), progress_bar() as bar:
         task = bar.add_task("beginning")
         return job.run(Meter(0, lambda mark: _draw(bar, [task], mark), lambda: False))
 
@@ -91,21 +95,22 @@ def run_here(job: _Job) -> dict[str, Any]:
 def run_side_by_side(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[str, Any]]:
     """Run each job in a process of its own.
 
-    An interrupt, whoever of the processes was sent it, ends all of them in order, each with what it has.
+    An interrupt, whoever of the processes was sent it, ends all of them in order, each with what it has; so does the
+    end of this process.
     """
     context = multiprocessing.get_context("spawn")
     marks, stop = context.SimpleQueue(), context.Event()
     workers = min(len(jobs), os.cpu_count() or 1)
     with (
         progress_bar() as bar,
-        ProcessPoolExecutor(workers, mp_context=context, initializer=_become_worker, initargs=(marks, stop)) as pool,
+        ProcessPoolExecutor(
+            workers, mp_context=context, initializer=_become_worker, initargs=(marks, stop, console.quiet)
+        ) as pool,
+        terminable(),
     ):
         tasks = [bar.add_task(f"{name}: beginning") for name in names]
-        usual = signal.signal(signal.SIGINT, signal.SIG_IGN)  # which the processes inherit: they hear of it by `stop`
-        try:
+        with deaf():  # they hear of it by `stop`
             running = [pool.submit(_run, job, number, f"{names[number]}: ") for number, job in enumerate(jobs)]
-        finally:
-            signal.signal(signal.SIGINT, usual)
         while True:
             try:
                 left = wait(running, timeout=SHOWN_EVERY_S).not_done
@@ -115,6 +120,11 @@ def run_side_by_side(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[st
                     return [one.result() for one in running]
             except KeyboardInterrupt:
                 stop.set()
+            except BrokenProcessPool as error:
+                raise InputError(
+                    "--preload", "", "the process of a rehearsal was ended from outside",
+                    "if memory ran out, rehearse one preload at a time; twin check --recover saves what is recorded",
+                ) from error  # fmt: skip
 
 
 def _draw(bar: Progress, tasks: Sequence[TaskID], mark: _Mark) -> None:
@@ -124,12 +134,23 @@ def _draw(bar: Progress, tasks: Sequence[TaskID], mark: _Mark) -> None:
 _worker: dict[str, Any] = {}
 
 
-def _become_worker(marks: Any, stop: Any) -> None:
-    _worker.update(marks=marks, stop=stop)
+def _become_worker(marks: Any, stop: Any, quiet: bool) -> None:
+    console.quiet = quiet
+    parent, asked = os.getppid(), threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: asked.set())  # which the pool sends where another process was killed
+    _worker.update(
+        marks=marks,
+        orphaned=lambda: os.getppid() != parent,
+        stopped=lambda: stop.is_set() or asked.is_set() or os.getppid() != parent,
+    )
 
 
 def _run(job: _Job, number: int, prefix: str) -> dict[str, Any]:
     def put(mark: _Mark) -> None:
         _worker["marks"].put(_Mark(mark.job, prefix + mark.text, mark.done, mark.total))
 
-    return job.run(Meter(number, put, _worker["stop"].is_set))
+    try:
+        return job.run(Meter(number, put, _worker["stopped"]))
+    finally:
+        if _worker["orphaned"]():
+            os._exit(1)  # the pool would wait for ever for the next job

@@ -16,7 +16,7 @@ from recordings.streams import SampleSource
 from twin.lab.preload import known_preload
 from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Shown
-from twin.procedures import Procedure, check_channels, load_procedure, save_procedure
+from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
 from twin.rehearsal import (
     Believed,
     Rehearsed,
@@ -145,7 +145,9 @@ def rehearse_procedure(
         return open_twin(rig, asked, preload=name, seed=seed, source=source)
 
     first_bench = bench()
-    check_channels(asked, first_bench.channels, source=asked.procedure if procedure is asked else str(procedure))
+    named = asked.procedure if procedure is asked else str(procedure)
+    check_channels(asked, first_bench.channels, source=named)
+    check_rate(asked, first_bench.sample_rate_Hz, source=named)
     folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else out
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -171,18 +173,18 @@ def _rehearsed(
     seed: int,
     report: Report,
 ) -> RehearsedProcedure:
-    believed = Believed.of(rig, preload=preload)
+    report("predicting the branches")
+    branches = _branches(rig, preload, asked)
+    believed = Believed.of(rig, preload=preload, branches=branches)
     report("rehearsing")
     first = rehearse(asked, first_bench, folder / "run.mcap", believed=believed)
     better = None
     if rounds:
         report("improving the procedure")
         better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
-    report("predicting the branches")
     result = result_table(
-        first, better, procedure=asked.procedure, rig=rig, preload=preload, seed=seed,
-        branches=_branches(rig, preload, asked),
-    )  # fmt: skip
+        first, better, procedure=asked.procedure, rig=rig, preload=preload, seed=seed, branches=branches
+    )
     return RehearsedProcedure(first=first, better=better, result=result)
 
 

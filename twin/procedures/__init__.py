@@ -5,7 +5,7 @@ from twin.procedures.grid import planned_steps
 from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 from twin.procedures.recorder import RunSink
 from twin.procedures.results import ProcedureResult, StepResult
-from twin.procedures.run import check_channels, run_procedure
+from twin.procedures.run import check_channels, check_rate, run_procedure
 from twin.procedures.store import PROCEDURE_FILES, dump_procedure, load_procedure, parse_procedure, save_procedure
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "SteppedSine",
     "SweptSine",
     "check_channels",
+    "check_rate",
     "dump_procedure",
     "load_procedure",
     "parse_procedure",

@@ -18,7 +18,7 @@ from twin.procedures.sine_sweeps import run_sine
 from twin.procedures.stream import GuardTrip, Stream
 from twin.procedures.swept_sine import run_swept_sine
 
-__all__ = ["check_channels", "run_procedure"]
+__all__ = ["check_channels", "check_rate", "run_procedure"]
 
 
 def run_procedure(
@@ -61,7 +61,7 @@ def run_procedure(
     """
     check_channels(procedure, acquisition.channels)
     rate = acquisition.set_sample_rate(procedure.sample_rate)
-    _check_rate(procedure, rate)
+    check_rate(procedure, rate)
     ranges = {channel.name: channel.range for channel in acquisition.channels if channel.range is not None}
     recorder = Recorder(writer, procedure.store, ranges)
     stream = Stream(acquisition, recorder, limits=procedure.limits.peak, primary=procedure.target_channel)
@@ -140,16 +140,23 @@ def check_channels(procedure: Procedure, channels: Sequence[Channel], *, source:
             raise InputError(source, "control", "phase resonance needs a force channel", has)
 
 
-def _check_rate(procedure: Procedure, rate_Hz: float) -> None:
+def check_rate(procedure: Procedure, rate_Hz: float, *, source: str | Path = "procedure") -> None:
+    """Refuse a procedure that the converter's rate does not suit; `source` names its file in errors.
+
+    Raises
+    ------
+    InputError
+        If the rate is too low, or no whole number of samples makes a period of a multisine.
+    """
     if rate_Hz < 0.8 * procedure.sample_rate:
         raise InputError(
-            "procedure",
+            source,
             "sample_rate",
             f"the converter's nearest rate to {procedure.sample_rate:g} Hz is {rate_Hz:g} Hz",
         )
     if isinstance(procedure, Multisine) and abs((procedure.period * rate_Hz + 0.5) % 1.0 - 0.5) > 1e-6:
         raise InputError(
-            "procedure",
+            source,
             "period",
             f"{procedure.period:g} s is no whole number of samples at {rate_Hz:g} Hz, which the converter has",
         )

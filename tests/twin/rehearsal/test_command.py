@@ -1,9 +1,11 @@
 """`twin rehearse` on the steel rig: results, exit status, interruption."""
 
 import json
+import os
 import signal
 import subprocess
 import time
+from contextlib import contextmanager
 
 import pytest
 
@@ -75,7 +77,8 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, capsys, text, argume
     assert not (tmp_path / "out").exists()
 
 
-def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_rehearsal_keeps_what_it_has(asked, tmp_path, installed_twin):
     command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint"]
     running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE)
     try:
@@ -84,7 +87,7 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
         # settling and measuring of the first step, settling of the second: one step at least is whole
         while time.monotonic() < until and _states_on_disk(recording, tmp_path / "so-far.mcap") < 3:
             time.sleep(0.05)
-        running.send_signal(signal.SIGINT)
+        running.send_signal(asked)
         _, error = running.communicate(timeout=30)
     finally:
         running.kill()
@@ -96,28 +99,61 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(tmp_path, installed_twin):
     assert len(result["steps"]) > 0
 
 
-@pytest.mark.slow
-def test_an_interrupt_to_the_parent_alone_ends_rehearsals_side_by_side(tmp_path, installed_twin):
+@contextmanager
+def two_rehearsals(folder, installed_twin):
+    """Side by side, in a session of their own, each with a step at least."""
     preloads = ["--preload", "120N", "--preload", "540N"]
-    command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint", *preloads]
-    running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE, start_new_session=True)
+    command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint", *preloads, "--quiet"]
+    running = subprocess.Popen([*command, "--out", str(folder)], stderr=subprocess.PIPE, start_new_session=True)
     try:
-        until = time.monotonic() + 120
+        until = time.monotonic() + 240
         for name in ("120N", "540N"):
-            recording = tmp_path / name / "run.mcap"
-            while time.monotonic() < until and _states_on_disk(recording, tmp_path / "so-far.mcap") < 3:
+            recording = folder / name / "run.mcap"
+            while time.monotonic() < until and _states_on_disk(recording, folder / "so-far.mcap") < 3:
                 time.sleep(0.05)
-        running.send_signal(signal.SIGINT)
-        _, error = running.communicate(timeout=60)
+        yield running
     finally:
         running.kill()
-    assert running.returncode == 130, error.decode()
-    assert b"Traceback" not in error
+        running.communicate(timeout=60)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_to_the_parent_alone_ends_rehearsals_side_by_side(asked, tmp_path, installed_twin):
+    with two_rehearsals(tmp_path, installed_twin) as running:
+        running.send_signal(asked)
+        _, error = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert error == b"", "asked to be quiet"
     for name in ("120N", "540N"):
         assert read_run(tmp_path / name / "run.mcap").steps[-1].state == StepState.ABORTED
         result = json.loads((tmp_path / name / "result.json").read_text())
         assert result["state"] == "interrupted"
         assert len(result["steps"]) > 0
+
+
+@pytest.mark.slow
+def test_rehearsals_whose_parent_is_killed_end_in_order(tmp_path, installed_twin):
+    with two_rehearsals(tmp_path, installed_twin) as running:
+        running.kill()
+        until = time.monotonic() + 60
+        written = [tmp_path / name / "result.json" for name in ("120N", "540N")]
+        while time.monotonic() < until and not all(path.exists() for path in written):
+            time.sleep(0.1)
+        assert [json.loads(path.read_text())["state"] for path in written] == ["interrupted"] * 2
+
+
+@pytest.mark.slow
+def test_a_killed_rehearsal_is_told_in_one_line(tmp_path, installed_twin):
+    with two_rehearsals(tmp_path, installed_twin) as running:
+        listed = subprocess.run(
+            ["pgrep", "-P", str(running.pid), "-f", "spawn_main"], capture_output=True, text=True, check=True
+        )
+        os.kill(int(listed.stdout.split()[0]), signal.SIGKILL)
+        _, error = running.communicate(timeout=60)
+    assert running.returncode == 2
+    assert error.decode().count("\n") == 1
+    assert "was ended from outside" in error.decode()
 
 
 def test_marks_say_how_far_a_rehearsal_is():
