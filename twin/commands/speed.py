@@ -19,8 +19,8 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
     """Measure the benchmark ratios on this machine.
 
     Both sides run in turns on one thread, and their processor time is compared, so that other work on the machine
-    counts little; compilation is not counted.  The line `start` and those of
-    wires are of real time; `start` compiles.
+    counts little; compilation is not counted.  The line `start` and those of wires are of real time; `start` compiles,
+    which takes a minute.
     """
     from twin.commands import speed_wire
     from twin.speed import BENCHMARKS, MissingRivalError
