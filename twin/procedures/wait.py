@@ -18,7 +18,8 @@ __all__ = ["Wait", "window_seconds"]
 
 WINDOW_CYCLES = 10
 LEAST_SAMPLES = 64
-CONTROL_HARMONICS = 3
+CONTROL_HARMONICS = 5
+"""As many as are measured: one that is left out looks like noise, which excuses an amplitude that is not held."""
 
 
 def window_seconds(frequency_Hz: float, sample_rate_Hz: float) -> float:
