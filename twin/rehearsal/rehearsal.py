@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from recordings.run import Channel
-from twin.procedures import Procedure, ProcedureResult, StepResult
+from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 
 __all__ = ["Caution", "Rehearsal", "SweepSummary"]
@@ -24,7 +24,8 @@ class Caution:
     ----------
     kind
         ``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``,
-        ``force-drop-out``, ``jump-ahead``, ``noise-floor`` or ``quantisation``.
+        ``force-drop-out`` (too low) or ``force-too-high``, ``response-drop-out`` or ``response-too-high`` where the
+        response is held, ``jump-ahead``, ``noise-floor`` or ``quantisation``.
     severity
         ``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the
         procedure is right, its reader should know.
@@ -36,6 +37,12 @@ class Caution:
         What is wrong, with figures; what to change.
     changes
         Fields of the procedure with the values that the advice means; None removes a field.
+    channel
+        Whose signal it is about, where it is about one.
+    size
+        How bad the worst step is, comparable within a kind.
+    cases
+        All that it stands for, where it stands for several that differ in sweep and channel.
     """
 
     kind: str
@@ -47,11 +54,17 @@ class Caution:
     reason: str
     advice: str
     changes: Mapping[str, Any] = field(default_factory=dict)
+    channel: str = ""
+    size: float = 0.0
+    cases: tuple[Caution, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepSummary:
-    """One sweep at a glance; the resonance is a fit of one degree of freedom, NaN where there is none."""
+    """One sweep at a glance; the resonance is a fit of one degree of freedom, NaN where there is none.
+
+    The peak is the largest response; where the response is held, the largest response per force.
+    """
 
     sweep: str
     steps: int
@@ -68,6 +81,7 @@ class Rehearsal:
 
     `damping_ratio` is what is believed of the least damped mode in question, `bits` the converter's word length; None
     where nothing is known.  `amplifier_limits` are the largest values that its amplifier lets some channels have.
+    `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
     """
 
     procedure: Procedure
@@ -76,6 +90,7 @@ class Rehearsal:
     damping_ratio: float | None = None
     bits: int | None = None
     amplifier_limits: Mapping[str, float] = field(default_factory=dict)
+    branches: Sequence[Mapping[str, Any]] = ()
 
     def time_constant_s(self, frequency_Hz: float) -> float:
         """Of a free decay near a frequency, s."""
@@ -126,7 +141,7 @@ class Rehearsal:
             if channel is None:
                 continue
             sizes = [abs(step.phasors.get(channel, 0j)) for step in steps]
-            peak = int(np.argmax(sizes))
+            peak = int(np.argmax([abs(self.transfer(s, channel)) for s in steps] if self._response_is_held else sizes))
             yield SweepSummary(
                 sweep=sweep,
                 steps=len(steps),
@@ -136,6 +151,11 @@ class Rehearsal:
                 peak_response=sizes[peak],
                 quality_factor=self._quality_factor(steps, channel),
             )
+
+    @property
+    def _response_is_held(self) -> bool:
+        procedure = self.procedure
+        return not isinstance(procedure, SweptSine) and procedure.control == "response"
 
     def _quality_factor(self, steps: Sequence[StepResult], channel: str) -> float:
         """Q of one degree of freedom: 1/H = k - m w2 + i w c, least squares weighted by H, over the peak's steps."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import tomli_w
 
@@ -21,6 +22,7 @@ from twin.procedures import (
     run_procedure,
 )
 from twin.rehearsal.checks import CHECKS
+from twin.rehearsal.gather import gathered
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rigs import Rig, preload_record
@@ -44,6 +46,8 @@ class Believed:
         The converter's.
     amplifier_limits
         By the channel that shows each.
+    branches
+        Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps.
     """
 
     rig_name: str = ""
@@ -52,10 +56,11 @@ class Believed:
     damping_ratio: float | None = None
     bits: int | None = None
     amplifier_limits: Mapping[str, float] = field(default_factory=dict)
+    branches: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
-    def of(cls, rig: Rig, *, preload: str) -> Believed:
-        """What the rig's file says, at one of its preloads."""
+    def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> Believed:
+        """What the rig's file says, at one of its preloads, and the branches predicted from it."""
         return cls(
             rig_name=rig.name,
             rig_file=tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
@@ -63,6 +68,7 @@ class Believed:
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
             amplifier_limits=amplifier_limits(rig),
+            branches=branches,
         )
 
 
@@ -78,6 +84,11 @@ class Rehearsed:
     def clear(self) -> bool:
         """Done, with notes at most."""
         return self.rehearsal.result.state == "done" and all(caution.severity == "note" for caution in self.cautions)
+
+    @property
+    def remaining(self) -> tuple[str, ...]:
+        """The kinds of the cautions that are more than notes."""
+        return tuple(dict.fromkeys(caution.kind for caution in self.cautions if caution.severity != "note"))
 
     @property
     def must_not_run(self) -> bool:
@@ -108,10 +119,8 @@ def open_twin(rig: Rig, procedure: Procedure, *, preload: str, seed: int, source
 
 
 def judge(rehearsal: Rehearsal) -> tuple[Caution, ...]:
-    """All cautions, the gravest first."""
-    order = {"stop": 0, "warning": 1, "note": 2}
-    found = [caution for check in CHECKS for caution in check(rehearsal)]
-    return tuple(sorted(found, key=lambda caution: order[caution.severity]))
+    """All cautions, the gravest first, causes before their consequences, one for all of a kind."""
+    return gathered(caution for check in CHECKS for caution in check(rehearsal))
 
 
 def rehearse(
@@ -172,6 +181,7 @@ def rehearse(
         damping_ratio=believed.damping_ratio,
         bits=believed.bits,
         amplifier_limits=believed.amplifier_limits,
+        branches=believed.branches,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
 
@@ -187,7 +197,7 @@ def rehearse_until_clear(
     on_step: Callable[[StepResult], None] | None = None,
     on_round: Callable[[Procedure], None] | None = None,
 ) -> Rehearsed | None:
-    """Improve a procedure by its cautions and rehearse it again, until nothing is left to improve.
+    """Improve a procedure by its cautions and rehearse it again, until it is clear or nothing is left to improve.
 
     Parameters
     ----------
@@ -207,7 +217,8 @@ def rehearse_until_clear(
     Returns
     -------
     Rehearsed or None
-        The last round; None if there was nothing to improve.
+        The last round, :attr:`~Rehearsed.clear` or with what is :attr:`~Rehearsed.remaining`; None if there was
+        nothing to improve.
     """
     latest: Rehearsed | None = None
     current = first

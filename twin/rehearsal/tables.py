@@ -8,8 +8,8 @@ from typing import Any
 
 from twin.procedures import Procedure, SteppedSine, StepResult
 from twin.rehearsal.branches import Branch, predicted_branches
-from twin.rehearsal.checks.dwell import transient_left
 from twin.rehearsal.rehearse import Rehearsed
+from twin.rehearsal.transient import transient_left
 from twin.rigs import Rig
 
 __all__ = ["branch_tables", "rehearsed_table", "result_table"]
@@ -33,8 +33,13 @@ def result_table(
         "seed": seed,
         **rehearsed_table(first),
         "branches": branches,
-        "improved": rehearsed_table(better) if better is not None else None,
+        "improved": _improved(better) if better is not None else None,
     }
+
+
+def _improved(better: Rehearsed) -> dict[str, Any]:
+    """As :func:`rehearsed_table`, and whether the improvement cleared all warnings, or which kinds are left."""
+    return {**rehearsed_table(better), "cleared": better.clear, "remaining": list(better.remaining)}
 
 
 def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:

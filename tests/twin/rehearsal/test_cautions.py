@@ -121,7 +121,9 @@ def test_a_jump_is_announced_and_then_recorded_from_both_sides(tmp_path):
     assert first.cautions[0].frequency_Hz == pytest.approx(26.33, abs=0.03)
     better = improve()
     assert better.clear
-    assert [c.severity for c in better.cautions] == ["note", "note"]
+    (note,) = better.cautions
+    assert note.severity == "note"
+    assert {case.sweep for case in note.cases} == {"4N-up", "4N-down"}
 
 
 def test_noise_is_measured_away(tmp_path):

@@ -29,9 +29,9 @@ def check_amplifier(rehearsal: Rehearsal) -> list[Caution]:
             wanted = worst.target_amplitude * WANTED / use * (0.8 if held else 1.0)
             found.append(
                 Caution(
-                    kind="limit-reached", severity="warning", sweep=sweep, index=worst.index,
+                    kind="limit-reached", severity="warning", channel=name, sweep=sweep, index=worst.index,
                     frequency_Hz=worst.frequency_Hz,
-                    steps=sum(step.peak.get(name, 0.0) >= NEAR * limit for step in steps),
+                    steps=sum(step.peak.get(name, 0.0) >= NEAR * limit for step in steps), size=use,
                     reason=f"{name} {state}" + (", which distorts the force" if held else ""),
                     advice=f"an amplitude of {wanted:.3g} leaves it in hand",
                     changes=amplitudes_at_most(rehearsal.procedure, worst.target_amplitude, wanted),

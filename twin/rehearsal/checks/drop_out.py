@@ -1,16 +1,26 @@
-"""Force drop-out: the held amplitude falls and the controller cannot bring it back."""
+"""Force drop-out, and its contrary: the held amplitude is too low or too high, and the controller cannot bring it back.
+
+Near a resonance the force falls, as the shaker meets a structure that moves; behind it, it comes back with a surplus.
+"""
 
 from __future__ import annotations
 
-from twin.procedures import Multisine, Random, StepResult, SweptSine
+from collections.abc import Sequence
+
+from twin.procedures import Dwell, RingDown, SteppedSine, StepResult, SweptSine
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
+from twin.rehearsal.checks.longer_wait import longer_wait
+from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["check_drop_out"]
 
+CONSTANTS = 4.0
+"""Time constants of the free decay that are waited at least, where an automatic wait ended too early."""
+
 
 def check_drop_out(rehearsal: Rehearsal) -> list[Caution]:
-    """Judge each sweep by its worst amplitude error."""
+    """Judge each sweep by the step with too little and by the one with too much."""
     procedure = rehearsal.procedure
     if isinstance(procedure, SweptSine):
         return []
@@ -18,31 +28,62 @@ def check_drop_out(rehearsal: Rehearsal) -> list[Caution]:
     found = []
     for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):
         steps = [step for step in rehearsal.result.steps if step.sweep == sweep]
-        lost = [step for step in steps if abs(step.amplitude_error) > tolerance + 3 * _uncertainty(step)]
-        if not lost:
-            continue
-        worst = max(lost, key=lambda step: abs(step.amplitude_error))
-        weak = [step for step in lost if _at_limit(rehearsal, step)]
-        if weak:
-            reach = 0.95 * min(step.amplitude for step in weak)
-            why = f"the generator is at its limit of {procedure.limits.voltage:g} V"
-            advice = f"no more than {reach:.3g} can be held here; raise limits.voltage if the amplifier has it"
-            changes = amplitudes_at_most(procedure, worst.target_amplitude, reach)
-        else:
-            why = f"the controller had {worst.settle_s:.3g} s"
-            advice = "let the wait end when amplitude and response have settled"
-            broadband = isinstance(procedure, (Random, Multisine))
-            changes = {} if broadband else {"settle": {"tolerance": 5e-4, "maximum": 60.0}}
-        found.append(
-            Caution(
-                kind="force-drop-out", severity="warning", sweep=sweep, index=worst.index,
-                frequency_Hz=worst.frequency_Hz, steps=len(lost),
-                reason=f"{worst.target_channel} is {worst.amplitude:.4g} instead of {worst.target_amplitude:.4g} "
-                f"({100 * worst.amplitude_error:+.2g} %): {why}",
-                advice=advice, changes=changes,
-            )
-        )  # fmt: skip
+        off = [step for step in steps if abs(step.amplitude_error) > tolerance + 3 * _uncertainty(step)]
+        for concerned in (
+            [step for step in off if step.amplitude_error < 0],
+            [step for step in off if step.amplitude_error > 0],
+        ):
+            if concerned:
+                found.append(_caution(rehearsal, sweep, concerned))
     return found
+
+
+def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -> Caution:
+    worst = max(steps, key=lambda step: abs(step.amplitude_error))
+    low = worst.amplitude_error < 0
+    held = "force" if worst.target_channel == rehearsal.force_channel else "response"
+    why, advice, changes = _remedy(rehearsal, worst, [step for step in steps if _at_limit(rehearsal, step)])
+    return Caution(
+        kind=f"{held}-drop-out" if low else f"{held}-too-high", severity="warning", sweep=sweep, index=worst.index,
+        frequency_Hz=worst.frequency_Hz, steps=len(steps), channel=worst.target_channel,
+        size=abs(worst.amplitude_error),
+        reason=f"{worst.target_channel} is {worst.amplitude:.4g} instead of {worst.target_amplitude:.4g}, "
+        f"{100 * abs(worst.amplitude_error):.2g} % too {'low' if low else 'high'}: {why}",
+        advice=advice, changes=changes,
+    )  # fmt: skip
+
+
+def _remedy(rehearsal: Rehearsal, worst: StepResult, weak: Sequence[StepResult]) -> tuple[str, str, dict[str, object]]:
+    """Why the amplitude is off, what helps, and the changes for it; `weak` are the steps at the generator's limit."""
+    procedure = rehearsal.procedure
+    if weak:
+        reach = 0.95 * min(step.amplitude for step in weak)
+        return (
+            f"the generator is at its limit of {procedure.limits.voltage:g} V",
+            f"no more than {reach:.3g} can be held here; raise limits.voltage if the amplifier has it",
+            amplitudes_at_most(procedure, worst.target_amplitude, reach),
+        )
+    had = f"the controller had {worst.settle_s:.3g} s"
+    if not isinstance(procedure, (SteppedSine, Dwell, RingDown)):
+        return had, "let the wait end when amplitude and response have settled", {}
+    if procedure.settle.seconds is not None:
+        return had, "let the wait end when amplitude and response have settled", longer_wait(procedure)
+    if worst.settled is False:
+        return (
+            f"{had}, all that the wait may take",
+            "allow a longer wait (settle.maximum), a lower amplitude or smaller steps towards this frequency",
+            longer_wait(procedure),
+        )
+    least_s = CONSTANTS * rehearsal.time_constant_s(worst.frequency_Hz)
+    changes = longer_wait(procedure, least_s=least_s)
+    if isinstance(procedure, SteppedSine):
+        changes.update(finer_grid(rehearsal, [(worst.frequency_Hz, worst.frequency_Hz)]))
+    return (
+        f"it seemed held after {worst.settle_s:.3g} s, but was not when it was measured",
+        f"wait at least {least_s:.2g} s (settle.minimum), so that the controller goes on, and take smaller steps "
+        f"towards {worst.frequency_Hz:g} Hz; if that is not enough, a lower amplitude there",
+        changes,
+    )
 
 
 def _uncertainty(step: StepResult) -> float:

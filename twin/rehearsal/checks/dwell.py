@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from twin.procedures import Multisine, SteppedSine, StepResult
+from twin.procedures import Dwell, Multisine, Procedure, RingDown, SteppedSine, StepResult
+from twin.rehearsal.checks.longer_wait import longer_wait
 from twin.rehearsal.rehearsal import Caution, Rehearsal
+from twin.rehearsal.transient import transient_left
 
-__all__ = ["check_dwell", "transient_left"]
+__all__ = ["check_dwell"]
 
 ALLOWED = 0.01
 """Transient in a measurement, relative to the response, above which a dwell is called too short."""
@@ -21,7 +23,7 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
     """Judge each sweep by its worst step; a multisine by what its periods told of the transient."""
     procedure = rehearsal.procedure
     if isinstance(procedure, Multisine):
-        return [_restless(step) for step in rehearsal.result.steps if not _repeats(step)]
+        return [_restless(procedure, step) for step in rehearsal.result.steps if not _repeats(step)]
     found = []
     for sweep, steps in rehearsal.sweeps().items():
         left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
@@ -40,7 +42,7 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
         found.append(
             Caution(
                 kind="dwell-too-short", severity="warning", sweep=sweep, index=step.index,
-                frequency_Hz=step.frequency_Hz, steps=short, reason=reason,
+                frequency_Hz=step.frequency_Hz, steps=short, size=left[worst], reason=reason,
                 advice=f"let the wait end when the data have settled, about {wanted_s:.2g} s here",
                 changes=_changes(procedure, tau_s),
             )
@@ -48,41 +50,17 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
     return found
 
 
-def transient_left(rehearsal: Rehearsal, step: StepResult, before: StepResult | None) -> float:
-    """What part of a measured response is transient, as far as the measurement shows.
-
-    A step that settled by the data is believed.  Otherwise the drift between the halves of the measurement tells: with
-    the time constant tau, deviations averaged over the halves of T differ by a known part of their mean.  A
-    measurement too short to have halves is judged by how far the response had to go.
-    """
-    if step.settled:
-        return 0.0
-    tau_s = rehearsal.time_constant_s(step.frequency_Hz)
-    if step.drift is not None:
-        half = math.exp(-step.measure_s / (2 * tau_s))
-        # means of exp(-t/tau) over both halves are as 1 : half; their mean over their difference
-        return step.drift * 0.5 * (1 + half) / (1 - half)
-    if before is None:
-        return 0.0
-    changes = [
-        abs(phasor - before.phasors[name]) / abs(phasor)
-        for name, phasor in step.phasors.items()
-        if name in before.phasors and phasor and name in rehearsal.response_channels
-    ]
-    return max(changes, default=0.0) * math.exp(-step.settle_s / tau_s)
-
-
 def _repeats(step: StepResult) -> bool:
     return bool(step.settled) or (step.remaining is not None and step.remaining <= ALLOWED)
 
 
-def _restless(step: StepResult) -> Caution:
+def _restless(procedure: Multisine, step: StepResult) -> Caution:
     left = "nobody knows how much" if step.remaining is None else _part(step.remaining)
     return Caution(
         kind="dwell-too-short", severity="warning", sweep=step.sweep, index=step.index, frequency_Hz=0.0, steps=1,
         reason=f"after {step.settle_s:.3g} s {left} of the response is still a transient: its periods do not repeat",
         advice="let the wait end when the periods repeat",
-        changes={"settle": {"tolerance": 2e-3, "maximum": max(60.0, round(3 * step.settle_s))}},
+        changes=longer_wait(procedure, most_s=float(round(3 * step.settle_s)), tolerance=2e-3),
     )  # fmt: skip
 
 
@@ -109,8 +87,10 @@ def _hysteresis(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult]) -
     return f" and false hysteresis, {100 * worst:.2g} % at {at:g} Hz" if worst > 0.05 else ""
 
 
-def _changes(procedure: object, tau_s: float) -> dict[str, object]:
-    changes: dict[str, object] = {"settle": {"tolerance": 5e-4, "maximum": float(max(60, round(25 * tau_s)))}}
+def _changes(procedure: Procedure, tau_s: float) -> dict[str, object]:
+    if not isinstance(procedure, (SteppedSine, Dwell, RingDown)):
+        return {}
+    changes = longer_wait(procedure, most_s=float(round(25 * tau_s)))
     if isinstance(procedure, SteppedSine) and (procedure.measure.seconds or 0.0) < 1.0:
         changes["measure"] = {"seconds": 2.0}
     return changes

@@ -1,43 +1,98 @@
-"""Jump ahead: between two steps the response leaves one branch for another."""
+"""Jump ahead: the branch that a sweep follows folds, and the response leaves it for another."""
 
 from __future__ import annotations
 
-from twin.procedures import SteppedSine
-from twin.rehearsal.checks.coarse_grid import ALLOWED_DEGREES, phase_steps, steepest_linear
+from collections.abc import Sequence
+
+from twin.procedures import SteppedSine, StepResult
+from twin.rehearsal.folds import Folds, folds_within, jumping_steps
+from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
+from twin.rehearsal.turns import phase_steps
 
 __all__ = ["check_jumps"]
 
+WIDEST = 1.5
+"""Step across a jump over the resonance's width, above which the grid shows nothing of where and how high it is."""
+NARROWEST = 0.05
+"""Stretch between the folds over the resonance's width, below which both ways meet the same steps: nothing to gain."""
+
 
 def check_jumps(rehearsal: Rehearsal) -> list[Caution]:
-    """Find steps over which the phase turns farther than any linear resonance of the believed width can.
+    """Find steps over which the response jumps, by the predicted branch or by how far the phase turns.
 
-    A procedure that sweeps both ways records both branches: there a jump is worth a note only.
+    A procedure that sweeps both ways records both branches: there a jump is worth a note only, as long as the steps
+    show where it is.
     """
-    procedure = rehearsal.procedure
-    if not isinstance(procedure, SteppedSine):
+    if not isinstance(rehearsal.procedure, SteppedSine):
         return []
     found = []
-    both = procedure.direction == "both"
     for sweep, steps in rehearsal.sweeps().items():
-        turns = phase_steps(rehearsal, steps)
-        jumps = [i for i, turn in enumerate(turns) if turn > max(ALLOWED_DEGREES, steepest_linear(rehearsal, steps, i))]
-        if not jumps:
-            continue
-        worst = max(jumps, key=lambda i: turns[i])
-        here, there = steps[worst], steps[worst + 1]
-        channel = rehearsal.response_channel(steps) or ""
-        ratio = abs(there.phasors.get(channel, 0j)) / max(abs(here.phasors.get(channel, 0j)), 1e-300)
-        found.append(
-            Caution(
-                kind="jump-ahead", severity="note" if both else "warning", sweep=sweep, index=there.index,
-                frequency_Hz=there.frequency_Hz, steps=len(jumps),
-                reason=f"the response jumps between {here.frequency_Hz:g} and {there.frequency_Hz:g} Hz: "
-                f"{ratio:.2g} times the amplitude, {turns[worst]:.0f} degrees of phase",
-                advice="both branches are recorded; mind the limits at the jump"
-                if both
-                else "sweep both ways, so that both branches are recorded; or hold the response, which has no jump",
-                changes={} if both else {"direction": "both"},
-            )
-        )  # fmt: skip
+        jumps = jumping_steps(rehearsal, steps)
+        if jumps:
+            found.append(_caution(rehearsal, sweep, steps, jumps))
     return found
+
+
+def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jumps: Sequence[int]) -> Caution:
+    turns = phase_steps(rehearsal, steps)
+    worst = max(jumps, key=lambda i: turns[i])
+    here, there = steps[worst], steps[worst + 1]
+    channel = rehearsal.response_channel(steps) or ""
+    ratio = abs(there.phasors.get(channel, 0j)) / max(abs(here.phasors.get(channel, 0j)), 1e-300)
+    folds = folds_within(rehearsal, steps)
+    wide = [i for i in jumps if _gap_Hz(steps, i) > WIDEST * 2 * rehearsal.half_width_Hz(steps[i].frequency_Hz)]
+    advice, changes = _advice(rehearsal, _is_narrow(rehearsal, folds))
+    if wide:
+        places = _places(steps, wide, folds)
+        advice += "; and take finer steps " + " and ".join(f"from {low:.5g} to {high:.5g} Hz" for low, high in places)
+        advice += f", where steps of {_gap_Hz(steps, wide[0]):.3g} Hz hide it"
+        changes = {**changes, **finer_grid(rehearsal, places)}
+    return Caution(
+        kind="jump-ahead", severity="warning" if changes else "note", sweep=sweep, index=there.index,
+        frequency_Hz=there.frequency_Hz, steps=len(jumps),
+        reason=f"the response jumps between {here.frequency_Hz:g} and {there.frequency_Hz:g} Hz: "
+        f"{ratio:.2g} times the amplitude, {turns[worst]:.0f} degrees of phase" + _told(folds),
+        advice=advice, changes=changes,
+    )  # fmt: skip
+
+
+def _is_narrow(rehearsal: Rehearsal, folds: Folds) -> bool:
+    return bool(folds.intervals_Hz) and all(
+        0 < high - low < NARROWEST * 2 * rehearsal.half_width_Hz(low) for low, high in folds.intervals_Hz
+    )
+
+
+def _advice(rehearsal: Rehearsal, narrow: bool) -> tuple[str, dict[str, object]]:
+    assert isinstance(rehearsal.procedure, SteppedSine)
+    if rehearsal.procedure.direction == "both":
+        return "both branches are recorded; mind the limits at the jump", {}
+    if narrow:
+        return "the stretch with two branches is too narrow for sweeps both ways to differ; mind how steep it is", {}
+    return (
+        "sweep both ways, so that both branches are recorded; or hold the response, which has no jump",
+        {"direction": "both"},
+    )
+
+
+def _told(folds: Folds) -> str:
+    ways = [
+        f"{way} at " + " and ".join(f"{one:.7g}" for one in sorted(places)) + " Hz"
+        for way, places in (("up", folds.up_Hz), ("down", folds.down_Hz))
+        if places
+    ]
+    return "; the predicted branch folds, " + ", ".join(ways) if ways else ""
+
+
+def _places(steps: Sequence[StepResult], wide: Sequence[int], folds: Folds) -> list[tuple[float, float]]:
+    """Where the jumps that the grid hides can be: between the folds, or anywhere in the step if those are not known."""
+    found = []
+    for i in wide:
+        ends = sorted((steps[i].frequency_Hz, steps[i + 1].frequency_Hz))
+        between = [(low, high) for low, high in folds.intervals_Hz if low <= ends[1] and high >= ends[0]]
+        found += between or [(ends[0], ends[1])]
+    return list(dict.fromkeys(found))
+
+
+def _gap_Hz(steps: Sequence[StepResult], index: int) -> float:
+    return abs(steps[index + 1].frequency_Hz - steps[index].frequency_Hz)

@@ -27,7 +27,7 @@ def check_limits(rehearsal: Rehearsal) -> list[Caution]:
         wanted = target * WANTED * limit / worst.peak[name]
         found.append(
             Caution(
-                kind="limit-reached", severity="warning", sweep=worst.sweep, index=worst.index,
+                kind="limit-reached", severity="warning", channel=name, sweep=worst.sweep, index=worst.index,
                 frequency_Hz=worst.frequency_Hz, steps=len(near),
                 reason=f"{name} comes to {100 * worst.peak[name] / limit:.0f} % of its limit of {limit:g}",
                 advice=f"an amplitude of {wanted:.3g} leaves a fifth in hand",
@@ -54,7 +54,7 @@ def _tripped(rehearsal: Rehearsal, channel: str, detail: str) -> Caution:
         grown = last[0].target_amplitude * WANTED * limit / max(peak, 1e-300)
         wanted = min(max(grown, last[0].target_amplitude), 0.9 * target)
     return Caution(
-        kind="limit-reached", severity="stop", sweep=sweep, index=stopped.index,
+        kind="limit-reached", severity="stop", channel=channel, sweep=sweep, index=stopped.index,
         frequency_Hz=stopped.frequency_Hz, steps=1,
         reason=f"the guard ended the run: {detail}",
         advice=f"go no higher than {wanted:.3g}, or raise the limit of {channel} if the rig bears it",

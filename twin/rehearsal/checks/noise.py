@@ -33,8 +33,8 @@ def check_noise(rehearsal: Rehearsal) -> list[Caution]:
                 changes = {"measure": {"seconds": float(f"{step.measure_s * longer:.2g}")}}
             found.append(
                 Caution(
-                    kind="noise-floor", severity="warning", sweep=sweep, index=step.index,
-                    frequency_Hz=step.frequency_Hz, steps=len(noisy),
+                    kind="noise-floor", severity="warning", channel=name, sweep=sweep, index=step.index,
+                    frequency_Hz=step.frequency_Hz, steps=len(noisy), size=errors[worst],
                     reason=f"the noise of {name} leaves {100 * errors[worst]:.2g} % uncertainty in one step",
                     advice=f"measure {longer:.2g} times as long ({step.measure_s * longer:.2g} s), or drive harder",
                     changes=changes,

@@ -28,8 +28,9 @@ def check_overload(rehearsal: Rehearsal) -> list[Caution]:
             factor = WANTED / uses[worst] * (0.6 if full else 1.0)
             found.append(
                 Caution(
-                    kind="overload", severity="stop" if full else "warning", sweep=sweep, index=step.index,
-                    frequency_Hz=step.frequency_Hz, steps=sum(use >= NEAR for use in uses),
+                    kind="overload", severity="stop" if full else "warning", channel=name, sweep=sweep,
+                    index=step.index, frequency_Hz=step.frequency_Hz, steps=sum(use >= NEAR for use in uses),
+                    size=uses[worst],
                     reason=f"{name} {state} its converter's limit of {channel.range:g} {channel.unit}",
                     advice=f"take a wider range for {name}, or less than "
                     f"{step.target_amplitude * factor:.3g} as amplitude",

@@ -31,8 +31,8 @@ def check_quantisation(rehearsal: Rehearsal) -> list[Caution]:
             lowest = step.target_amplitude * 1.2 * FEWEST / max(sizes[worst], 1e-3)
             found.append(
                 Caution(
-                    kind="quantisation", severity="warning", sweep=sweep, index=step.index,
-                    frequency_Hz=step.frequency_Hz, steps=len(few),
+                    kind="quantisation", severity="warning", channel=name, sweep=sweep, index=step.index,
+                    frequency_Hz=step.frequency_Hz, steps=len(few), size=FEWEST / max(sizes[worst], 1e-3),
                     reason=f"the sine of {name} is {sizes[worst]:.2g} converter steps of {step_size:.2g} "
                     f"{channel.unit} high: {rehearsal.bits} bits over a range of {channel.range:g} {channel.unit}",
                     advice=f"take a range of about {5 * sizes[worst] * step_size:.2g} {channel.unit}, "

@@ -1,0 +1,90 @@
+"""Where predicted branches fold, and which step of a sweep jumps there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twin.procedures import StepResult
+from twin.rehearsal.rehearsal import Rehearsal
+from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps, steepest_linear
+
+__all__ = ["Folds", "folds_within", "jumping_steps"]
+
+
+@dataclass(frozen=True)
+class Folds:
+    """Frequencies, Hz, where a sweep upwards and one downwards must leave the branch of one force.
+
+    `intervals_Hz` are the lower and the upper end of each stretch that the curve passes more than once.
+    """
+
+    up_Hz: tuple[float, ...] = ()
+    down_Hz: tuple[float, ...] = ()
+    intervals_Hz: tuple[tuple[float, float], ...] = ()
+
+
+def folds_within(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Folds:
+    """The folds of the branch at a sweep's force, between its first and its last frequency."""
+    branch = _branch(rehearsal, steps)
+    if branch is None or len({step.frequency_Hz for step in steps}) < 2:
+        return Folds()
+    frequency_Hz = np.asarray(branch["frequency_Hz"], float)
+    ways = np.sign(np.diff(frequency_Hz))
+    low, high = min(step.frequency_Hz for step in steps), max(step.frequency_Hz for step in steps)
+    places = [
+        (float(frequency_Hz[i + 1]), bool(ways[i] > 0))
+        for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)
+        if low <= frequency_Hz[i + 1] <= high
+    ]
+    return Folds(
+        up_Hz=tuple(sorted(place for place, ahead in places if ahead)),
+        down_Hz=tuple(sorted(place for place, ahead in places if not ahead)),
+        intervals_Hz=tuple(_intervals(places)),
+    )
+
+
+def _intervals(places: Sequence[tuple[float, bool]]) -> list[tuple[float, float]]:
+    """Along the curve, each turn backwards belongs to the turn forwards that comes next."""
+    found = []
+    for i, (place, ahead) in enumerate(places):
+        if ahead and i + 1 < len(places):
+            other = places[i + 1][0]
+            found.append((min(place, other), max(place, other)))
+        elif ahead or i == 0:  # the other one lies outside of what is swept
+            found.append((place, place))
+    return found
+
+
+def jumping_steps(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[int]:
+    """Numbers i of the steps over which, from i to i + 1, the response leaves one branch for another.
+
+    Those where the branch folds, as far as it is known, and those whose phase turns farther than any linear resonance
+    of the believed width can.
+    """
+    turns = phase_steps(rehearsal, steps)
+    if not turns:
+        return []
+    found = {i for i, turn in enumerate(turns) if turn > max(ALLOWED_DEGREES, steepest_linear(rehearsal, steps, i))}
+    folds = folds_within(rehearsal, steps)
+    upwards = steps[-1].frequency_Hz > steps[0].frequency_Hz
+    for fold_Hz in folds.up_Hz if upwards else folds.down_Hz:
+        near = [i for i in range(len(steps) - 1) if _is_near(rehearsal, steps[i], steps[i + 1], fold_Hz)]
+        found.add(max(near, key=lambda i: turns[i]))
+    return sorted(found)
+
+
+def _is_near(rehearsal: Rehearsal, here: StepResult, there: StepResult, fold_Hz: float) -> bool:
+    """Whether a step passes the fold, but for what shaker and transient may move the jump by."""
+    low, high = sorted((here.frequency_Hz, there.frequency_Hz))
+    margin_Hz = rehearsal.half_width_Hz(fold_Hz)
+    return low - margin_Hz <= fold_Hz <= high + margin_Hz
+
+
+def _branch(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Mapping[str, Any] | None:
+    target = steps[0].target_amplitude
+    return next((b for b in rehearsal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)), None)

@@ -1,0 +1,105 @@
+"""A finer grid where a resonance or a fold lies, and as coarse as before elsewhere."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Sequence
+
+from twin.procedures import SteppedSine, StepResult
+from twin.procedures.grid import fixed_frequencies
+from twin.rehearsal.rehearsal import Rehearsal
+
+__all__ = ["finer_grid", "resonance_between"]
+
+FINEST, REACH = 0.4, 4.0
+"""Of the resonance's half width: the steps across it, and how far to either side of it they go."""
+WIDENING = 0.4
+"""Of the distance from there: how wide the steps become farther out, so that a place known badly is not passed over."""
+SMALLEST_CHANGE = 0.1
+
+
+def finer_grid(rehearsal: Rehearsal, places_Hz: Sequence[tuple[float, float]]) -> dict[str, object]:
+    """The change of a stepped sine's grid that resolves what lies in some intervals of frequency.
+
+    Fixed frequencies stay and get more between them; an adaptive grid is made to look more closely.
+    """
+    procedure = rehearsal.procedure
+    assert isinstance(procedure, SteppedSine)
+    if procedure.grid is not None and procedure.grid.kind == "adaptive":
+        return {"grid": _more_careful(rehearsal, procedure, places_Hz)}
+    frequencies = fixed_frequencies(procedure)
+    added: set[float] = set()
+    for low_Hz, high_Hz in places_Hz:
+        added |= _around(rehearsal, frequencies, low_Hz, high_Hz)
+    return {"grid": None, "frequencies": sorted({*frequencies, *added})}
+
+
+def resonance_between(rehearsal: Rehearsal, here: StepResult, there: StepResult, channel: str) -> float:
+    """Where the real part of force over displacement, of one degree of freedom linear in w2, vanishes between steps."""
+    powers = {"displacement": 0, "velocity": 1, "acceleration": 2}
+    w2, stiffness = [], []
+    for step in (here, there):
+        w2.append(step.frequency_Hz**2)
+        receptance = (
+            rehearsal.transfer(step, channel) / (1j * step.frequency_Hz) ** powers[rehearsal.channels[channel].quantity]
+        )
+        stiffness.append((1 / receptance).real if receptance else math.inf)
+    if not all(map(math.isfinite, stiffness)) or stiffness[0] == stiffness[1]:
+        return 0.5 * (here.frequency_Hz + there.frequency_Hz)
+    at = w2[0] + (w2[1] - w2[0]) * stiffness[0] / (stiffness[0] - stiffness[1])
+    return math.sqrt(min(max(at, min(w2)), max(w2)))
+
+
+def _around(rehearsal: Rehearsal, frequencies: Sequence[float], low_Hz: float, high_Hz: float) -> set[float]:
+    """Round frequencies about an interval, wider apart the farther out, up to the next known ones."""
+    half_Hz = rehearsal.half_width_Hz(0.5 * (low_Hz + high_Hz))
+    first, last = low_Hz - REACH * half_Hz, high_Hz + REACH * half_Hz
+    below = bisect.bisect_left(frequencies, first) - 1
+    above = bisect.bisect_right(frequencies, last)
+    bottom = frequencies[max(below, 0)]
+    top = frequencies[min(above, len(frequencies) - 1)]
+    added: set[float] = set()
+    for sign, begin, end in ((1.0, low_Hz, top), (-1.0, high_Hz, bottom)):
+        frequency = begin
+        while sign * (end - frequency) > 0:
+            beyond = max(frequency - last, first - frequency, 0.0)
+            step = _round_step(max(FINEST * half_Hz, WIDENING * beyond))
+            # multiples of the step: what two sweeps ask for falls together
+            multiple = math.floor(frequency / step + 1e-6) + 1 if sign > 0 else math.ceil(frequency / step - 1e-6) - 1
+            frequency = round(multiple * step, 10)
+            if _is_new(frequencies, frequency, 0.5 * step) and sign * (end - frequency) > 0:
+                added.add(frequency)
+    return added
+
+
+def _round_step(wanted: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above."""
+    power = 10.0 ** math.floor(math.log10(wanted) + 1e-9)
+    return next(factor * power for factor in (5, 2, 1) if factor * power <= wanted * (1 + 1e-9))
+
+
+def _is_new(frequencies: Sequence[float], frequency: float, apart: float) -> bool:
+    at = bisect.bisect_left(frequencies, frequency)
+    return all(abs(frequency - one) >= apart for one in frequencies[max(at - 1, 0) : at + 1])
+
+
+def _more_careful(
+    rehearsal: Rehearsal, procedure: SteppedSine, places_Hz: Sequence[tuple[float, float]]
+) -> dict[str, object]:
+    grid = procedure.grid
+    assert grid is not None
+    assert grid.step is not None
+    assert grid.smallest is not None
+    width_Hz = 2 * rehearsal.half_width_Hz(min(low for low, _ in places_Hz))
+    # a step beyond the resonance's own width could pass over it; beside it, what the last round had is not enough
+    step = max(min(0.5 * grid.step, max(width_Hz, 0.25 * grid.step)), 0.1 * width_Hz)
+    smallest = min(grid.smallest, max(0.5 * grid.smallest, 0.02 * width_Hz), 0.5 * step)
+    return {
+        "kind": "adaptive",
+        "start": grid.start,
+        "stop": grid.stop,
+        "step": float(f"{step:.3g}"),
+        "smallest": float(f"{smallest:.2g}"),
+        "change": float(f"{max(0.7 * grid.change, min(grid.change, SMALLEST_CHANGE)):.2g}"),
+    }
