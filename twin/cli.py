@@ -19,6 +19,7 @@ for _library in ("OPENBLAS", "OMP", "MKL"):
 import click  # noqa: E402
 
 from recordings.errors import InputError  # noqa: E402
+from twin.commands.stopping import terminable  # noqa: E402
 
 __all__ = ["main"]
 
@@ -132,7 +133,8 @@ def group() -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a user's mistake becomes one line and exit status 2."""
     try:
-        result = group.main(args=arguments, prog_name="twin", standalone_mode=False)
+        with terminable():
+            result = group.main(args=arguments, prog_name="twin", standalone_mode=False)
     except InputError as error:
         _trace()
         click.echo(f"twin: {error}", err=True)

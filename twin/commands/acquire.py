@@ -15,7 +15,6 @@ import click
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, next_step, print_json, progress_bar
-from twin.commands.stopping import terminable
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -74,7 +73,7 @@ def command(
         raise InputError(out, "", "exists already", "give another name, or --overwrite")
     watch.check()
     branches = _branches(rig_name, preload, procedure) if watch.wanted else []
-    with terminable(), open_instruments(instruments) as acquisition:
+    with open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
         for value, quantity in acquisition.meter_values.values():
             if quantity == "preload" and not {"preload_N", "preload_Nm"} & set(info):

@@ -17,7 +17,7 @@ from rich.progress import Progress, TaskID
 
 from recordings.errors import InputError
 from twin.commands.output import console, progress_bar
-from twin.commands.stopping import deaf, terminable
+from twin.commands.stopping import deaf
 
 if TYPE_CHECKING:
     from twin.procedures import Procedure
@@ -87,7 +87,7 @@ class Meter:
 
 def run_here(job: _Job) -> dict[str, Any]:
     """Run one job in this process."""
-    with terminable(), progress_bar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task("beginning")
         return job.run(Meter(0, lambda mark: _draw(bar, [task], mark), lambda: False))
 
@@ -106,7 +106,6 @@ def run_side_by_side(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[st
         ProcessPoolExecutor(
             workers, mp_context=context, initializer=_become_worker, initargs=(marks, stop, console.quiet)
         ) as pool,
-        terminable(),
     ):
         tasks = [bar.add_task(f"{name}: beginning") for name in names]
         with deaf():  # they hear of it by `stop`
