@@ -159,6 +159,8 @@ class _Job:
         _tell(preload, first, wall_s)
         if better is not None:
             _tell("improved procedure", better, None)
+            if better.remaining:
+                console.print(f"[yellow]not cleared[/yellow]: {', '.join(better.remaining)}")
         save_procedure((better or first).rehearsal.procedure, self.out / "procedure.toml")
         table = result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches

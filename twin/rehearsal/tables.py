@@ -6,9 +6,10 @@ import cmath
 from dataclasses import asdict
 from typing import Any
 
-from twin.procedures import Procedure, SteppedSine, StepResult
+from twin.procedures import Procedure, RingDown, SteppedSine, StepResult
 from twin.rehearsal.branches import Branch, predicted_branches
 from twin.rehearsal.rehearse import Rehearsed
+from twin.rehearsal.ring_down import free_decays
 from twin.rehearsal.transient import transient_left
 from twin.rigs import Rig
 
@@ -60,11 +61,20 @@ def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
         "recording": rehearsed.recording.name,
         "warnings": [asdict(caution) for caution in rehearsed.cautions],
         "sweeps": [asdict(summary) for summary in rehearsal.summaries()],
+        "decays": _decays(rehearsed),
         "steps": [
             _step(rehearsed, step, before if before is not None and before.sweep == step.sweep else None)
             for before, step in zip([None, *result.steps], result.steps, strict=False)
         ],
     }
+
+
+def _decays(rehearsed: Rehearsed) -> list[dict[str, Any]]:
+    """Free decays of a ring-down, as its recording has them."""
+    rehearsal = rehearsed.rehearsal
+    if not isinstance(rehearsal.procedure, RingDown):
+        return []
+    return [asdict(decay) for decay in free_decays(rehearsal.result, rehearsed.recording, rehearsal.response_channels)]
 
 
 def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> dict[str, Any]:
