@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from twin.views.figures import dressed, legend, panels
@@ -18,6 +19,10 @@ __all__ = ["range_figure", "responses_figure"]
 
 Rows = Sequence[Mapping[str, Any]]
 
+LEGEND_COLUMNS = 4
+"""As many names of sweeps as fit beside each other."""
+FEW_STEPS = 20
+"""Steps up to which each gets a marker: one alone has no line."""
 UNSTABLE = (0, (1, 2))
 """Line style of branches that no sweep can follow."""
 
@@ -60,7 +65,7 @@ def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force
         entries.append(Line2D([], [], color=INK, linewidth=1.2, label="predicted branch"))
     if any(not all(branch.get("stable", [])) for branch in branches):
         entries.append(Line2D([], [], color=INK, linewidth=1.2, linestyle=UNSTABLE, label="unstable"))
-    legend(figure, entries)
+    legend(figure, entries, columns=LEGEND_COLUMNS)
     return figure
 
 
@@ -88,17 +93,22 @@ def range_figure(steps: Rows) -> Figure | None:
     number = np.arange(1, len(steps) + 1)
     for i, name in enumerate(names):
         use = [100 * step["range_use"].get(name, np.nan) for step in steps]
-        left.semilogy(number, use, color=level_colour(i), label=name, linewidth=1.4)
+        marker = "o" if len(steps) <= FEW_STEPS else ""
+        left.semilogy(number, use, color=level_colour(i), label=name, linewidth=1.4, marker=marker, markersize=4)
     left.axhline(100.0, color=INK, linewidth=0.9)
     left.set(title="use of the converter's range", xlabel="step", ylabel="peak, % of the range")
     settle = np.array([step["settle_s"] for step in steps], float)
     measure = np.array([step["measure_s"] for step in steps], float)
-    right.fill_between(number, settle, step="mid", color="#e69f00", label="settling", linewidth=0)
-    right.fill_between(number, settle, settle + measure, step="mid", color="#0072b2", label="measuring", linewidth=0)
+    edges = np.arange(len(steps) + 1) + 0.5
+    right.stairs(settle, edges, fill=True, color="#e69f00", label="settling")
+    right.stairs(settle + measure, edges, baseline=settle, fill=True, color="#0072b2", label="measuring")
     right.set(title="time of each step", xlabel="step", ylabel="time, s")
     for axes in (left, right):
         dressed(axes)
-        axes.legend(frameon=False, fontsize=9)
+        axes.set_xlim(edges[0], edges[-1])
+        axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+        # above the axes, where nothing that is drawn can hide it
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=LEGEND_COLUMNS, frameon=False, fontsize=9)
     return figure
 
 

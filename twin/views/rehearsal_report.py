@@ -23,13 +23,25 @@ def rehearsal_sentence(result: Mapping[str, Any]) -> str:
     took = f"{len(result['steps'])} steps in {result['duration_s'] / 60:.1f} min of the rig's time"
     if result["must_not_run"]:
         why = next((w["reason"] for w in result["warnings"] if w["severity"] == "stop"), result["reason"])
-        return f"The procedure must not be run like this: {why}."
+        return f"The procedure must not be run like this: {why}{_improvement(result)}."
     if result["state"] != "done":
         return f"The rehearsal was {result['state']}: {result['reason']}."
     if count["warning"]:
         plural = "warning says" if count["warning"] == 1 else "warnings say"
-        return f"The procedure gets to its end, {took}, but {count['warning']} {plural} that its data would mislead."
+        mislead = f"The procedure gets to its end, {took}, but {count['warning']} {plural} that its data would mislead"
+        return mislead + _improvement(result) + "."
     return f"The procedure can be run as it is: {took}, no warnings."
+
+
+def _improvement(result: Mapping[str, Any]) -> str:
+    """What is left of the warnings where the procedure was improved, as the end of a sentence."""
+    better = result.get("improved")
+    if not better:
+        return ""
+    if better["cleared"]:
+        return "; the improved procedure raises none"
+    left = " and ".join(better["remaining"]) or better["reason"]
+    return f"; the improved procedure does not clear them all: {left} remains"
 
 
 def write_rehearsal_report(
@@ -62,6 +74,7 @@ def write_rehearsal_report(
 def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Section | None]:
     yield _warnings(result, "Warnings")
     yield _sweeps(result)
+    yield _decays(result)
     yield _resources(result)
     if result.get("improved"):
         yield _improved(result["improved"], result.get("branches") or [])
@@ -155,6 +168,36 @@ def _responses(
     ]
 
 
+def _decays(result: Mapping[str, Any]) -> Section | None:
+    """Damping ratio and frequency of each ring-down, and of its parts where they differ."""
+    rows = []
+    for decay in result.get("decays") or []:
+        place = f"{decay['sweep']}, step {decay['index']}"
+        whole = ("whole", decay["amplitude"], decay["frequency_Hz"], f"{100 * decay['damping_ratio']:.4g}")
+        parts = [
+            (f"part {i}", part["amplitude"], part["frequency_Hz"],
+             f"{100 * part['damping_ratio']:.4g} ± {100 * part['damping_ratio_std']:.1g}")
+            for i, part in enumerate(decay["parts"] if decay["depends"] else [], 1)
+        ]  # fmt: skip
+        rows += [
+            (place, decay["channel"], name, f"{amplitude:.4g}", f"{frequency:.6g}", ratio)
+            for name, amplitude, frequency, ratio in (whole, *parts)
+        ]
+    if not rows:
+        return None
+    head = ("decay", "channel", "of it", "amplitude, SI units", "frequency, Hz", "damping ratio, %")
+    depends = any(decay["depends"] for decay in result["decays"])
+    told = "changes with the amplitude" if depends else "does not change with the amplitude by more than 2 %"
+    return Section(
+        title="Decays",
+        texts=[
+            f"The damping ratio {told}. It is that of the rig with its shaker attached, the generator at zero: the "
+            "logarithmic decrement of the amplitude, followed down to ten times the noise."
+        ],
+        tables=[Table(caption="Each decay", head=head, rows=rows, numbers=(3, 4, 5))],
+    )
+
+
 def _resources(result: Mapping[str, Any]) -> Section | None:
     figure = range_figure(result["steps"])
     if figure is None:
@@ -181,9 +224,10 @@ def _improved(better: Mapping[str, Any], branches: Sequence[Mapping[str, Any]]) 
     took = f"{len(better['steps'])} steps in {better['duration_s'] / 60:.1f} min of the rig's time."
     warned = _warnings(better, "The improved procedure")
     tables = [*warned.tables, *([_sweep_table(better)] if better["sweeps"] else [])]
+    left = [] if better["cleared"] or not better["remaining"] else [f"Not cleared: {', '.join(better['remaining'])}."]
     return Section(
         title=warned.title,
-        texts=[took, *(f"Warnings: {text}" for text in warned.texts)],
+        texts=[took, *left, *(f"Warnings: {text}" for text in warned.texts)],
         tables=tables,
         pictures=_responses(better["steps"], better["sweeps"], branches),
     )

@@ -152,6 +152,42 @@ def test_a_rehearsal_that_misleads_says_how(rehearsal: dict[str, Any], tmp_path:
 
 
 @pytest.mark.usefixtures("coarse")
+@pytest.mark.parametrize(
+    ("improved", "words"),
+    [
+        ({"cleared": True, "remaining": []}, "; the improved procedure raises none."),
+        (
+            {"cleared": False, "remaining": ["grid-too-coarse"]},
+            "; the improved procedure does not clear them all: grid-too-coarse remains.",
+        ),
+    ],
+)
+def test_a_rehearsal_says_what_its_improvement_leaves(
+    rehearsal: dict[str, Any], tmp_path: Path, improved: dict[str, Any], words: str
+) -> None:
+    write_rehearsal_report({**rehearsal, "improved": {**rehearsal, **improved}}, tmp_path / "report.html")
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert page.texts["p"][0].endswith("that its data would mislead" + words)
+    assert ("Not cleared: grid-too-coarse." in page.texts["p"]) == (not improved["cleared"])
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_decay_is_told_with_its_parts_where_they_differ(rehearsal: dict[str, Any], tmp_path: Path) -> None:
+    parts = [
+        {"amplitude": a, "frequency_Hz": 26.4, "damping_ratio": ratio, "damping_ratio_std": 2e-6}
+        for a, ratio in ((20.0, 0.00301), (5.0, 0.00252))
+    ]
+    decay = {
+        "sweep": "ring-down-26.44Hz-up", "index": 1, "channel": "acc2", "amplitude": 28.6, "frequency_Hz": 26.457,
+        "damping_ratio": 0.00276, "parts": parts, "depends": True,
+    }  # fmt: skip
+    write_rehearsal_report({**rehearsal, "decays": [decay]}, tmp_path / "report.html")
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert {"0.276", "0.301 ± 0.0002", "0.252 ± 0.0002", "26.457"} <= set(page.texts["td"])
+    assert any("changes with the amplitude" in text for text in page.texts["p"])
+
+
+@pytest.mark.usefixtures("coarse")
 def test_a_rehearsal_that_must_not_be_run_says_why(rehearsal: dict[str, Any], tmp_path: Path) -> None:
     stop = {**rehearsal["warnings"][0], "severity": "stop", "reason": "acc1 is at its converter's limit"}
     write_rehearsal_report({**rehearsal, "must_not_run": True, "warnings": [stop]}, tmp_path / "report.html")

@@ -65,10 +65,10 @@ def _is_narrow(rehearsal: Rehearsal, folds: Folds) -> bool:
 
 def _advice(rehearsal: Rehearsal, narrow: bool) -> tuple[str, dict[str, object]]:
     assert isinstance(rehearsal.procedure, SteppedSine)
-    if rehearsal.procedure.direction == "both":
-        return "both branches are recorded; mind the limits at the jump", {}
     if narrow:
         return "the stretch with two branches is too narrow for sweeps both ways to differ; mind how steep it is", {}
+    if rehearsal.procedure.direction == "both":
+        return "both branches are recorded; mind the limits at the jump", {}
     return (
         "sweep both ways, so that both branches are recorded; or hold the response, which has no jump",
         {"direction": "both"},
