@@ -30,6 +30,9 @@ def classic_frame_seconds(data_bytes: int, *, bitrate: float) -> float:
 class BusTime:
     """Lets frames through as fast as the bit rates allow, and the frames of others.
 
+    A process may be kept waiting by the machine, a bus is not: while frames wait, all time that has passed is theirs,
+    however late the node is called.
+
     Parameters
     ----------
     bitrate, data_bitrate
@@ -40,9 +43,6 @@ class BusTime:
         Whether the node's frames are those of CAN FD, or classic ones.
     """
 
-    BURST_S = 0.02
-    """How late the node may be called and still make use of the time that has passed."""
-
     def __init__(
         self, *, bitrate: float = 1e6, data_bitrate: float = 5e6, multiple: float | None = None, is_fd: bool = True
     ) -> None:
@@ -52,9 +52,9 @@ class BusTime:
         }
         self._seconds = self._seconds_of[is_fd]
         self._multiple = multiple
-        self._free_at = 0.0
         self._busy_s = 0.0
         self._since = time.monotonic()
+        self._free_at = self._since * (multiple or 0.0)
 
     def frame_s(self, data_bytes: int) -> float:
         """How long a frame takes."""
@@ -67,9 +67,14 @@ class BusTime:
         now = time.monotonic() * self._multiple
         if self._free_at > now:
             return False
-        self._free_at = max(self._free_at, now - self.BURST_S * self._multiple) + self._seconds[data_bytes]
+        self._free_at += self._seconds[data_bytes]
         self._busy_s += self._seconds[data_bytes]
         return True
+
+    def idle(self) -> None:
+        """No frame has been waiting here until now."""
+        if self._multiple is not None:
+            self._free_at = max(self._free_at, time.monotonic() * self._multiple)
 
     def hear(self, data_bytes: int, *, is_fd: bool, waits: bool) -> None:
         """Another participant's frame has had the bus; what is sent here waits for it, unless it would have won.
@@ -83,8 +88,7 @@ class BusTime:
         seconds = table[min(data_bytes, len(table) - 1)]  # a software bus takes classic frames of any length
         self._busy_s += seconds
         if waits:
-            now = time.monotonic() * self._multiple
-            self._free_at = max(self._free_at, now - self.BURST_S * self._multiple) + seconds
+            self._free_at += seconds
 
     def take_load(self) -> float | None:
         """The part of the time since the last call in which the bus was busy; None for one without limit."""

@@ -337,6 +337,8 @@ class CanNode:
             self._errors.succeed()
             queue.popleft()
             moved = True
+        if not self._may_send():
+            self._bus_time.idle()
         return moved
 
     def _may_send(self) -> bool:

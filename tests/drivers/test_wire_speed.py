@@ -70,9 +70,20 @@ def test_a_limited_bus_lets_through_what_its_bit_rates_allow():
     began, frames = time.monotonic(), 0
     while time.monotonic() - began < 0.3:
         frames += bus.take(64)
-    assert frames == pytest.approx(
-        (0.6 + 2 * BusTime.BURST_S) / frame_seconds(64, bitrate=1e6, data_bitrate=5e6), rel=0.1
-    )
+    assert frames == pytest.approx(0.6 / frame_seconds(64, bitrate=1e6, data_bitrate=5e6), rel=0.02)
+
+
+def test_a_process_kept_waiting_makes_up_for_it_and_an_idle_bus_does_not():
+    a_frame = frame_seconds(64, bitrate=1e6, data_bitrate=5e6)
+    for idle, expected in ((False, 0.2 / a_frame), (True, 1)):
+        bus = BusTime(multiple=1.0)
+        time.sleep(0.2)
+        if idle:
+            bus.idle()
+        frames = 0
+        while bus.take(64):
+            frames += 1
+        assert frames == pytest.approx(expected, rel=0.2, abs=1)
 
 
 def test_a_node_beyond_the_capacity_of_its_bus_overruns_and_says_so():
