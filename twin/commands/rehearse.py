@@ -159,8 +159,8 @@ class _Job:
         _tell(preload, first, wall_s)
         if better is not None:
             _tell("improved procedure", better, None)
-            if better.remaining:
-                console.print(f"[yellow]not cleared[/yellow]: {', '.join(better.remaining)}")
+        if self.rounds and (left := (better or first).remaining):
+            console.print(f"[yellow]not cleared by changing the procedure[/yellow]: {', '.join(left)}")
         save_procedure((better or first).rehearsal.procedure, self.out / "procedure.toml")
         table = result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches

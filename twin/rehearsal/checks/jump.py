@@ -45,7 +45,7 @@ def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jump
     advice, changes = _advice(rehearsal, _is_narrow(rehearsal, folds))
     if wide:
         places = _places(steps, wide, folds)
-        advice += "; and take finer steps " + " and ".join(f"from {low:.5g} to {high:.5g} Hz" for low, high in places)
+        advice += "; and take finer steps " + " and ".join(_stretch(low, high) for low, high in places)
         advice += f", where steps of {_gap_Hz(steps, wide[0]):.3g} Hz hide it"
         changes = {**changes, **finer_grid(rehearsal, places)}
     return Caution(
@@ -92,6 +92,11 @@ def _places(steps: Sequence[StepResult], wide: Sequence[int], folds: Folds) -> l
         between = [(low, high) for low, high in folds.intervals_Hz if low <= ends[1] and high >= ends[0]]
         found += between or [(ends[0], ends[1])]
     return list(dict.fromkeys(found))
+
+
+def _stretch(low_Hz: float, high_Hz: float) -> str:
+    low, high = f"{low_Hz:.5g}", f"{high_Hz:.5g}"
+    return f"near {low} Hz" if low == high else f"from {low} to {high} Hz"
 
 
 def _gap_Hz(steps: Sequence[StepResult], index: int) -> float:
