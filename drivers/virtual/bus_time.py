@@ -60,16 +60,15 @@ class BusTime:
         """How long a frame takes."""
         return self._seconds[data_bytes]
 
-    def take(self, data_bytes: int) -> bool:
-        """Whether the bus is free for a frame now; if so, it is taken for the time the frame needs."""
-        if self._multiple is None:
-            return True
-        now = time.monotonic() * self._multiple
-        if self._free_at > now:
-            return False
+    @property
+    def is_free(self) -> bool:
+        """Whether a frame may be sent now."""
+        return self._multiple is None or self._free_at <= time.monotonic() * self._multiple
+
+    def take(self, data_bytes: int) -> None:
+        """The bus is taken for the time that a frame needs."""
         self._free_at += self._seconds[data_bytes]
         self._busy_s += self._seconds[data_bytes]
-        return True
 
     def idle(self) -> None:
         """No frame has been waiting here until now."""

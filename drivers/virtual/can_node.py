@@ -322,9 +322,10 @@ class CanNode:
         moved = False
         while self._may_send():
             queue = self._urgent or self._queue
-            if not self._bus_time.take(len(queue[0].data)):
+            if not self._bus_time.is_free:
                 break
             if self._faults.noisy:
+                self._bus_time.take(len(queue[0].data))
                 self._errors.fail()  # the frame stays, to be sent again
                 with contextlib.suppress(can.CanError):
                     self._bus.send(can.Message(is_error_frame=True, is_extended_id=False, dlc=0), timeout=0)
@@ -335,7 +336,7 @@ class CanNode:
             except can.CanError:
                 break  # the bus is full, off, or its hub has gone: frames wait, then overrun
             self._errors.succeed()
-            queue.popleft()
+            self._bus_time.take(len(queue.popleft().data))
             moved = True
         if not self._may_send():
             self._bus_time.idle()
