@@ -1,6 +1,6 @@
 """The virtual rig: physics that streams, through its instruments, with or without a hidden cause."""
 
-from twin.bench.bench import Bench, SAMPLE_RATES_Hz, amplifier_limits, open_bench
+from twin.bench.bench import Bench, SAMPLE_RATES_Hz, drive_limits, open_bench
 from twin.bench.effects import EFFECTS
 from twin.bench.hidden import DRAWN_CAUSES, FIRST_CAUSES, HiddenCase, draw_case
 from twin.bench.layer import JointLaw, default_law, no_law
@@ -13,9 +13,9 @@ __all__ = [
     "HiddenCase",
     "JointLaw",
     "SAMPLE_RATES_Hz",
-    "amplifier_limits",
     "default_law",
     "draw_case",
+    "drive_limits",
     "no_law",
     "open_bench",
 ]

@@ -22,7 +22,7 @@ from twin.bench.plan import Plan
 from twin.bench.shaker import Shaker
 from twin.rigs import Effect, Rig
 
-__all__ = ["Bench", "SAMPLE_RATES_Hz", "amplifier_limits", "open_bench"]
+__all__ = ["Bench", "SAMPLE_RATES_Hz", "drive_limits", "open_bench"]
 
 SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
 """Rates the converter has."""
@@ -275,10 +275,10 @@ def _parts(poles: NDArray[np.complex128]) -> Matrix:
     return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
 
 
-def amplifier_limits(rig: Rig) -> dict[str, float]:
-    """The limits of a rig's amplifier, V and A, by the monitor that comes up to each."""
+def drive_limits(rig: Rig) -> dict[str, float]:
+    """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
     shaker = Shaker.of(rig.drive)
-    limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit}
+    limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
 
 

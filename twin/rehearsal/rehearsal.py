@@ -80,7 +80,7 @@ class Rehearsal:
     """A procedure that was run on the twin.
 
     `damping_ratio` is what is believed of the least damped mode in question, `bits` the converter's word length; None
-    where nothing is known.  `amplifier_limits` are the largest values that its amplifier lets some channels have.
+    where nothing is known.  `drive_limits` are the largest values that its amplifier lets some channels have.
     `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
     """
 
@@ -89,7 +89,7 @@ class Rehearsal:
     channels: Mapping[str, Channel]
     damping_ratio: float | None = None
     bits: int | None = None
-    amplifier_limits: Mapping[str, float] = field(default_factory=dict)
+    drive_limits: Mapping[str, float] = field(default_factory=dict)
     branches: Sequence[Mapping[str, Any]] = ()
 
     def time_constant_s(self, frequency_Hz: float) -> float:

@@ -11,7 +11,7 @@ import tomli_w
 
 from recordings import InputError, RunWriter
 from recordings.streams import Acquisition, SampleSource
-from twin.bench import amplifier_limits, open_bench
+from twin.bench import drive_limits, open_bench
 from twin.procedures import (
     DirectAcquisition,
     Procedure,
@@ -44,7 +44,7 @@ class Believed:
         Of the least damped mode.
     bits
         The converter's.
-    amplifier_limits
+    drive_limits
         By the channel that shows each.
     branches
         Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps.
@@ -55,7 +55,7 @@ class Believed:
     preload: Mapping[str, str] = field(default_factory=dict)
     damping_ratio: float | None = None
     bits: int | None = None
-    amplifier_limits: Mapping[str, float] = field(default_factory=dict)
+    drive_limits: Mapping[str, float] = field(default_factory=dict)
     branches: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
@@ -67,7 +67,7 @@ class Believed:
             preload=preload_record(preload),
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
-            amplifier_limits=amplifier_limits(rig),
+            drive_limits=drive_limits(rig),
             branches=branches,
         )
 
@@ -97,7 +97,7 @@ class Rehearsed:
 
 
 def open_twin(rig: Rig, procedure: Procedure, *, preload: str, seed: int, source: str) -> SampleSource:
-    """The rig's bench at rest, with the channels that show its amplifier's limits.
+    """The rig's bench at rest, with the channels that show its drive's limits.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def open_twin(rig: Rig, procedure: Procedure, *, preload: str, seed: int, source
     try:
         return open_bench(
             rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
-            monitors=tuple(amplifier_limits(rig)),
+            monitors=tuple(drive_limits(rig)),
         )  # fmt: skip
     except ValueError as error:
         raise InputError(source, "", str(error)) from error
@@ -180,7 +180,7 @@ def rehearse(
         channels={channel.name: channel for channel in source.channels},
         damping_ratio=believed.damping_ratio,
         bits=believed.bits,
-        amplifier_limits=believed.amplifier_limits,
+        drive_limits=believed.drive_limits,
         branches=believed.branches,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))

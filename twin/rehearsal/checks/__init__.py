@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from twin.rehearsal.checks.amplifier import check_amplifier
 from twin.rehearsal.checks.coarse_grid import check_grid
+from twin.rehearsal.checks.drive import check_drive
 from twin.rehearsal.checks.drop_out import check_drop_out
 from twin.rehearsal.checks.dwell import check_dwell
 from twin.rehearsal.checks.jump import check_jumps
@@ -25,7 +25,7 @@ CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
     check_sweep_rate,
     check_drop_out,
     check_overload,
-    check_amplifier,
+    check_drive,
     check_limits,
 )
 """All checks; where two would change the same field, a later one has the last word."""

@@ -1,19 +1,19 @@
-"""Amplifier at its limit: it cuts the drive off, and what it cuts off comes back as harmonics of the force."""
+"""Amplifier or armature at its limit: what is cut off, or knocks at a stop, comes back as harmonics of the force."""
 
 from __future__ import annotations
 
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_amplifier"]
+__all__ = ["check_drive"]
 
 HELD, NEAR, WANTED = 0.99, 0.9, 0.8
 
 
-def check_amplifier(rehearsal: Rehearsal) -> list[Caution]:
-    """Judge every sweep by the step that comes nearest to each of the rig's amplifier limits."""
+def check_drive(rehearsal: Rehearsal) -> list[Caution]:
+    """Judge every sweep by the step that comes nearest to each limit of the rig's drive."""
     found = []
-    for name, limit in rehearsal.amplifier_limits.items():
+    for name, limit in rehearsal.drive_limits.items():
         unit = rehearsal.channels[name].unit
         for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):
             steps = [step for step in rehearsal.result.steps if step.sweep == sweep]
@@ -22,9 +22,8 @@ def check_amplifier(rehearsal: Rehearsal) -> list[Caution]:
             if use < NEAR:
                 continue
             held = use >= HELD
-            state = f"is held at the amplifier's limit of {limit:g} {unit}" if held else (
-                f"comes to {100 * use:.0f} % of the amplifier's limit of {limit:g} {unit}"
-            )  # fmt: skip
+            whose = "the end stops, at" if name == "stroke" else "the amplifier's limit of"
+            state = f"{'is held at' if held else f'comes to {100 * use:.0f} % of'} {whose} {limit:g} {unit}"
             # what was cut off hides how much would have been needed
             wanted = worst.target_amplitude * WANTED / use * (0.8 if held else 1.0)
             found.append(
@@ -32,7 +31,7 @@ def check_amplifier(rehearsal: Rehearsal) -> list[Caution]:
                     kind="limit-reached", severity="warning", channel=name, sweep=sweep, index=worst.index,
                     frequency_Hz=worst.frequency_Hz,
                     steps=sum(step.peak.get(name, 0.0) >= NEAR * limit for step in steps), size=use,
-                    reason=f"{name} {state}" + (", which distorts the force" if held else ""),
+                    reason=f"{name} {state}" + (", which distorts the force" if held and name != "stroke" else ""),
                     advice=f"an amplitude of {wanted:.3g} leaves it in hand",
                     changes=amplitudes_at_most(rehearsal.procedure, worst.target_amplitude, wanted),
                 )

@@ -1,4 +1,4 @@
-"""An amplifier that cuts off is noticed on the rig whose file names its limit, and the improved procedure spares it."""
+"""A drive at its limit is noticed on the rig whose file names it, and the improved procedure spares it."""
 
 import json
 
@@ -17,10 +17,14 @@ measure = { seconds = 1.0 }
 
 
 @pytest.mark.parametrize(
-    ("limits", "channel"),
-    [({"voltage_limit": 0.5}, "amplifier"), ({"amplifier": "current", "force_limit": 1.9}, "current")],
+    ("limits", "channel", "what"),
+    [
+        ({"voltage_limit": 0.5}, "amplifier", "the amplifier's limit of 0.5 V"),
+        ({"amplifier": "current", "force_limit": 1.9}, "current", "the amplifier's limit of"),
+        ({"stroke_limit": 4e-6}, "stroke", "the end stops, at 4e-06 m"),
+    ],
 )
-def test_an_amplifier_that_cuts_off_is_noticed_and_spared(tmp_path, capsys, limits, channel):
+def test_a_drive_at_its_limit_is_noticed_and_spared(tmp_path, capsys, limits, channel, what):
     rig = load_rig("steel-lap-joint")
     save_rig(rig.model_copy(update={"drive": rig.drive.model_copy(update=limits)}), tmp_path / "weak.toml")
     (tmp_path / "sweep.toml").write_text(SWEEP)
@@ -29,9 +33,10 @@ def test_an_amplifier_that_cuts_off_is_noticed_and_spared(tmp_path, capsys, limi
         main(["rehearse", *map(str, arguments)])
     result = json.loads(capsys.readouterr().out)
     (warning,) = [one for one in result["warnings"] if one["kind"] == "limit-reached"]
-    assert warning["reason"].startswith(f"{channel} is held at the amplifier's limit")
+    assert warning["reason"].startswith(f"{channel} is held at {what}")
     assert result["steps"][0]["limit_use"][channel] == pytest.approx(1.0, abs=0.02)
-    assert result["steps"][0]["distortion"]["force"] > 0.01
+    if channel != "stroke":
+        assert result["steps"][0]["distortion"]["force"] > 0.01
     improved = result["improved"]
     assert not [one for one in improved["warnings"] if one["kind"] == "limit-reached"]
     assert improved["steps"][0]["limit_use"][channel] < 0.9
