@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from recordings import InputError
-from recordings.whole import whole_file
+from recordings import InputError, whole_file
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import extended_rig

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from recordings import Run
-from recordings.whole import whole_file
+from recordings import Run, whole_file
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.effects import effects_extension, unmodelled_effects

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from recordings.whole import whole_file
+from recordings import whole_file
 from twin.identify.modal_table import identify_sweep_table
 from twin.lab.shown import Shown
 from twin.rigs.modal import ModalRig, save_modal_rig

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from recordings import FrequencyTable, InputError, read_table
-from recordings.whole import whole_file
+from recordings import FrequencyTable, InputError, read_table, whole_file
 from twin.diagnose.effects import effects_extension
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import update_moduli

@@ -37,13 +37,10 @@ def finer_grid(rehearsal: Rehearsal, places_Hz: Sequence[tuple[float, float]]) -
 
 def resonance_between(rehearsal: Rehearsal, here: StepResult, there: StepResult, channel: str) -> float:
     """Where the real part of force over displacement, of one degree of freedom linear in w2, vanishes between steps."""
-    powers = {"displacement": 0, "velocity": 1, "acceleration": 2}
     w2, stiffness = [], []
     for step in (here, there):
         w2.append(step.frequency_Hz**2)
-        receptance = (
-            rehearsal.transfer(step, channel) / (1j * step.frequency_Hz) ** powers[rehearsal.channels[channel].quantity]
-        )
+        receptance = rehearsal.receptance(step, channel)
         stiffness.append((1 / receptance).real if receptance else math.inf)
     if not all(map(math.isfinite, stiffness)) or stiffness[0] == stiffness[1]:
         return 0.5 * (here.frequency_Hz + there.frequency_Hz)

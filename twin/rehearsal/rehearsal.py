@@ -15,6 +15,9 @@ from twin.procedures.settling import USUAL_DAMPING_RATIO
 
 __all__ = ["Caution", "Rehearsal", "SweepSummary"]
 
+POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+"""Of i omega, by which a quantity is more than the displacement."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Caution:
@@ -80,7 +83,7 @@ class Rehearsal:
     """A procedure that was run on the twin.
 
     `damping_ratio` is what is believed of the least damped mode in question, `bits` the converter's word length; None
-    where nothing is known.  `drive_limits` are the largest values that its amplifier lets some channels have.
+    where nothing is known.  `drive_limits` are the largest values that its drive lets some channels have.
     `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
     """
 
@@ -134,6 +137,11 @@ class Rehearsal:
         force = step.phasors.get(self.force_channel or "", 0j)
         return response / force if force else response
 
+    def receptance(self, step: StepResult, channel: str) -> complex:
+        """Displacement at a channel's sensor over the force, whatever quantity the sensor measures."""
+        iw = 2j * math.pi * step.frequency_Hz
+        return complex(self.transfer(step, channel) / iw ** POWERS[self.channels[channel].quantity])
+
     def summaries(self) -> Iterator[SweepSummary]:
         """Each sine sweep at a glance."""
         for sweep, steps in self.sweeps().items():
@@ -159,16 +167,12 @@ class Rehearsal:
 
     def _quality_factor(self, steps: Sequence[StepResult], channel: str) -> float:
         """Q of one degree of freedom: 1/H = k - m w2 + i w c, least squares weighted by H, over the peak's steps."""
-        powers = {"displacement": 0, "velocity": 1, "acceleration": 2}
         frequency_Hz = np.array([step.frequency_Hz for step in steps])
         # a backbone or a ladder has many frequencies or levels, but no resonance curve
         if len(np.unique(frequency_Hz)) < 4 or len({step.target_amplitude for step in steps}) > 1:
             return math.nan
         w = frequency_Hz / frequency_Hz.mean()
-        H = (
-            np.array([self.transfer(step, channel) for step in steps])
-            / (1j * w) ** powers[self.channels[channel].quantity]
-        )
+        H = np.array([self.receptance(step, channel) for step in steps])
         near = abs(H) > 0.2 * abs(H).max()
         if near.sum() < 3:
             return math.nan

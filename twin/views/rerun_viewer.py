@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 
 __all__ = ["Viewer", "find_viewer", "has_display", "headless_viewer", "open_viewer", "save_picture", "viewer_url"]
 
@@ -154,10 +155,8 @@ def save_picture(viewer: Viewer, picture: Path, *, at: tuple[str, float] | None 
         _patiently(viewer, lambda: client.set_time(at[0], duration=at[1], play_state="paused"))
     time.sleep(SETTLED_S)
     image: bytes = _patiently(viewer, client.take_screenshot)
-    try:
-        picture.write_bytes(image)
-    except OSError as error:
-        raise InputError(picture, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+    with whole_file(picture) as part:
+        part.write_bytes(image)
 
 
 def _patiently(viewer: Viewer, ask: Callable[[], Answer]) -> Answer:
