@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 import zlib
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,13 @@ from twin.bench import HiddenCase, draw_case
 from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
 from twin.diagnose import diagnose
 from twin.diagnose.causes import CAUSES, DRIFTS
-from twin.procedures import DirectAcquisition, Procedure, run_procedure
+from twin.procedures import DirectAcquisition, Procedure, load_procedure, run_procedure
 from twin.rigs import Rig, preload_record
 
 __all__ = ["CasePlan", "CaseResult", "in_model", "record_case", "record_hidden", "run_case"]
+
+NEXT = "next.mcap"
+"""Recording of the test that an ambiguous diagnosis proposed."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class CaseResult:
         ``cause`` and ``parameters`` of each hidden effect.
     found
         The diagnosis, as the contract's ``result.json``; None where it failed.
+    followed
+        Where the first diagnosis was ambiguous: the one with a recording of the test that it proposed, of the same rig.
     oracle_after
         Error on the held-out sweep of a diagnosis that may blame the hidden causes only; None where they have no model
         or the diagnosis failed.
@@ -66,6 +72,7 @@ class CaseResult:
     rig: str
     hidden: list[dict[str, Any]]
     found: dict[str, Any] | None
+    followed: dict[str, Any] | None = None
     oracle_after: float | None = None
     aborted: list[str]
     recording_s: float
@@ -130,21 +137,12 @@ def record_hidden(
         Recordings that ended early: a joint that slaps hard may rattle at the largest force until a guard ends it.
     """
     aborted = []
-    store = {"store": "all"} if waits_too else {}
 
     def record(name: str, procedure: Procedure) -> Path:
-        procedure = procedure.model_copy(update=store)
-        acquisition = DirectAcquisition(case.open_bench(seed=int(rng.integers(2**31))))
-        info = {"source": "simulated", "rig": rig.name, "procedure": procedure.procedure, "stored": procedure.store}
-        info |= preload_record(rig.preload_name(None))
-        with RunWriter(folder / name, info=info, channels=acquisition.channels, overwrite=True) as writer:
-            try:
-                done = run_procedure(procedure, acquisition, writer).state == "done"
-            except ArithmeticError:
-                # Driven beyond what its law has an answer for, a soft joint falls apart; what came before is recorded.
-                done = False
-            if not done:
-                aborted.append(name)
+        if waits_too:
+            procedure = procedure.model_copy(update={"store": "all"})
+        if not _recorded(case, rig, folder / name, procedure, rng=rng):
+            aborted.append(name)
         return folder / name
 
     noise = read_run(record(BROADBAND, broadband()))
@@ -152,6 +150,19 @@ def record_hidden(
     for name, procedure in planned_sweeps(first_resonance(noise, force=force, response=response)).items():
         record(name, procedure)
     return aborted
+
+
+def _recorded(case: HiddenCase, rig: Rig, path: Path, procedure: Procedure, *, rng: np.random.Generator) -> bool:
+    """Record one procedure; whether it came to its end."""
+    acquisition = DirectAcquisition(case.open_bench(seed=int(rng.integers(2**31))))
+    info = {"source": "simulated", "rig": rig.name, "procedure": procedure.procedure, "stored": procedure.store}
+    info |= preload_record(rig.preload_name(None))
+    with RunWriter(path, info=info, channels=acquisition.channels, overwrite=True) as writer:
+        try:
+            return run_procedure(procedure, acquisition, writer).state == "done"
+        except ArithmeticError:
+            # Driven beyond what its law has an answer for, a soft joint falls apart; what came before is recorded.
+            return False
 
 
 def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
@@ -172,13 +183,14 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         started = time.perf_counter()
         hidden: list[dict[str, Any]] = []
         aborted: list[str] = []
-        found = oracle_after = None
+        found = followed = oracle_after = None
         recording_s, error = 0.0, ""
         try:
             case, aborted = record_case(plan, rig, folder)
             recording_s = time.perf_counter() - started
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
             found = _diagnosed(folder, rig, list(CAUSES))
+            followed = _followed(plan, case, found, folder, rig)
             oracle_after = _oracle(plan, found, folder, rig)
         except Exception as problem:
             error = f"{type(problem).__name__}: {problem}"
@@ -187,6 +199,7 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         rig=rig.name,
         hidden=hidden,
         found=found,
+        followed=followed,
         oracle_after=oracle_after,
         aborted=aborted,
         recording_s=recording_s,
@@ -194,10 +207,20 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
     )
 
 
-def _diagnosed(folder: Path, rig: Rig, may_blame: list[str]) -> dict[str, Any]:
-    learn = [read_run(folder / name) for name in (BROADBAND, SWEEPS)]
+def _diagnosed(folder: Path, rig: Rig, may_blame: list[str], more: Sequence[str] = ()) -> dict[str, Any]:
+    learn = [read_run(folder / name) for name in (BROADBAND, SWEEPS, *more)]
     causes = {name: CAUSES[name] for name in may_blame}
-    return diagnose(learn, rig, held_out=[read_run(folder / HELD_OUT)], causes=causes).to_dict()
+    return diagnose(learn, rig, held_out=[read_run(folder / HELD_OUT)], causes=causes, out=folder).to_dict()
+
+
+def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: Path, rig: Rig) -> dict[str, Any] | None:
+    """The diagnosis with the test that an ambiguous one proposed, run on the same hidden rig."""
+    if not found["next_test"]:
+        return None
+    procedure = load_procedure(folder / found["next_test"]["procedure"])
+    rng = np.random.default_rng([plan.seed, zlib.crc32(NEXT.encode())])
+    _recorded(case, rig, folder / NEXT, procedure, rng=rng)
+    return _diagnosed(folder, rig, list(CAUSES), [NEXT])
 
 
 def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> float | None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from twin.campaign.case import CaseResult, in_model
 
-__all__ = ["Outcome", "covered", "judge", "named_first", "probability_first"]
+__all__ = ["Outcome", "covered", "judge", "named_first", "probability_first", "resolved"]
 
 Outcome = Literal["right", "in a set", "partly", "none", "unknown", "wrong", "failed"]
 """``right``: the hidden cause is first; every one is named, if there are several, and nothing, if there is none.
@@ -37,6 +38,14 @@ def judge(result: CaseResult) -> Outcome:
         return "right"
     suspects = {name for cause in in_model(found) for name in cause["confused_with"]}
     return "in a set" if found["verdict"] == "ambiguous" and hidden & (suspects | set(named)) else "wrong"
+
+
+def resolved(result: CaseResult) -> bool | None:
+    """Whether the test that an ambiguous diagnosis proposed brought the hidden causes; None where none was run."""
+    if result.followed is None:
+        return None
+    after = replace(result, found=result.followed)
+    return result.followed["verdict"] != "ambiguous" and judge(after) == "right"
 
 
 def named_first(result: CaseResult) -> str:

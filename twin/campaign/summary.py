@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from twin.campaign.case import CaseResult, in_model
-from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first
+from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first, resolved
 
 __all__ = ["Calibration", "CampaignSummary", "CauseRow", "summarise"]
 
@@ -33,6 +33,8 @@ class CauseRow:
         Number of cases by :data:`~twin.campaign.judgement.Outcome`.
     found_95 : tuple of float
         Wilson's 95 % interval of the share that was found.
+    followed, resolved : int
+        Ambiguous cases whose proposed test was run on the same rig, and those it brought to the hidden cause.
     extra : int
         Cases with causes in the model that were not hidden.
     inside, intervals : int
@@ -48,6 +50,8 @@ class CauseRow:
     cases: int
     outcomes: dict[str, int]
     found_95: tuple[float, float]
+    followed: int
+    resolved: int
     extra: int
     inside: int
     intervals: int
@@ -123,12 +127,15 @@ def _row(label: str, strength: float, results: list[CaseResult]) -> CauseRow:
     inside = [ok for result in results for _, ok in covered(result)]
     diagnosed = [result.found for result in results if result.found]
     held = [(r, r.found["gain"]["held_out"]) for r in results if r.found and r.found["gain"]]
+    after = [brought for result in results if (brought := resolved(result)) is not None]
     return CauseRow(
         label=label,
         strength=strength,
         cases=len(results),
         outcomes=dict(outcomes),
         found_95=(float(interval.low), float(interval.high)),
+        followed=len(after),
+        resolved=sum(after),
         extra=sum(_has_extra(result) for result in results),
         inside=sum(inside),
         intervals=len(inside),

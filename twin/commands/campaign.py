@@ -122,13 +122,14 @@ def _tables(summary: CampaignSummary) -> list[Table]:
     for heading in ("size", "cases", "found"):
         cases.add_column(heading, justify="right")
     cases.add_column("otherwise")
-    for heading in ("extra", "in 95 %", "gain", "/ oracle", "s"):
+    for heading in ("next test", "extra", "in 95 %", "gain", "/ oracle", "s"):
         cases.add_column(heading, justify="right")
     for row in summary.rows:
         other = {k: n for k, n in row.outcomes.items() if k not in ("right", "in a set")}
         cases.add_row(
             row.label, f"{row.strength:g}", str(row.cases), str(row.found),
-            ", ".join(f"{n} {k}" for k, n in other.items()), str(row.extra), f"{row.inside}/{row.intervals}",
+            ", ".join(f"{n} {k}" for k, n in other.items()),
+            f"{row.resolved}/{row.followed}" if row.followed else "-", str(row.extra), f"{row.inside}/{row.intervals}",
             _number(row.gain), _number(row.oracle_ratio), _number(row.diagnosis_s),
         )  # fmt: skip
     calibration = Table("probability said", "cases", "mean", "right", title="Calibration", box=SIMPLE)

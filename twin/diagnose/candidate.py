@@ -18,7 +18,7 @@ from twin.identify.prediction import Prediction, Predictor
 from twin.identify.unknowns import STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Blame", "Candidate", "extension_of", "fit_candidate"]
+__all__ = ["Blame", "Candidate", "Trial", "extension_of", "fit_candidate"]
 
 Array = NDArray[Any]
 
@@ -95,6 +95,91 @@ def extension_of(evidence: Evidence, blames: tuple[Blame, ...]) -> Extension:
     return whole
 
 
+class Trial:
+    """All parameters of a model on trial in one vector: the base family's unknowns, then the causes'.
+
+    A cause's parameters are in units of their scale, so that one step length suits all.
+
+    Parameters
+    ----------
+    start
+        Where the base family's unknowns begin.
+    blames
+        Causes with the values to begin from.
+    slack
+        How much the models may be wrong beyond their noise.
+    held
+        Parameter of the last cause that keeps its value.
+
+    Attributes
+    ----------
+    x0 : ndarray, (n,)
+        The vector at the start.
+    blocks : tuple of (name, slice)
+        Parts of the residual that was evaluated last.
+    """
+
+    def __init__(
+        self,
+        evidence: Evidence,
+        harmonics: HarmonicResiduals | None,
+        start: Unknowns,
+        blames: tuple[Blame, ...],
+        *,
+        slack: Slack = TIGHT,
+        held: str = "",
+    ) -> None:
+        self.evidence, self.harmonics, self.start, self.slack = evidence, harmonics, start, slack
+        self._blames = blames
+        self.slots = [
+            (i, p)
+            for i, blame in enumerate(blames)
+            for p in blame.cause.parameters(evidence, blame.label)
+            if i < len(blames) - 1 or p.name != held
+        ]
+        self.count = len(start.vector)
+        self.scales = np.array([p.scale for _, p in self.slots])
+        self.x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in self.slots]])
+        self.blocks: tuple[tuple[str, slice], ...] = ()
+        self._factor: Array | None = None
+
+    def unknowns(self, x: Array) -> Unknowns:
+        """The base family's part."""
+        return self.start.with_vector(x[: self.count])
+
+    def blames(self, x: Array) -> tuple[Blame, ...]:
+        """The causes with their values."""
+        tables: list[dict[str, float]] = [dict(blame.values) for blame in self._blames]
+        for (i, p), value in zip(self.slots, x[self.count :] * self.scales, strict=True):
+            tables[i][p.name] = float(value)
+        return tuple(replace(blame, values=table) for blame, table in zip(self._blames, tables, strict=True))
+
+    def weigh(self, x: Array) -> None:
+        """From now on give the steps the weights that the law has here."""
+        predictor = Predictor(
+            self.evidence, extension_of(self.evidence, self.blames(x)), self.harmonics, slack=self.slack
+        )
+        self._factor = predictor.step_factor(self.unknowns(x))
+
+    def predict(self, x: Array, *, sensitivities: bool = False) -> Prediction:
+        """The whitened residual, with its sensitivities to the base family if they are wanted."""
+        extension = extension_of(self.evidence, self.blames(x))
+        predictor = Predictor(self.evidence, extension, self.harmonics, slack=self.slack, step_factor=self._factor)
+        return predictor.evaluate(self.unknowns(x), sensitivities=sensitivities)
+
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """The whitened residual and its sensitivities to all parameters."""
+        here = self.predict(x, sensitivities=True)
+        r, self.blocks = here.residual, here.blocks
+        columns = np.zeros((len(r), len(self.slots)))
+        for k, (_, p) in enumerate(self.slots):
+            step = _difference_step(p, x[self.count + k] * self.scales[k]) / p.scale
+            moved = x.copy()
+            moved[self.count + k] += step
+            columns[:, k] = (r - self.predict(moved).residual) / step
+        return r, np.hstack([here.jacobian, columns])
+
+
 def fit_candidate(
     evidence: Evidence,
     harmonics: HarmonicResiduals | None,
@@ -110,71 +195,32 @@ def fit_candidate(
 
     Parameters
     ----------
-    blames
-        Causes with the values to begin from.
-    slack
-        How much the models may be wrong beyond their noise.
+    start, blames, slack, held
+        As for :class:`Trial`.
     iterations, tolerance
         Of the Gauss-Newton search.
-    held
-        Parameter of the last cause that keeps its value.
     """
-    slots = [
-        (i, p)
-        for i, blame in enumerate(blames)
-        for p in blame.cause.parameters(evidence, blame.label)
-        if i < len(blames) - 1 or p.name != held
-    ]
+    trial = Trial(evidence, harmonics, start, blames, slack=slack, held=held)
+    parameters, count = [p for _, p in trial.slots], trial.count
     base_mean, base_precision = Predictor(evidence, slack=slack).prior(start)
-    count = len(base_mean)
-    # Parameters in units of their scale, so that one step length suits all.
-    scales = np.array([p.scale for _, p in slots])
-    mean = np.concatenate([base_mean, [_prior(p)[0] / p.scale for _, p in slots]])
+    mean = np.concatenate([base_mean, [_prior(p)[0] / p.scale for p in parameters]])
     precision = np.zeros((len(mean), len(mean)))
     precision[:count, :count] = base_precision
-    for k, (_, p) in enumerate(slots):
+    for k, p in enumerate(parameters):
         precision[count + k, count + k] = _prior(p)[1]
     base_lower, base_upper = (unknowns_bounds(start, side) for side in (0, 1))
-    lower = np.concatenate([base_lower, [p.lower / p.scale for _, p in slots]])
-    upper = np.concatenate([base_upper, [p.upper / p.scale for _, p in slots]])
-    x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in slots]])
-    largest = np.concatenate([_largest_base_steps(start), np.full(len(slots), 1.0)])
-    for k, (_, p) in enumerate(slots):
+    lower = np.concatenate([base_lower, [p.lower / p.scale for p in parameters]])
+    upper = np.concatenate([base_upper, [p.upper / p.scale for p in parameters]])
+    largest = np.concatenate([_largest_base_steps(start), np.full(len(parameters), 1.0)])
+    for k, p in enumerate(parameters):
         if p.places:
             largest[count + k] = 0.1 * (p.upper - p.lower) / p.scale
-
-    def with_values(x: Array) -> tuple[Blame, ...]:
-        tables: list[dict[str, float]] = [dict(blame.values) for blame in blames]
-        for k, (i, p) in enumerate(slots):
-            tables[i][p.name] = float(x[count + k] * scales[k])
-        return tuple(replace(blame, values=table) for blame, table in zip(blames, tables, strict=True))
-
-    blocks: tuple[tuple[str, slice], ...] = ()
-
-    def predict(x: Array, *, sensitivities: bool) -> Prediction:
-        extension = extension_of(evidence, with_values(x))
-        predictor = Predictor(evidence, extension, harmonics, slack=slack, step_factor=factor)
-        return predictor.evaluate(start.with_vector(x[:count]), sensitivities=sensitivities)
-
-    def evaluate(x: Array) -> tuple[Array, Array]:
-        nonlocal blocks
-        here = predict(x, sensitivities=True)
-        r, blocks = here.residual, here.blocks
-        columns = np.zeros((len(r), len(slots)))
-        for k, (_, p) in enumerate(slots):
-            step = _difference_step(p, x[count + k] * scales[k]) / p.scale
-            moved = x.copy()
-            moved[count + k] += step
-            columns[:, k] = (r - predict(moved, sensitivities=False).residual) / step
-        return r, np.hstack([here.jacobian, columns])
-
-    x, factor = x0, None
+    x = trial.x0
     # With slack the weights hardly depend on the law; a fit at a held value is one of many to choose from.
     for _ in range(REWEIGHTED if slack in (TIGHT, STIFF) and not held else 1):
-        predictor = Predictor(evidence, extension_of(evidence, with_values(x)), harmonics, slack=slack)
-        factor = predictor.step_factor(start.with_vector(x[:count]))
+        trial.weigh(x)
         solution = minimise(
-            evaluate,
+            trial.evaluate,
             x,
             mean=mean,
             precision=precision,
@@ -182,21 +228,21 @@ def fit_candidate(
             iterations=iterations,
             tolerance=tolerance,
             largest_step=largest,
-            residual_alone=lambda x: predict(x, sensitivities=False).residual,
+            residual_alone=lambda x: trial.predict(x).residual,
         )
         x = solution.x
-    std = np.sqrt(np.diag(solution.covariance))[count:] * scales
+    std = np.sqrt(np.diag(solution.covariance))[count:] * trial.scales
     final = []
-    for i, blame in enumerate(with_values(solution.x)):
-        errors = {p.name: p.spread(blame.values[p.name], std[k]) for k, (j, p) in enumerate(slots) if j == i}
+    for i, blame in enumerate(trial.blames(x)):
+        errors = {p.name: p.spread(blame.values[p.name], std[k]) for k, (j, p) in enumerate(trial.slots) if j == i}
         final.append(replace(blame, std=errors))
     return Candidate(
         blames=tuple(final),
-        unknowns=start.with_vector(solution.x[:count]),
+        unknowns=trial.unknowns(x),
         solution=solution,
-        log_evidence=log_evidence(solution, base_precision, [p for _, p in slots]),
+        log_evidence=log_evidence(solution, base_precision, parameters),
         dof=len(solution.residual) - _free_count(solution),
-        blocks=blocks,
+        blocks=trial.blocks,
     )
 
 

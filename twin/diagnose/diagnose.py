@@ -20,7 +20,7 @@ from twin.diagnose.missing import find_missing_force
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes
-from twin.diagnose.signals import find_unsettled, inspect_signals, mended
+from twin.diagnose.signals import find_unsettled, foreign_lines, inspect_signals, mended
 from twin.diagnose.tournament import Report
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
 from twin.identify.evidence import Evidence, common_preload, gather_evidence
@@ -75,11 +75,19 @@ def diagnose(
     report("looking at the samples")
     findings = inspect_signals(runs)
     report("reducing recordings to harmonics and frequency responses")
-    evidence = gather_evidence([mended(run, findings) for run in runs], rig, preload=preload)
+    evidence = gather_evidence(
+        [mended(run, findings) for run in runs], rig, preload=preload, lines=foreign_lines(findings)
+    )
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled], force=evidence.force)
     unseen: Evidence | None
     if held_out:
-        unseen = gather_evidence([mended(run, inspect_signals([run])) for run in held_out], rig, preload=preload)
+        shown = [(run, inspect_signals([run])) for run in held_out]
+        unseen = gather_evidence(
+            [mended(run, found) for run, found in shown],
+            rig,
+            preload=preload,
+            lines=foreign_lines([finding for _, found in shown for finding in found]),
+        )
         aside: tuple[str, ...] = ()
     else:
         kept, unseen, aside = _set_aside(evidence)
@@ -101,9 +109,11 @@ def diagnose(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         extended = "extended.toml"
-        save_rig(extended_rig(evidence, replace(search, model=after)), out / extended)
+        model = extended_rig(evidence, replace(search, model=after))
+        save_rig(model, out / extended)
         if verdict == "ambiguous":
-            next_test = plan_next_test(runs, search.evidence, last_stage(search).finalists, out)
+            finalists = last_stage(search).finalists
+            next_test = plan_next_test(runs, search.evidence, finalists, model, out, report=report)
     causes_named = named_causes(search, findings, verdict)
     if any(cause.cause in DRIFTS and cause.in_model for cause in causes_named) and _waits_left_out(runs):
         notes += ("the waits between steps were not stored: the rate is per second of the recordings' own time",)

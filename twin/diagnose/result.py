@@ -92,10 +92,23 @@ class Gain:
 
 @dataclass(frozen=True, kw_only=True)
 class NextTest:
-    """What to measure next, and why."""
+    """What to measure next, and why.
+
+    Attributes
+    ----------
+    procedure
+        Its file.
+    separation, needed : float
+        Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough.
+    rig_time_s : float
+        As rehearsed.
+    """
 
     why: str
     procedure: str
+    separation: float
+    needed: float
+    rig_time_s: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,9 +169,7 @@ class Diagnosis:
                 "runs": list(self.gain.runs),
                 "sweeps": list(self.gain.sweeps),
             },
-            "next_test": None
-            if self.next_test is None
-            else {"why": self.next_test.why, "procedure": self.next_test.procedure},
+            "next_test": None if self.next_test is None else asdict(self.next_test),
             "missing_force": None if self.missing_force is None else self.missing_force.to_dict(),
             "extended_model": self.extended_model,
             "notes": list(self.notes),

@@ -24,7 +24,7 @@ LEFT_SHARE = 0.25
 right cause, a wrong one more than half."""
 RIVAL = 5.0
 """A rival whose log evidence lies no more than this below the best cannot be told from it."""
-SURE = 0.8
+SURE = 0.95
 
 
 def decide(search: Search, findings: list[Finding]) -> Verdict:

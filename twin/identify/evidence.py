@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,7 +16,7 @@ from recordings.sweeps import sweeps
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
-from twin.identify.sine_fit import SteadyState, steady_states
+from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Rig, nearest_preload, recorded_preload
 
@@ -117,13 +117,17 @@ class Evidence:
 HARMONICS = 7
 
 
-def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None) -> Evidence:
+def gather_evidence(
+    runs: Sequence[Run], rig: Rig, *, preload: str | None = None, lines: Mapping[str, Line] | None = None
+) -> Evidence:
     """Reduce `runs` against `rig`.
 
     Parameters
     ----------
     preload
         The rig's preload; :func:`common_preload` of the recordings if not given.
+    lines
+        Foreign lines by channel, such as mains hum, which sines are fitted beside.
 
     Raises
     ------
@@ -157,7 +161,7 @@ def gather_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None
         for record in broadband_records(run, channels=used):
             data, fit = reduce_broadband(model, record, believed, force=force)
             binned.append(data)
-    states = [state for run in runs for state in steady_states(run, channels=used)]
+    states = [state for run in runs for state in steady_states(run, channels=used, lines=lines)]
     if not binned and not states:
         raise InputError(
             first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"

@@ -181,9 +181,7 @@ class Predictor:
 
     def _broadband(self, index: int, unknowns: Unknowns, sensitivities: bool) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
-        R, omega = self.broadband_receptance(data, unknowns, data.omega, inner=sensitivities)
-        if self.local.act_in_noise:
-            R = self.in_noise(R, omega, self.noise_motion(R, omega, data))
+        R, omega = self.felt_receptance(data, unknowns, inner=sensitivities)
         H = self.responses(R, omega)
         common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
         covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
@@ -199,6 +197,17 @@ class Predictor:
             J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
+
+    def broadband_response(self, data: BinnedResponse, unknowns: Unknowns) -> Array:
+        """Predicted response per force (f, o) of a broadband run."""
+        return self.responses(*self.felt_receptance(data, unknowns))
+
+    def felt_receptance(self, data: BinnedResponse, unknowns: Unknowns, *, inner: bool = False) -> tuple[Array, Array]:
+        """Receptances of a broadband run with what local nonlinear forces do in its noise; and the rig's own omega."""
+        R, omega = self.broadband_receptance(data, unknowns, data.omega, inner=inner)
+        if self.local.act_in_noise:
+            R = self.in_noise(R, omega, self.noise_motion(R, omega, data))
+        return R, omega
 
     def broadband_receptance(
         self, data: BinnedResponse, unknowns: Unknowns, omega: Array, *, inner: bool = False

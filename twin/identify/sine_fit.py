@@ -6,7 +6,7 @@ The noise is estimated, not assumed: its power beside each harmonic is read off 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +16,23 @@ from scipy.linalg import cho_factor, cho_solve
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 
-__all__ = ["SteadyState", "steady_states"]
+__all__ = ["Line", "SteadyState", "steady_states"]
 
 MOST_HARMONICS = 40
 NEIGHBOURS = 12
 """Spectral lines on each side of a harmonic from which its noise is estimated."""
 LEAST_SOUND = 0.75
 """Share of a step's samples that must be there in every channel."""
+APART = 1.5
+"""Distance of a line from a harmonic, over 1 / duration, from which on the two are told apart."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line in a channel that no excitation made, such as mains hum: its frequency, Hz, and amplitude."""
+
+    frequency_Hz: float
+    amplitude: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +94,9 @@ class SteadyState:
         return self.drift[channel] - 1j * self.drift[force].imag
 
 
-def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[SteadyState]:
+def steady_states(
+    run: Run, *, channels: Sequence[str] | None = None, lines: Mapping[str, Line] | None = None
+) -> list[SteadyState]:
     """Fit every measured sine step of `run`.
 
     Parameters
@@ -93,6 +105,8 @@ def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[St
         A recorded run; broadband stretches (frequency 0) are passed over.
     channels
         The channels to fit; all by default.
+    lines
+        Foreign lines by channel: fitted beside the harmonics, and counted as noise of the harmonic that they fall on.
 
     Notes
     -----
@@ -102,15 +116,15 @@ def steady_states(run: Run, *, channels: Sequence[str] | None = None) -> list[St
     names = list(channels or run.channels)
     measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
     measured.sort(key=lambda stretch: stretch.start_ns)
-    states = [_fit(run, stretch, names, position) for position, stretch in enumerate(measured)]
+    states = [_fit(run, stretch, names, position, lines or {}) for position, stretch in enumerate(measured)]
     return [state for state in states if state is not None]
 
 
-def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyState | None:
+def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Mapping[str, Line]) -> SteadyState | None:
     step = stretch.step
     omega = 2 * np.pi * step.frequency_Hz
     amplitude, variance, drift, drift_std = {}, {}, {}, {}
-    shapes: dict[tuple[str, int, int, bytes], _Shapes] = {}
+    shapes: dict[tuple[str, int, int, bytes, Line | None], _Shapes] = {}
     lost = overloaded = 0
     for name in names:
         device = run.device_of(name)
@@ -129,9 +143,9 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
         ):
             return None
         # The channels of one device share their instants, and with them the costly part of the fit.
-        key = (device.device, first, last, sound.tobytes())
+        key = (device.device, first, last, sound.tobytes(), lines.get(name))
         if key not in shapes:
-            shapes[key] = _Shapes.at(time[sound], omega, device.sample_rate_Hz)
+            shapes[key] = _Shapes.at(time[sound], omega, device.sample_rate_Hz, lines.get(name))
         fit = _fit_channel(shapes[key], samples[sound], omega)
         amplitude[name], variance[name], drift[name], drift_std[name] = fit
     return SteadyState(
@@ -155,26 +169,44 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int) -> SteadyS
 
 @dataclass(frozen=True)
 class _Shapes:
-    """Columns of the least-squares fit at given instants: cosines, minus sines, a constant, the fundamental's drift."""
+    """Columns of the least-squares fit at given instants: cosines, minus sines, a line, a constant, the drift.
+
+    A line too near a harmonic to be told from it is not fitted but leaks: `leak` is the variance that it adds to each
+    harmonic, and to the fundamental's drift as the last.
+    """
 
     time: NDArray[np.float64]
     count: int
     columns: NDArray[np.float64]
     factor: tuple[NDArray[np.float64], bool]
+    leak: NDArray[np.float64]
 
     @staticmethod
-    def at(time: NDArray[np.float64], omega: float, rate_Hz: float) -> _Shapes:
+    def at(time: NDArray[np.float64], omega: float, rate_Hz: float, line: Line | None) -> _Shapes:
         count = int(min(MOST_HARMONICS, 0.98 * np.pi * rate_Hz / omega, (len(time) - 1) // 4))
         angle = omega * time[:, None] * np.arange(1, count + 1)
         cosine, sine = np.cos(angle), np.sin(angle)
         centred = (time - time.mean()) / (time[-1] - time[0])
         # The slow columns take up a decay that is still going on, which else would look like noise.
         slow = np.stack([np.ones(len(time)), centred * cosine[:, 0], -centred * sine[:, 0]], axis=1)
-        columns = np.hstack([cosine, -sine, slow])
+        foreign, near = np.zeros((len(time), 0)), False
+        if line is not None:
+            turn = 2 * np.pi * line.frequency_Hz * time
+            foreign = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+            drive = omega / (2 * np.pi)
+            order = round(line.frequency_Hz / drive)
+            near = 0 < order <= count and abs(line.frequency_Hz - order * drive) * (time[-1] - time[0]) < APART
+        columns = np.hstack([cosine, -sine, *([] if near else [foreign]), slow])
         # Over two periods and more the columns are nearly orthogonal: normal equations lose nothing.
         gram = columns.T @ columns
         ridge = 1e-12 * np.trace(gram) / len(gram)
-        return _Shapes(time, count, columns, cho_factor(gram + ridge * np.eye(len(gram))))
+        factor = cho_factor(gram + ridge * np.eye(len(gram)))
+        leak = np.zeros(count + 1)
+        if line is not None and near:
+            into = cho_solve(factor, columns.T @ foreign)
+            power = np.concatenate([into[:count] ** 2 + into[count : 2 * count] ** 2, [np.sum(into[-2:] ** 2, axis=0)]])
+            leak = line.amplitude**2 * power.mean(axis=1)
+        return _Shapes(time, count, columns, factor, leak)
 
 
 def _fit_channel(
@@ -186,10 +218,11 @@ def _fit_channel(
     residual = samples - basis @ solution
     freedom = max(1, len(samples) - basis.shape[1])
     Z = solution[:count] + 1j * solution[count : 2 * count]
-    variance = _noise_beside(residual, time, omega, count) * len(samples) / freedom
+    variance = _noise_beside(residual, time, omega, count) * len(samples) / freedom + shapes.leak[:-1]
     change = complex(solution[-2], solution[-1]) / Z[0] if Z[0] else 0j
     # Var of a slope over a unit interval is 12 times that of the mean; half of it falls on each of the two parts.
-    return Z, variance, change, float(np.sqrt(12 * variance[0] / 2) / max(abs(Z[0]), 1e-300))
+    drift_variance = 12 * variance[0] / 2 + shapes.leak[-1]
+    return Z, variance, change, float(np.sqrt(drift_variance) / max(abs(Z[0]), 1e-300))
 
 
 def _noise_beside(
@@ -203,7 +236,7 @@ def _noise_beside(
     lines = np.abs(2 * np.fft.rfft(residual) / len(residual)) ** 2
     frequency = np.arange(len(lines)) / duration
     harmonic = np.rint(frequency * 2 * np.pi / omega) * omega / (2 * np.pi)
-    lines[np.abs(frequency - harmonic) < 1.5 / duration] = np.nan
+    lines[np.abs(frequency - harmonic) < APART / duration] = np.nan
     lines[0] = np.nan
     # Of three periods or less every line is a harmonic's neighbour: the residual's power is spread over all lines then.
     floor = np.nanmean(lines) if np.isfinite(lines).any() else 4 * np.mean(residual**2) / len(residual)

@@ -15,8 +15,9 @@ from twin.diagnose.signals.mains_hum import find_mains_hum
 from twin.diagnose.signals.quantisation import find_quantisation
 from twin.diagnose.signals.sample_clock import find_clock_error, with_clock
 from twin.diagnose.signals.unsettled import find_unsettled
+from twin.identify.sine_fit import Line
 
-__all__ = ["Finding", "find_unsettled", "inspect_signals", "mended"]
+__all__ = ["Finding", "find_unsettled", "foreign_lines", "inspect_signals", "mended"]
 
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:
@@ -44,3 +45,12 @@ def mended(run: Run, findings: Sequence[Finding]) -> Run:
         if finding.cause == "sample-clock":
             whole = with_clock(whole, error_ppm=finding.values["error_ppm"])
     return whole
+
+
+def foreign_lines(findings: Sequence[Finding]) -> dict[str, Line]:
+    """Lines by channel that no excitation made."""
+    return {
+        finding.names["channel"]: Line(finding.values["frequency_Hz"], finding.values["amplitude"])
+        for finding in findings
+        if finding.cause == "mains-hum"
+    }

@@ -1,0 +1,188 @@
+"""What a procedure would bring if a model were true: its prediction, with the noise that the recordings showed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.candidate import Candidate, extension_of
+from twin.diagnose.next_test.proposal import Proposal
+from twin.identify.broadband import BinnedResponse
+from twin.identify.evidence import Evidence, StepArrays
+from twin.identify.harmonics import harmonic_residuals
+from twin.identify.prediction import Predictor
+from twin.identify.whitening import HarmonicResiduals
+from twin.procedures import Random, SteppedSine
+
+__all__ = ["Imagined", "imagine"]
+
+Array = NDArray[Any]
+
+LAW_POINTS = 48
+"""Amplitudes at which the response to a frequency is computed, to find the one that a force makes."""
+BEYOND = (0.02, 1.6)
+"""Range of these, over the recordings' smallest and largest amplitude."""
+
+
+@dataclass(frozen=True)
+class Imagined:
+    """Evidence that a procedure would bring."""
+
+    evidence: Evidence
+    harmonics: HarmonicResiduals | None = None
+
+
+def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagined:
+    """Run a proposal in the mind.
+
+    Parameters
+    ----------
+    evidence
+        What was recorded: its noise, forces, and settling are those of the new test.
+    truth
+        The model that is taken to be true.
+    """
+    last = max([s.time_s for s in evidence.steps.states] + [d.time_s for d in evidence.broadband])
+    procedure = proposal.procedure
+    if isinstance(procedure, Random):
+        middle = last + proposal.rig_time_s / 2
+        data = _noise(evidence, truth, procedure, proposal.longer, middle)
+        return Imagined(replace(evidence, broadband=(data,), steps=evidence.steps.select(_none(evidence))))
+    assert isinstance(procedure, SteppedSine)
+    steps = _steps(evidence, truth, procedure, proposal, last)
+    imagined = replace(evidence, broadband=(), steps=steps)
+    return Imagined(imagined, harmonic_residuals(Predictor(imagined), truth.unknowns))
+
+
+def _none(evidence: Evidence) -> Array:
+    return np.zeros(len(evidence.steps), bool)
+
+
+def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: float, time_s: float) -> BinnedResponse:
+    """Bins within the band, the force's power spread over it, each with less noise the more power and time it gets."""
+    data = evidence.broadband[0]
+    f = data.frequency_Hz
+    inside = (f >= procedure.band[0]) & (f <= procedure.band[1])
+    louder = procedure.rms**2 / float(data.force_power[inside].sum())
+    # Distortion grows with the motion, which keeps its rms; white noise does not.
+    scatter = np.maximum(data.distortion[inside], 1.0)
+    less = (1 / louder + (scatter - 1)) / scatter / longer
+    band = replace(
+        data,
+        time_s=time_s,
+        frequency_Hz=f[inside],
+        H=data.H[inside],
+        relative_covariance=data.relative_covariance[inside] * less[:, None, None],
+        distortion=data.distortion[inside],
+        force_power=data.force_power[inside] * louder,
+    )
+    there = replace(evidence, broadband=(band,), steps=evidence.steps.select(_none(evidence)))
+    predictor = Predictor(there, extension_of(there, truth.blames))
+    return replace(band, H=predictor.broadband_response(band, truth.unknowns))
+
+
+def _steps(
+    evidence: Evidence, truth: Candidate, procedure: SteppedSine, proposal: Proposal, last_s: float
+) -> StepArrays:
+    """The sweep's steps at the amplitudes that the model has at this force, beside the nearest ones recorded."""
+    frequencies = np.array(procedure.frequencies)
+    if procedure.direction == "both":
+        frequencies = np.concatenate([frequencies, frequencies[::-1]])
+    (force,) = procedure.amplitudes
+    omega = 2 * np.pi * frequencies
+    each = proposal.rig_time_s / len(omega)
+    time = last_s + each * (1 + np.arange(len(omega)))
+    X = _amplitudes(evidence, truth, omega, force, time)
+    nearest = _nearest(evidence.steps, omega, X)
+    shape = _shape(evidence, nearest, omega, X, force, time, proposal.longer)
+    predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
+    R, driven = predictor.step_receptance(truth.unknowns)
+    response = shape.response.copy()
+    response[:, :, 0] = predictor.responses(R, driven) * shape.force[:, :1]
+    moved = replace(shape, response=response)
+    if predictor.extension.nonlinear:
+        there = replace(evidence, broadband=(), steps=moved)
+        residuals = harmonic_residuals(Predictor(there), truth.unknowns)
+        predictor = Predictor(there, extension_of(there, truth.blames), residuals)
+        extra = predictor.extra_harmonics(truth.unknowns, R)
+        response[:, :, residuals.orders - 1] += np.moveaxis(extra, 1, 2)
+        moved = replace(moved, response=response)
+    return moved
+
+
+def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float, time: Array) -> Array:
+    """Amplitudes X (s,) of the law at this force, on the branch that a sweep in this order stays on."""
+    known = evidence.steps.amplitude_m
+    grid = np.geomspace(BEYOND[0] * known.min(), BEYOND[1] * known.max(), LAW_POINTS)
+    count = len(omega)
+    all_omega, all_X = np.repeat(omega, LAW_POINTS), np.tile(grid, count)
+    nearest = _nearest(evidence.steps, all_omega, all_X)
+    shape = _shape(evidence, nearest, all_omega, all_X, force, np.repeat(time, LAW_POINTS), 1.0)
+    reference = evidence.reference
+    power = {"displacement": 0, "velocity": 1, "acceleration": 2}[evidence.outputs[reference].quantity]
+    per_X = evidence.reference_omega**2 / all_omega ** (2 - power)
+    response = shape.response.copy()
+    response[:, reference, 0] = all_X * per_X
+    shape = replace(shape, response=response)
+    predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
+    R, driven = predictor.step_receptance(truth.unknowns, inner=False)
+    gain = np.abs(predictor.responses(R, driven)[:, reference])
+    needed = (all_X * per_X / gain).reshape(count, LAW_POINTS)
+    return _follow(np.log(grid), np.log(needed), np.log(force))
+
+
+def _follow(log_X: Array, log_force: Array, wanted: float) -> Array:
+    """Amplitudes at which each row's force is the one wanted; of several, the nearest to the step before."""
+    found = np.zeros(len(log_force))
+    before = log_X[0]
+    for k, row in enumerate(log_force):
+        above = row - wanted
+        crossing = np.flatnonzero(above[:-1] * above[1:] <= 0)
+        if len(crossing):
+            places = log_X[crossing] + np.diff(log_X)[crossing] * above[crossing] / (
+                above[crossing] - above[crossing + 1]
+            )
+            before = places[np.argmin(np.abs(places - before))]
+        else:
+            before = log_X[-1] if above[-1] < 0 else log_X[0]
+        found[k] = before
+    return np.exp(found)
+
+
+def _nearest(steps: StepArrays, omega: Array, X: Array) -> Array:
+    """For each step the recorded one that resembles it most in frequency and amplitude."""
+    width = max(np.ptp(np.log(steps.omega)), 1e-6)
+    spread = max(np.ptp(np.log(steps.amplitude_m)), 1e-6)
+    far = ((np.log(omega)[:, None] - np.log(steps.omega)) / width) ** 2
+    far = far + ((np.log(X)[:, None] - np.log(steps.amplitude_m)) / spread) ** 2
+    return np.argmin(far, axis=1)
+
+
+def _shape(
+    evidence: Evidence, nearest: Array, omega: Array, X: Array, force: float, time: Array, longer: float
+) -> StepArrays:
+    """Steps of a pure force with the nearest recorded ones' noise, and with the odd harmonics of their joint.
+
+    Even harmonics are left to the model: on a sound rig there are none.
+    """
+    steps = evidence.steps
+    own = steps.response[nearest] * (X / steps.amplitude_m[nearest])[:, None, None]
+    response = np.where(np.arange(own.shape[2]) % 2 == 0, own, 0.0)
+    turn = np.exp(-1j * np.angle(steps.force[nearest, 0]))
+    response = response * turn[:, None, None] ** (1 + np.arange(own.shape[2]))
+    pure = np.zeros((len(omega), steps.force.shape[1]), complex)
+    pure[:, 0] = force
+    return StepArrays(
+        omega=omega,
+        force=pure,
+        force_variance=steps.force_variance[nearest] / longer,
+        response=response,
+        response_variance=steps.response_variance[nearest] / longer,
+        amplitude_m=X,
+        time_s=time,
+        unsettled=steps.unsettled[nearest],
+        states=tuple(steps.states[i] for i in nearest),
+    )

@@ -1,0 +1,141 @@
+"""Choosing the next test: the shortest that parts the best model from its rivals, whichever of them is true."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from recordings.run import Run
+from recordings.streams import SampleSource
+from twin.diagnose.candidate import Candidate, extension_of
+from twin.diagnose.next_test.imagined import imagine
+from twin.diagnose.next_test.proposal import Proposal, propose
+from twin.diagnose.next_test.separation import enough, separation
+from twin.diagnose.result import NextTest
+from twin.diagnose.verdict import RIVAL, close_rivals
+from twin.identify.evidence import Evidence
+from twin.procedures import save_procedure
+from twin.rehearsal import Believed, Rehearsed, open_twin, rehearse, rehearse_until_clear
+from twin.rigs import Rig
+
+__all__ = ["plan_next_test"]
+
+PROCEDURE = "next.toml"
+TRIED = 3
+"""Proposals that are rehearsed, the best first, until one may be run."""
+ROUNDS = 2
+"""Improvements of a proposal that a rehearsal warns of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Valued:
+    """A proposal with the separation it promises."""
+
+    proposal: Proposal
+    separation: float
+    needed: float
+
+    @property
+    def share(self) -> float:
+        """Of what is needed."""
+        return self.separation / self.needed
+
+
+def plan_next_test(
+    runs: Sequence[Run],
+    evidence: Evidence,
+    finalists: tuple[Candidate, ...],
+    extended: Rig,
+    out: Path,
+    *,
+    report: Callable[[str], None] = lambda text: None,
+) -> NextTest | None:
+    """Choose a procedure that parts the best model from its close rivals, rehearse it, and write it.
+
+    Of many proposals (:func:`~twin.diagnose.next_test.proposal.propose`) the shortest is taken that would part the
+    models in nine of ten repetitions, whichever is true; where none would, the one that parts them farthest.
+
+    Parameters
+    ----------
+    runs
+        The recordings, for the forces that were used.
+    finalists
+        Models of the last stage, best first.
+    extended
+        The rig with the best model, on which the proposal is rehearsed.
+    out
+        Folder for the procedure.
+    report
+        Told what is being done.
+    """
+    rivals = close_rivals(finalists)
+    if not rivals:
+        return None
+    report("looking for the test that tells the rivals apart")
+    ranked = _ranked(runs, evidence, finalists[0], rivals)
+    if not ranked:
+        return None
+    for valued in ranked[:TRIED]:
+        report(f"rehearsing {valued.proposal.what}")
+        rehearsed = _rehearsed(valued.proposal, extended, evidence.preload)
+        if not rehearsed.must_not_run:
+            break
+    else:
+        return None
+    procedure = rehearsed.rehearsal.procedure
+    save_procedure(procedure, out / PROCEDURE)
+    return NextTest(
+        why=_why(valued, rehearsed, [model.blames[-1].cause.name for model in (finalists[0], *rivals)]),
+        procedure=PROCEDURE,
+        separation=valued.separation,
+        needed=valued.needed,
+        rig_time_s=rehearsed.rehearsal.result.duration_s,
+    )
+
+
+def _ranked(runs: Sequence[Run], evidence: Evidence, best: Candidate, rivals: Sequence[Candidate]) -> list[_Valued]:
+    """Proposals worth rehearsing: those that suffice, the shortest first, then the others by what they promise."""
+    drifting = any(
+        extension.layer_drift_per_s or extension.beam_drift_per_s
+        for extension in (extension_of(evidence, model.blames) for model in (best, *rivals))
+    )
+    temper = best.chi2_per_dof
+    valued = []
+    for proposal in propose(runs, evidence, drifting=drifting):
+        if_best = imagine(evidence, best, proposal)
+        promises = []
+        for rival in rivals:
+            gap = best.weight(temper) - rival.weight(temper)
+            if_rival = imagine(evidence, rival, proposal)
+            # What the recordings say for the best must be made up for if the rival is true.
+            for imagined, other, ahead in ((if_best, rival, -gap), (if_rival, best, gap)):
+                found = separation(imagined, other, temper=temper)
+                promises.append(_Valued(proposal=proposal, separation=found, needed=enough(RIVAL + ahead)))
+        valued.append(min(promises, key=lambda promise: promise.share))
+    return sorted(valued, key=lambda v: (0.0, v.proposal.rig_time_s) if v.share >= 1 else (1.0, -v.share))
+
+
+def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
+    """The proposal on the twin with the best model, improved where its rehearsal raises warnings."""
+    believed = Believed.of(extended, preload=preload)
+
+    def twin() -> SampleSource:
+        return open_twin(extended, proposal.procedure, preload=preload, seed=1, source=extended.name)
+
+    with tempfile.TemporaryDirectory(prefix="twin-next-test-") as folder:
+        first = rehearse(proposal.procedure, twin(), Path(folder) / "first.mcap", believed=believed)
+        better = rehearse_until_clear(first, twin, Path(folder) / "better.mcap", believed=believed, rounds=ROUNDS)
+    return better or first
+
+
+def _why(valued: _Valued, rehearsed: Rehearsed, names: Sequence[str]) -> str:
+    """What it is for, what it promises, what it costs."""
+    minutes = rehearsed.rehearsal.result.duration_s / 60
+    promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
+    promise += f": expected gain of log evidence {valued.separation:.1f}, {valued.needed:.1f} needed"
+    if valued.share < 1:
+        promise += ", so it may not be enough"
+    promise += f"; {minutes:.0f} min on the rig, as rehearsed"
+    return promise + (f" ({', '.join(rehearsed.remaining)})" if rehearsed.remaining else "")

@@ -1,0 +1,173 @@
+"""Procedures that might tell rivals apart: bands of noise, sweeps at several forces, each for several lengths."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from recordings.run import Run
+from twin.identify.evidence import Evidence
+from twin.procedures import Procedure, Random, SteppedSine
+from twin.procedures.tables import Limits, Measure, Settle
+from twin.rigs import Rig
+
+__all__ = ["Proposal", "propose"]
+
+LONGER = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""Lengths of noise, and of a measured step, over those of the recordings."""
+HARDER = (0.5, 1.0, 1.3)
+"""Largest forces of a sweep over the largest of the recordings; beyond these the joint's law is not known."""
+MOST_RMS = 4.0
+"""Largest rms force of a band of noise over that of the recordings."""
+CREST = 5.0
+"""Peaks of noise over its rms."""
+HEADROOM = 0.8
+"""Share of a converter's range that may be used."""
+TOLERANCE = 2e-4
+"""What may be left of a transient; near a sharp resonance a model is held against a step as exactly as this."""
+LONGEST_WAIT_s = 60.0
+STEPS = 35
+"""Of a proposed sweep."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proposal:
+    """A procedure with what it costs.
+
+    Attributes
+    ----------
+    what
+        In words.
+    longer : float
+        Measuring time over that of the recordings it resembles.
+    rig_time_s : float
+        As estimated.
+    """
+
+    what: str
+    procedure: Procedure
+    longer: float
+    rig_time_s: float
+
+
+def propose(runs: Sequence[Run], evidence: Evidence, *, drifting: bool) -> list[Proposal]:
+    """All proposals, the shortest first.
+
+    Parameters
+    ----------
+    runs
+        The recordings, for forces, rates and lengths that were used.
+    drifting
+        Whether a rival lets the rig change with time: then the order of the steps matters, and sweeps run both ways.
+    """
+    found = [*_noise(runs, evidence), *_sweeps(runs, evidence, drifting=drifting)]
+    return sorted(found, key=lambda proposal: proposal.rig_time_s)
+
+
+def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
+    """Noise over the band that was used, over each mode alone, and above each mode.
+
+    Without the modes that move most, the others can be driven harder: the response keeps its rms, for joints answer
+    to it.
+    """
+    if not evidence.broadband:
+        return
+    data = evidence.broadband[0]
+    run = next(run for run in runs if run.path == data.run)
+    device = next(d for d in run.devices.values() if evidence.force in d.values)
+    force = device.values[evidence.force]
+    force = force[np.isfinite(force)]
+    rms, lasted = float(np.std(force)), len(force) / device.sample_rate_Hz
+    f, response = data.frequency_Hz, np.sum(np.abs(data.H) ** 2, axis=1) * data.force_power
+    whole = (float(np.floor(f[0])), float(np.ceil(f[-1])))
+    for band in _bands(evidence, whole):
+        inside = (f >= band[0]) & (f <= band[1])
+        if inside.sum() < STEPS:
+            continue
+        share = float(data.force_power[inside].sum() / data.force_power.sum())
+        louder = min(np.sqrt(response.sum() / response[inside].sum()), MOST_RMS / np.sqrt(share))
+        # In the whole band this is the rms that was used.
+        size = min(rms * np.sqrt(share) * louder, HEADROOM * evidence.rig.force_sensor.range / CREST)
+        for longer in LONGER:
+            duration = float(np.round(longer * lasted))
+            yield Proposal(
+                what=f"noise of {size:.2g} N rms from {band[0]:.0f} to {band[1]:.0f} Hz for {duration:.0f} s",
+                procedure=Random(
+                    band=band, rms=float(np.round(size, 3)), duration=duration, sample_rate=float(device.sample_rate_Hz)
+                ),
+                longer=longer,
+                rig_time_s=duration,
+            )
+
+
+def _bands(evidence: Evidence, whole: tuple[float, float]) -> list[tuple[float, float]]:
+    natural = evidence.model.basis.omega / (2 * np.pi)
+    natural = natural[(natural > whole[0]) & (natural < whole[1])]
+    edges = [whole[0], *np.round(np.sqrt(natural[1:] * natural[:-1])), whole[1]]
+    alone = list(pairwise(edges))
+    above = [(edge, whole[1]) for edge in edges[1:-1]]
+    return list(dict.fromkeys((float(a), float(b)) for a, b in [whole, *alone, *above]))
+
+
+def _sweeps(runs: Sequence[Run], evidence: Evidence, *, drifting: bool) -> Iterator[Proposal]:
+    """Sweeps over the frequencies that were used, at several forces."""
+    states = [s for s in evidence.steps.states if s.target_channel == evidence.force]
+    if not states:
+        return
+    run = next(run for run in runs if run.path == states[0].run)
+    rate = next(d for d in run.devices.values() if evidence.force in d.values).sample_rate_Hz
+    largest = max(s.target_amplitude for s in states)
+    frequencies = _frequencies([s.frequency_Hz for s in states])
+    lasted = float(np.median([s.duration_s for s in states]))
+    zeta = min(evidence.rig.damping.modal_ratio)
+    wait = min(-np.log(TOLERANCE) / (zeta * 2 * np.pi * float(np.median(frequencies))), LONGEST_WAIT_s)
+    for harder in HARDER:
+        amplitude = float(np.round(harder * largest, 3))
+        if not _within_range(evidence, amplitude):
+            continue
+        for longer in LONGER:
+            seconds = float(np.round(longer * lasted, 1))
+            yield Proposal(
+                what=f"a sweep at {amplitude:g} N, {len(frequencies)} steps of {seconds:g} s"
+                + (", up and down" if drifting else ""),
+                procedure=SteppedSine(
+                    frequencies=frequencies,
+                    amplitudes=[amplitude],
+                    direction="both" if drifting else "up",
+                    sample_rate=float(rate),
+                    measure=Measure(seconds=seconds),
+                    settle=Settle(tolerance=TOLERANCE, maximum=LONGEST_WAIT_s),
+                    limits=_limits(evidence.rig),
+                ),
+                longer=longer,
+                rig_time_s=len(frequencies) * (wait + seconds) * (2 if drifting else 1),
+            )
+
+
+def _frequencies(used: list[float]) -> list[float]:
+    """At most :data:`STEPS` of the frequencies that were used, at even places among them."""
+    different = np.unique(np.round(used, 4))
+    picked = np.unique(np.round(np.linspace(0, len(different) - 1, min(STEPS, len(different)))).astype(int))
+    return [float(f) for f in different[picked]]
+
+
+def _within_range(evidence: Evidence, amplitude: float) -> bool:
+    """Whether force and responses stay within their converters' ranges, the responses growing as the force does."""
+    rig, steps = evidence.rig, evidence.steps
+    louder = amplitude / max(state.target_amplitude for state in steps.states)
+    if amplitude > HEADROOM * rig.force_sensor.range:
+        return False
+    ranges = {sensor.channel: sensor.range for sensor in rig.response_sensors}
+    peaks = np.max(np.abs(steps.response[:, :, 0]), axis=0)
+    return all(
+        louder * peak < HEADROOM * ranges[channel] for channel, peak in zip(evidence.channels, peaks, strict=True)
+    )
+
+
+def _limits(rig: Rig) -> Limits:
+    """Guards a little below the converters' ranges."""
+    sensors = [rig.force_sensor, *rig.response_sensors]
+    return Limits(peak={sensor.channel: 0.95 * sensor.range for sensor in sensors})

@@ -1,0 +1,42 @@
+"""How far a test would part two models: the log evidence that it is expected to bring for the true one.
+
+The rival may still move: by how much is what its fit to the recordings left open.  To first order it then keeps of its
+whitened difference r to the truth r' r - b' (J'J + P)^-1 b with b = J' r, J its sensitivities to the test, and P the
+information that it has from the recordings.  Half of that is the gain of log evidence, and also half its variance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twin.diagnose.candidate import Candidate, Trial
+from twin.diagnose.next_test.imagined import Imagined
+
+__all__ = ["SURE", "enough", "separation"]
+
+SURE = 1.28
+"""Standard deviations that a test must have in hand, for nine in ten to part the models."""
+
+
+def separation(imagined: Imagined, rival: Candidate, *, temper: float) -> float:
+    """Expected gain of log evidence over a rival if the test is as imagined.
+
+    Parameters
+    ----------
+    temper
+        Variance by which the models miss their noise: at least 1.
+    """
+    trial = Trial(imagined.evidence, imagined.harmonics, rival.unknowns, rival.blames)
+    trial.weigh(trial.x0)
+    r, J = trial.evaluate(trial.x0)
+    if not (np.isfinite(r).all() and np.isfinite(J).all()):
+        return 0.0
+    follows = J.T @ r
+    left = float(r @ r - follows @ np.linalg.solve(J.T @ J + rival.solution.information, follows))
+    return 0.5 * max(left, 0.0) / max(temper, 1.0)
+
+
+def enough(gap: float) -> float:
+    """Separation that overcomes a gap of log evidence in nine of ten tests: D - SURE sqrt(2 D) = gap."""
+    root = (SURE * np.sqrt(2.0) + np.sqrt(2.0 * SURE**2 + 4.0 * gap)) / 2.0
+    return float(root**2)
