@@ -122,7 +122,7 @@ class Built:
         instruments = list(self.plan.instruments.values())
         as_velocity = self.differentiable & velocities
         for i, row, slow in zip(instruments, self.channel_rows, as_velocity, strict=True):
-            outputs.append(Output("velocity" if slow else i.quantity, row))  # type: ignore[arg-type]
+            outputs.append(Output("velocity" if slow else i.quantity, row, static=True))  # type: ignore[arg-type]
         rig = linear_rig(
             modal,
             zeta=zeta,

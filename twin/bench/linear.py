@@ -27,7 +27,8 @@ class Output:
     """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker.
 
     Velocities and accelerations are those of the kept modes; `integral` is the displacement that goes with such a
-    velocity, `displacement` has the static share of all other modes in it.
+    velocity, `displacement` has the static share of all other modes in it.  With `static`, velocities and accelerations
+    have their share under the drive force too, through its derivatives: between resonances it is some thousandths.
     """
 
     quantity: Literal[
@@ -35,6 +36,7 @@ class Output:
         "force", "voltage", "stroke", "armature-velocity", "current", "reference", "command",
     ]  # fmt: skip
     row: Matrix | None = None
+    static: bool = False
 
 
 @dataclass(frozen=True)
@@ -167,11 +169,15 @@ def linear_rig(
                 D[n, 1 : 1 + len(loads)] += residual @ patterns
             elif output.quantity == "integral":
                 C[n, q] = shape
-            elif output.quantity == "velocity":
-                C[n, dq] = shape
             else:
-                C[n] = shape @ A[dq]
-                D[n] = shape @ B[dq]
+                # With a shaker the force is of displacements alone: its first derivative has no input in it.
+                share = float(output.row @ R @ drive_load) if output.static and shaker else 0.0
+                if output.quantity == "velocity":
+                    C[n, dq] = shape
+                    C[n] += share * (F_x @ A)
+                else:
+                    C[n] = shape @ A[dq] + share * (F_x @ A @ A)
+                    D[n] = shape @ B[dq] + share * (F_x @ A @ B)
     return LinearRig(A, B, C, D)
 
 

@@ -57,7 +57,12 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     tolerance = np.where(odd, SIGNATURE_ERROR**2 * size[..., None, None], even[..., None, None]) * np.eye(outputs)
     covariance = covariance + odd * anything + tolerance
     return HarmonicResiduals(
-        orders, residual, np.linalg.cholesky(covariance), field, opening_compliance(predictor, unknowns)
+        orders,
+        residual,
+        np.linalg.cholesky(covariance),
+        field,
+        opening_compliance(predictor, unknowns),
+        predictor.model.structure,
     )
 
 

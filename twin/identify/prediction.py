@@ -297,7 +297,7 @@ class Predictor:
     def _by_local_forces(self, forces: Array) -> Array:
         """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""
         assert self.harmonics is not None
-        rows = np.array([force.row(self.evidence.model.structure) for force in self.extension.nonlinear])
+        rows = np.array([force.row(self.harmonics.structure) for force in self.extension.nonlinear])
         at = self.harmonics.field @ rows.T
         return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 

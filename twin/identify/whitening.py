@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.evidence import StepArrays
+from twin.structure import Structure
 
 __all__ = ["COMMON_ERROR", "LAW_ERROR", "RATIO_ERROR", "HarmonicResiduals", "step_factor"]
 
@@ -33,9 +34,11 @@ class HarmonicResiduals:
         Of their covariance: noise, the error of the linear part, and, in odd harmonics, anything at all in the
         direction of the joint's own signature, since the time form of the joint's law is not known beforehand.
     field : ndarray, (s, h, o, n)
-        Response of the outputs to unit forces on all degrees of freedom, of the fitted base model.
+        Response of the outputs to unit forces on all degrees of freedom of `structure`.
     compliance : ndarray, (s, 1 + H)
         Of the joint's opening at 0 ... H times the drive frequency, see :class:`~twin.identify.extension.JointState`.
+    structure : Structure
+        The model's that they were reduced against: a cause may have given it another mesh than the believed one.
     """
 
     orders: Array
@@ -43,11 +46,12 @@ class HarmonicResiduals:
     cholesky: Array
     field: Array
     compliance: Array
+    structure: Structure
 
     def select(self, keep: Array) -> HarmonicResiduals:
         """The steps where `keep` is true."""
         parts = (self.residual, self.cholesky, self.field, self.compliance)
-        return HarmonicResiduals(self.orders, *(part[keep] for part in parts))
+        return HarmonicResiduals(self.orders, *(part[keep] for part in parts), self.structure)
 
     def whiten(self, values: Array) -> Array:
         """Real whitened values (r,) of complex ones (s, h, o), or (r, u) of (s, h, o, u)."""
