@@ -10,8 +10,9 @@ from functools import partial
 from typing import TypeVar
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
+from twin.diagnose.cause import main_strength
 from twin.diagnose.score import Score
-from twin.identify.base_fit import stepwise_law
+from twin.identify.base_fit import starting_unknowns, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
@@ -49,7 +50,7 @@ def tournament(
     """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
     # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
     loosest = 0 if slack in (TIGHT, STIFF) else len(SLACKS) - 1
-    field = [(start, rival) for rival in blames]
+    field = [(_beginning(evidence, start, rival), rival) for rival in blames]
     report(f"comparing {len(field)} models, {SLACKS[loosest].detuning_std:g} of natural frequencies left open")
     if loosest == 0:
         field = _side_by_side(partial(_through_slack, evidence, harmonics), field)
@@ -70,6 +71,13 @@ def tournament(
             stay = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
         field = [(trial.unknowns, trial.blames) for trial in _best_of_each(trials, 2)[: max(stay, FINALISTS)]]
     return _best_of_each(trials)[:FINALISTS]
+
+
+def _beginning(evidence: Evidence, start: Unknowns, rival: tuple[Blame, ...]) -> Unknowns:
+    """Where to fit a rival from: one without a strength is all or nothing, and what was fitted without it astray."""
+    if main_strength(rival[-1].cause.parameters(evidence, rival[-1].label)) is not None:
+        return start
+    return starting_unknowns(evidence, extension=extension_of(evidence, rival))
 
 
 def at_the_best_place(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ from twin.identify.spectrum import BroadbandRecord
 
 DETUNING_STD = 1e-4
 """Prior of what the finite elements and rounded dimensions leave wrong in a natural frequency."""
-MODULI_STD = 0.07
-"""Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent."""
+MODULI_STD = 0.1 / np.sqrt(3)
+"""Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent, evenly spread."""
 DAMPING_STD, EACH_DAMPING_STD = 0.5, 0.15
 """Prior of the logarithm of all damping ratios at once, and of each beside the others: what a structure's damping is
 like is known roughly, and one mode far out of line has a cause."""
@@ -26,6 +27,10 @@ WIDE_DETUNING = 0.03
 """Prior of a detuning while a fit finds its way."""
 LARGEST_ALIGNMENT = 0.2
 """A resonance farther off than this, as a logarithm, is not taken for the model's."""
+ASTRAY, FOUND = 4.0, 2.0
+"""Chi2 per degree of freedom from which on other moduli are tried to begin with, and up to which they are believed."""
+ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pair))
+"""Logarithms of factors on E' and G' to begin from."""
 
 __all__ = ["LinearFit", "base_bounds", "base_prior", "bin_broadband", "fit_linear", "reduce_broadband", "whiten"]
 
@@ -43,12 +48,15 @@ class LinearFit:
         Of the whitened residual.
     history : tuple of float
         Cost at each iteration.
+    believed : BaseParameters
+        Centre of the prior.
     """
 
     base: BaseParameters
     covariance: Real
     chi2_per_dof: float
     history: tuple[float, ...]
+    believed: BaseParameters
 
 
 def base_prior(
@@ -142,6 +150,7 @@ def fit_linear(
         covariance=solution.covariance,
         chi2_per_dof=solution.chi2 / max(1, len(solution.residual) - len(mean)),
         history=solution.history,
+        believed=believed,
     )
 
 
@@ -156,16 +165,55 @@ def reduce_broadband(
     """
     resonances, band = _resonances_and_band(model, record, force)
     told_apart = resonances
-    base = replace(believed, detuning=_aligned(_complex_modes(model, believed)[0], resonances))
-    for _ in range(rounds):
-        reference, *modes = _reference(model, base)
-        data = _binned(model, record, modes, force=force, resonances=told_apart, band=band, reference=reference)
+    base = _on_the_resonances(model, believed, resonances)
+    upright = signs = np.ones(len(model.outputs))
+
+    def reduced(base: BaseParameters, signs: Real) -> tuple[BinnedResponse, LinearFit]:
+        response, *modes = _reference(model, base)
+        data = _binned(
+            model, record, modes,
+            force=force, resonances=told_apart, band=band, reference=lambda omega: signs * response(omega),
+        )  # fmt: skip
+        return data, _follow(model, replace(data, H=signs * data.H), base, believed)
+
+    for turn in range(rounds):
+        data, fit = reduced(base, signs)
+        if turn == 0 and fit.chi2_per_dof > ASTRAY:
+            # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
+            others = [(_elsewhere(model, data, believed, resonances, *factors), upright) for factors in ELSEWHERE]
+            # Nor does a fit of logarithms find its way out of a wrong sign.
+            others += [(reduced(base, turned)[1], turned) for turned in upright - 2 * np.eye(len(upright))]
+            best, turned = min(others, key=lambda other: other[0].chi2_per_dof)
+            if best.chi2_per_dof < FOUND:
+                fit, signs, believed = best, turned, best.believed
         told_apart = np.concatenate([told_apart, hidden_resonances(data)])
-        fit = fit_linear(
-            model, data, base, believed=believed, detuning_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
-        )
         base = fit.base
     return data, fit
+
+
+def _follow(model: LinearModel, data: BinnedResponse, base: BaseParameters, believed: BaseParameters) -> LinearFit:
+    """A fit that follows the resonances, the moduli held near what is believed."""
+    return fit_linear(
+        model, data, base, believed=believed, detuning_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
+    )
+
+
+def _elsewhere(
+    model: LinearModel,
+    data: BinnedResponse,
+    believed: BaseParameters,
+    resonances: Real,
+    log_normal: float,
+    log_shear: float,
+) -> LinearFit:
+    """The same with the moduli held at other values."""
+    there = replace(believed, E=believed.E * np.exp(log_normal), G=believed.G * np.exp(log_shear))
+    return _follow(model, data, _on_the_resonances(model, there, resonances), there)
+
+
+def _on_the_resonances(model: LinearModel, base: BaseParameters, resonances: Real) -> BaseParameters:
+    """The same, detuned to the resonances that the data show."""
+    return replace(base, detuning=_aligned(_complex_modes(model, base)[0], resonances))
 
 
 def bin_broadband(
@@ -189,8 +237,7 @@ def bin_broadband(
         Of an earlier binning: what showed only then stays told apart.
     """
     resonances, band = _resonances_and_band(model, record, force)
-    base = replace(base, detuning=_aligned(_complex_modes(model, base)[0], resonances))
-    _, *modes = _reference(model, base)
+    _, *modes = _reference(model, _on_the_resonances(model, base, resonances))
     return _binned(model, record, modes, force=force, resonances=resonances_Hz, band=band, reference=reference)
 
 

@@ -8,7 +8,7 @@ the logarithm of the response as there (equation 16), but of its complex value, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -84,8 +84,12 @@ class Predictor:
 
     def prior(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
+        believed, linear = believed_parameters(self.evidence.rig, self.evidence.preload), self.evidence.linear
+        if linear is not None and self.slack.moduli_std < TIGHT.moduli_std:
+            # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
+            believed = replace(believed, E=linear.believed.E, G=linear.believed.G)
         mean, base = base_prior(
-            believed_parameters(self.evidence.rig, self.evidence.preload),
+            believed,
             detuning_std=self.slack.detuning_std,
             moduli_std=self.slack.moduli_std,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -50,8 +50,13 @@ class HarmonicResiduals:
 
     def select(self, keep: Array) -> HarmonicResiduals:
         """The steps where `keep` is true."""
-        parts = (self.residual, self.cholesky, self.field, self.compliance)
-        return HarmonicResiduals(self.orders, *(part[keep] for part in parts), self.structure)
+        return replace(
+            self,
+            residual=self.residual[keep],
+            cholesky=self.cholesky[keep],
+            field=self.field[keep],
+            compliance=self.compliance[keep],
+        )
 
     def whiten(self, values: Array) -> Array:
         """Real whitened values (r,) of complex ones (s, h, o), or (r, u) of (s, h, o, u)."""

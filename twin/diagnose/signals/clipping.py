@@ -30,18 +30,16 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
     """Channels whose peaks are flat."""
     findings = []
     for channel in runs[0].channels:
-        limits, spoilt = [], {}
+        limits, signals = [], {}
         for run in runs:
             if channel not in run.channels:
                 continue
-            x = np.nan_to_num(run.device_of(channel).values[channel].astype(float))
+            x = signals[run.path] = np.nan_to_num(run.device_of(channel).values[channel].astype(float))
             positions = _equal_tops(x)
             if not len(positions):
                 positions = np.union1d(_flat_tops(x), _flat_tops(-x))
             if len(positions):
                 limits.append(float(np.median(np.abs(x[positions]))))
-                beside = (positions[:, None] + np.arange(-RINGING, RINGING + 1)).ravel()
-                spoilt[run.path] = np.unique(beside[(beside >= 0) & (beside < len(x))])
         if limits:
             findings.append(
                 Finding(
@@ -50,10 +48,17 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
                     values={"limit": min(limits)},
                     std={"limit": 1e-3 * min(limits)},
                     names={"channel": channel},
-                    spoilt=spoilt,
+                    spoilt={path: _cut(x, min(limits)) for path, x in signals.items()},
                 )
             )
     return findings
+
+
+def _cut(x: NDArray[Any], limit: float) -> NDArray[Any]:
+    """Positions of samples at the limit and beside it: once it is known, a peak too narrow to be judged tells too."""
+    positions = np.flatnonzero(np.abs(x) >= (1 - TOP) * limit)
+    beside = (positions[:, None] + np.arange(-RINGING, RINGING + 1)).ravel()
+    return np.unique(beside[(beside >= 0) & (beside < len(x))])
 
 
 def _equal_tops(x: NDArray[Any]) -> NDArray[Any]:
