@@ -176,16 +176,19 @@ def reduce_broadband(
         )  # fmt: skip
         return data, _follow(model, replace(data, H=signs * data.H), base, believed)
 
-    for turn in range(rounds):
+    led_astray = False
+    for _ in range(rounds):
         data, fit = reduced(base, signs)
-        if turn == 0 and fit.chi2_per_dof > ASTRAY:
+        if fit.chi2_per_dof > ASTRAY and not led_astray:
+            led_astray = True
             # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
-            others = [(_elsewhere(model, data, believed, resonances, *factors), upright) for factors in ELSEWHERE]
+            others = [(data, _elsewhere(model, data, believed, resonances, *f), upright) for f in ELSEWHERE]
             # Nor does a fit of logarithms find its way out of a wrong sign.
-            others += [(reduced(base, turned)[1], turned) for turned in upright - 2 * np.eye(len(upright))]
-            best, turned = min(others, key=lambda other: other[0].chi2_per_dof)
-            if best.chi2_per_dof < FOUND:
-                fit, signs, believed = best, turned, best.believed
+            others += [(*reduced(base, turned), turned) for turned in upright - 2 * np.eye(len(upright))]
+            best = min(others, key=lambda other: other[1].chi2_per_dof)
+            if best[1].chi2_per_dof < FOUND:
+                data, fit, signs = best
+                believed = fit.believed
         told_apart = np.concatenate([told_apart, hidden_resonances(data)])
         base = fit.base
     return data, fit

@@ -117,7 +117,7 @@ def test_exact_responses_give_the_exact_moduli(steel_model, steel_dense, believe
     )
     std = np.sqrt(np.diag(fit.covariance))
     assert np.all(np.abs(fit.base.vector - base.vector)[:9] < 0.5 * std[:9])
-    np.testing.assert_allclose([fit.base.E, fit.base.G], [base.E, base.G], rtol=2e-3)
+    np.testing.assert_allclose([fit.base.E, fit.base.G], [base.E, base.G], rtol=3e-3)
 
 
 def test_a_rig_that_loses_nothing_in_its_joint_gets_no_negative_loss(steel_model, steel_dense, believed):

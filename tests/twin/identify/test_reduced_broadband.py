@@ -82,3 +82,51 @@ def test_the_fit_finds_resonances_and_damping_whatever_the_belief(steel, steel_m
         joint = joint + fit.base.G * fit.base.loss_G * np.sum((s.B_G @ modes.Phi) ** 2, axis=0)
         total = fit.base.zeta[:4] + joint / (2 * modes.omega**2)
         np.testing.assert_allclose(total[:3], ZETA[:3], rtol=0.03)
+
+
+def _recorded(response, *, turned=()):
+    """Half a minute without noise to speak of; some channels with the wrong sign."""
+    rng = np.random.default_rng(32)
+    count = int(SECONDS * RATE)
+    f = np.fft.rfftfreq(count, 1 / RATE)
+    inside = (f > 5) & (f < 1000)
+    H = np.zeros((len(f), 2), complex)
+    H[inside] = response(2 * np.pi * f[inside])
+    U = inside * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f)))
+    U *= 0.5 / np.std(np.fft.irfft(U, count))
+    samples = {"force": U, "acc1": H[:, 0] * U, "acc2": H[:, 1] * U}
+    samples = {name: np.fft.irfft(X, count) + 1e-3 * rng.standard_normal(count) for name, X in samples.items()}
+    samples |= {name: -samples[name] for name in turned}
+    return BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples, lost=0)
+
+
+def _inertance(s, E, G):
+    modes = normal_modes(s.M, s.stiffness(E, G))
+    zeta = np.concatenate([ZETA, np.full(len(modes.omega) - 4, 0.003)])
+    residues = (np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi) * (s.deflection(0.05) @ modes.Phi)
+
+    def response(omega):
+        w = np.asarray(omega)[:, None]
+        return -(w**2) * ((1 / (modes.omega**2 - w**2 + 2j * zeta * modes.omega * w)) @ residues.T)
+
+    return response
+
+
+@pytest.mark.parametrize("factors", [(0.7, 0.62), (0.75, 0.75), (1.4, 1.4)])
+def test_moduli_far_from_belief_are_no_trap(steel_model, factors):
+    """Followed from what is believed, the shapes lead into a false minimum."""
+    believed = believed_parameters(load_rig("steel-lap-joint"))
+    s = assemble(load_rig("steel-lap-joint"))
+    record = _recorded(_inertance(s, factors[0] * believed.E, factors[1] * believed.G))
+    _, fit = reduce_broadband(steel_model, record, believed, force="force")
+    assert fit.chi2_per_dof < 1.5
+
+
+def test_a_channel_that_is_turned_round_is_no_trap(steel, steel_model):
+    believed = believed_parameters(load_rig("steel-lap-joint"))
+    upright, turned = (
+        reduce_broadband(steel_model, _recorded(steel[1], turned=names), believed, force="force")
+        for names in ((), ("acc2",))
+    )
+    assert turned[1].chi2_per_dof < 1.5
+    np.testing.assert_allclose(turned[0].H * [1, -1], upright[0].H, rtol=1e-3)

@@ -16,6 +16,10 @@ __all__ = ["find_clipping"]
 
 LEAST_COUNT = 12
 """Samples on exactly one largest value, a third of them in a row, that are no chance."""
+BEYOND = 1.05
+"""A run that exceeds a limit by more was not limited: it may be of another day."""
+EQUAL = 1e-7
+"""Relative difference of samples on one limit."""
 HIGH, TOP, SHOULDER = 0.98, 2e-3, 0.9
 """Share of the largest value that peaks must reach; depth of a top below its usual level; where its shoulders begin."""
 LEAST_WIDTH, LEAST_TOPS = 8, 3
@@ -30,33 +34,36 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
     """Channels whose peaks are flat."""
     findings = []
     for channel in runs[0].channels:
-        limits, signals = [], {}
+        limits, signals, within = [], {}, EQUAL
         for run in runs:
             if channel not in run.channels:
                 continue
             x = signals[run.path] = np.nan_to_num(run.device_of(channel).values[channel].astype(float))
             positions = _equal_tops(x)
             if not len(positions):
-                positions = np.union1d(_flat_tops(x), _flat_tops(-x))
+                positions, within = np.union1d(_flat_tops(x), _flat_tops(-x)), TOP
             if len(positions):
                 limits.append(float(np.median(np.abs(x[positions]))))
         if limits:
+            limit = min(limits)
+            limited = {path: x for path, x in signals.items() if np.max(np.abs(x)) < BEYOND * limit}
+            cut = {path: _cut(x, (1 - within) * limit) for path, x in limited.items()}
             findings.append(
                 Finding(
                     cause="clipping",
-                    summary=f"{channel} never exceeds {min(limits):.4g}: its peaks are cut off",
-                    values={"limit": min(limits)},
-                    std={"limit": 1e-3 * min(limits)},
+                    summary=f"{channel} never exceeds {limit:.4g}: its peaks are cut off",
+                    values={"limit": limit},
+                    std={"limit": 1e-3 * limit},
                     names={"channel": channel},
-                    spoilt={path: _cut(x, min(limits)) for path, x in signals.items()},
+                    spoilt={path: positions for path, positions in cut.items() if len(positions)},
                 )
             )
     return findings
 
 
-def _cut(x: NDArray[Any], limit: float) -> NDArray[Any]:
-    """Positions of samples at the limit and beside it: once it is known, a peak too narrow to be judged tells too."""
-    positions = np.flatnonzero(np.abs(x) >= (1 - TOP) * limit)
+def _cut(x: NDArray[Any], level: float) -> NDArray[Any]:
+    """Positions of samples from a level on, and beside them: it also cuts peaks that are too narrow to be judged."""
+    positions = np.flatnonzero(np.abs(x) >= level)
     beside = (positions[:, None] + np.arange(-RINGING, RINGING + 1)).ravel()
     return np.unique(beside[(beside >= 0) & (beside < len(x))])
 
@@ -65,7 +72,7 @@ def _equal_tops(x: NDArray[Any]) -> NDArray[Any]:
     """Positions of samples on exactly the largest magnitude, of a converter that is fine enough for that to tell."""
     size = np.abs(x)
     top = float(np.max(size, initial=0.0))
-    at_top = size >= top * (1 - 1e-7)
+    at_top = size >= top * (1 - EQUAL)
     in_a_row = int(np.sum(at_top[1:] & at_top[:-1]))
     many = at_top.sum() >= LEAST_COUNT and in_a_row >= LEAST_COUNT / 3
     if top == 0.0 or not many or smallest_step(x) > 1e-5 * top:

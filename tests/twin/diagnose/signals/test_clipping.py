@@ -39,6 +39,17 @@ def test_the_run_that_limits_is_the_one_that_is_spoilt(synthetic, cut):
     assert set(finding.spoilt) == {"loud.mcap"}
 
 
+def test_peaks_cut_too_narrowly_to_be_judged_are_spoilt_with_the_others(synthetic):
+    """An amplifier's limit carries the converter's noise; steps that just reach it look round."""
+    samples = synthetic.converted(synthetic.stepped_sine(21))
+    whole, limit = samples["acc2"], 0.3 * np.max(np.abs(samples["acc2"]))
+    rng = np.random.default_rng(25)
+    noisy = np.clip(whole, -limit, limit) + 2e-4 * limit * rng.standard_normal(len(whole))
+    (finding,) = find_clipping([synthetic.run(samples | {"acc2": noisy}, path="a.mcap")])
+    missed = np.setdiff1d(np.flatnonzero(np.abs(whole) > 1.001 * limit), finding.spoilt["a.mcap"])
+    assert len(missed) == 0
+
+
 def test_whole_signals_are_no_alarm(clean_runs):
     for runs in clean_runs:
         assert find_clipping(runs) == []
