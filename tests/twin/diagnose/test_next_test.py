@@ -1,63 +1,152 @@
-"""Where two causes explain the data alike, the next test is a procedure that can be run."""
+"""Where two causes explain the data alike, the next test is the shortest that is expected to part them."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any, cast
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.candidate import Blame, Candidate
+from twin.diagnose.candidate import Blame, fit_candidate
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.next_test import plan_next_test
+from twin.diagnose.next_test.imagined import imagine
+from twin.diagnose.next_test.proposal import propose
+from twin.diagnose.next_test.separation import enough, separation
+from twin.diagnose.verdict import RIVAL
+from twin.identify.base_fit import fit_base
 from twin.identify.evidence import gather_evidence
 from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import load_rig
+
+RIG = load_rig("steel-lap-joint")
+DRIVE = RIG.drive.position
 
 
 @pytest.fixture(scope="module")
 def learnt(campaign):
     runs = tuple(read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps"))
-    return runs, gather_evidence(runs, load_rig("steel-lap-joint"))
+    return runs, gather_evidence(runs, RIG)
 
 
-def rivals(evidence, gap: float, *names: str) -> tuple[Candidate, ...]:
-    """Models of one cause each, their log evidence `gap` apart."""
-    models = []
-    for k, name in enumerate(names):
-        values = {p.name: (p.starts or (p.lower,))[0] for p in CAUSES[name].parameters(evidence, {})}
-        solution = cast("Any", SimpleNamespace(chi2=100.0))
-        blame = Blame(CAUSES[name], {}, values, {})
-        models.append(Candidate((blame,), cast("Any", None), solution, -gap * k, 100))
-    return tuple(models)
+@pytest.fixture(scope="module")
+def unknowns(learnt):
+    return fit_base(learnt[1])[0]
 
 
-def test_linear_rivals_want_longer_noise_in_the_same_band(learnt, tmp_path):
+@pytest.fixture(scope="module")
+def believe(learnt, unknowns):
+    """A model that blames one cause at given values, knowing what the recordings leave open, `behind` in evidence."""
+
+    def candidate(name, behind=0.0, label=None, **values):
+        blame = Blame(CAUSES[name], label or {}, values, {})
+        fit = fit_candidate(learnt[1], None, unknowns, (blame,), iterations=1)
+        solution = replace(fit.solution, chi2=100.0)
+        return replace(fit, blames=(blame,), unknowns=unknowns, solution=solution, log_evidence=-behind, dof=100)
+
+    return candidate
+
+
+def noise(proposals):
+    return [p for p in proposals if isinstance(p.procedure, Random)]
+
+
+def sweeps(proposals):
+    return [p for p in proposals if isinstance(p.procedure, SteppedSine)]
+
+
+def test_proposals_are_bands_levels_and_lengths_the_shortest_first(learnt):
+    found = propose(*learnt, drifting=False)
+    times = [p.rig_time_s for p in found]
+    assert times == sorted(times)
+    assert len({p.procedure.band for p in noise(found)}) >= 5
+    assert len({p.procedure.amplitudes[0] for p in sweeps(found)}) >= 2
+    assert {p.procedure.direction for p in sweeps(found)} == {"up"}
+    assert {p.longer for p in found} >= {1.0, 4.0, 16.0}
+
+
+def test_a_drift_is_sought_both_ways(learnt):
+    assert {p.procedure.direction for p in sweeps(propose(*learnt, drifting=True))} == {"both"}
+
+
+def test_a_part_of_the_band_is_driven_harder_as_far_as_the_response_allows(learnt):
+    """The joint answers to the response: its rms is kept."""
+    data = learnt[1].broadband[0]
+    response = np.sum(np.abs(data.H) ** 2, axis=1) * data.force_power
+    density, moved = {}, {}
+    for proposal in noise(propose(*learnt, drifting=False)):
+        band, rms = proposal.procedure.band, proposal.procedure.rms
+        inside = (data.frequency_Hz >= band[0]) & (data.frequency_Hz <= band[1])
+        density[band] = rms**2 / data.force_power[inside].sum()
+        moved[band] = density[band] * response[inside].sum()
+    assert max(density.values()) > 2.0
+    assert min(density.values()) > 0.95
+    assert max(moved.values()) < 1.1 * response.sum()
+
+
+def test_what_a_sweep_reaches_stays_within_the_converters(learnt):
     runs, evidence = learnt
-    proposed = plan_next_test(runs, evidence, rivals(evidence, 2.0, "added-mass", "clamp-compliance"), tmp_path)
-    assert proposed is not None
-    assert "added-mass from clamp-compliance" in proposed.why
-    procedure = load_procedure(tmp_path / proposed.procedure)
-    assert isinstance(procedure, Random)
-    # Twice the gap at which rivals are told apart, from two: five times as long as the 30 s that were measured.
-    assert procedure.duration == pytest.approx(5 * 30.0, rel=0.25)
-    assert procedure.rms == pytest.approx(0.5, rel=0.1)
+    deaf = [s.model_copy(update={"range": 60.0}) if s.channel == "acc2" else s for s in RIG.sensor]
+    quiet = propose(runs, replace(evidence, rig=RIG.model_copy(update={"sensor": deaf})), drifting=False)
+    largest = max(p.procedure.amplitudes[0] for p in sweeps(propose(runs, evidence, drifting=False)))
+    assert all(p.procedure.amplitudes[0] < largest for p in sweeps(quiet))
 
 
-def test_nonlinear_rivals_want_the_largest_sweep_measured_longer(learnt, tmp_path):
-    runs, evidence = learnt
-    proposed = plan_next_test(runs, evidence, rivals(evidence, 1.0, "joint-friction", "joint-uneven"), tmp_path)
-    assert proposed is not None
-    procedure = load_procedure(tmp_path / proposed.procedure)
-    assert isinstance(procedure, SteppedSine)
-    assert procedure.amplitudes == [6.0]
-    assert procedure.measure.seconds == pytest.approx(10.0)
-    assert np.min(procedure.frequencies) == pytest.approx(25.6)
+@pytest.mark.parametrize("gap", [0.0, 5.0, 20.0])
+def test_enough_leaves_nine_in_ten_beyond_the_gap(gap):
+    """The gain of log evidence is normal with the separation as mean and twice that as variance."""
+    D = enough(gap)
+    gains = D + np.sqrt(2 * D) * np.random.default_rng(1).standard_normal(100_000)
+    assert np.mean(gains > gap) == pytest.approx(0.9, abs=0.005)
 
 
-def test_a_clear_winner_wants_no_test(learnt, tmp_path):
-    runs, evidence = learnt
-    assert plan_next_test(runs, evidence, rivals(evidence, 50.0, "added-mass", "clamp-compliance"), tmp_path) is None
+def test_no_test_parts_a_model_from_itself(learnt, believe):
+    model = believe("added-mass", mass_kg=0.006, position_m=0.3)
+    for proposal in (noise(propose(*learnt, drifting=False))[0], sweeps(propose(*learnt, drifting=False))[0]):
+        imagined = imagine(learnt[1], model, proposal)
+        assert separation(imagined, model, temper=1.0) < 1e-3
+
+
+def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe):
+    here, there = (believe("added-mass", mass_kg=0.004, position_m=x) for x in (0.30, 0.33))
+    whole = [
+        p for p in noise(propose(*learnt, drifting=False)) if p.procedure.band[0] < 20.0 < 900.0 < p.procedure.band[1]
+    ]
+    parted = [separation(imagine(learnt[1], here, p), there, temper=1.0) for p in sorted(whole, key=lambda p: p.longer)]
+    assert len(parted) == 5
+    assert np.all(np.diff(parted) > 0)
+    # The model's own error does not fall with time.
+    assert parted[-1] < 16 * parted[0]
+
+
+def test_an_imagined_sweep_has_the_resonance_of_the_recorded_one(learnt, believe):
+    _, evidence = learnt
+    model = believe("added-mass", mass_kg=1e-6, position_m=0.3)
+    largest = max(s.target_amplitude for s in evidence.steps.states)
+    (same, *_) = [p for p in sweeps(propose(*learnt, drifting=False)) if p.procedure.amplitudes == [largest]]
+    imagined = imagine(evidence, model, same).evidence.steps
+    recorded = evidence.steps.select(np.array([s.target_amplitude == largest for s in evidence.steps.states]))
+    place = np.argmin(np.abs(imagined.omega[:, None] - recorded.omega), axis=0)
+    near = np.abs(imagined.omega[place] - recorded.omega) < 1e-3 * recorded.omega
+    assert near.sum() >= 5
+    np.testing.assert_allclose(imagined.amplitude_m[place[near]], recorded.amplitude_m[near], rtol=0.03)
+
+
+def test_the_plan_is_a_procedure_that_can_be_run_with_what_it_promises(learnt, believe, tmp_path):
+    best = believe("added-mass", mass_kg=0.009, position_m=0.30)
+    other = believe("stiffness-loss", behind=2.0, factor=0.8, position_m=0.2)
+    found = plan_next_test(*learnt, (best, other), RIG, tmp_path)
+    assert found is not None
+    assert "added-mass from stiffness-loss" in found.why
+    procedure = load_procedure(tmp_path / found.procedure)
+    assert isinstance(procedure, Random | SteppedSine)
+    assert found.separation >= found.needed >= enough(RIVAL - 2.0)
+    assert found.rig_time_s > 5.0
+
+
+def test_a_clear_winner_wants_no_test(learnt, believe, tmp_path):
+    best = believe("added-mass", mass_kg=0.009, position_m=0.30)
+    other = believe("stiffness-loss", behind=50.0, factor=0.8, position_m=0.2)
+    assert plan_next_test(*learnt, (best, other), RIG, tmp_path) is None
     assert not list(tmp_path.iterdir())

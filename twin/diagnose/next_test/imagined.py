@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate, extension_of
+from twin.diagnose.candidate import Candidate, Trial, extension_of
 from twin.diagnose.next_test.proposal import Proposal
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence, StepArrays
@@ -29,10 +29,17 @@ BEYOND = (0.02, 1.6)
 
 @dataclass(frozen=True)
 class Imagined:
-    """Evidence that a procedure would bring."""
+    """Evidence that a procedure would bring if a model were true.
+
+    Attributes
+    ----------
+    left : ndarray, (r,)
+        Whitened residual of the true model: what no model explains of the joint's own harmonics.
+    """
 
     evidence: Evidence
-    harmonics: HarmonicResiduals | None = None
+    harmonics: HarmonicResiduals | None
+    left: Array
 
 
 def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagined:
@@ -50,11 +57,16 @@ def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagine
     if isinstance(procedure, Random):
         middle = last + proposal.rig_time_s / 2
         data = _noise(evidence, truth, procedure, proposal.longer, middle)
-        return Imagined(replace(evidence, broadband=(data,), steps=evidence.steps.select(_none(evidence))))
+        return _beside(replace(evidence, broadband=(data,), steps=evidence.steps.select(_none(evidence))), None, truth)
     assert isinstance(procedure, SteppedSine)
     steps = _steps(evidence, truth, procedure, proposal, last)
     imagined = replace(evidence, broadband=(), steps=steps)
-    return Imagined(imagined, harmonic_residuals(Predictor(imagined), truth.unknowns))
+    return _beside(imagined, harmonic_residuals(Predictor(imagined), truth.unknowns), truth)
+
+
+def _beside(evidence: Evidence, harmonics: HarmonicResiduals | None, truth: Candidate) -> Imagined:
+    own = Trial(evidence, harmonics, truth.unknowns, truth.blames)
+    return Imagined(evidence, harmonics, own.predict(own.x0).residual)
 
 
 def _none(evidence: Evidence) -> Array:

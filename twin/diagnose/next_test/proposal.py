@@ -87,10 +87,12 @@ def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
         inside = (f >= band[0]) & (f <= band[1])
         if inside.sum() < STEPS:
             continue
-        share = float(data.force_power[inside].sum() / data.force_power.sum())
-        louder = min(np.sqrt(response.sum() / response[inside].sum()), MOST_RMS / np.sqrt(share))
-        # In the whole band this is the rms that was used.
-        size = min(rms * np.sqrt(share) * louder, HEADROOM * evidence.rig.force_sensor.range / CREST)
+        felt = float(np.sqrt(data.force_power[inside].sum()))
+        size = min(
+            felt * float(np.sqrt(response.sum() / response[inside].sum())),
+            MOST_RMS * rms,
+            HEADROOM * evidence.rig.force_sensor.range / CREST,
+        )
         for longer in LONGER:
             duration = float(np.round(longer * lasted))
             yield Proposal(

@@ -29,6 +29,7 @@ def separation(imagined: Imagined, rival: Candidate, *, temper: float) -> float:
     trial = Trial(imagined.evidence, imagined.harmonics, rival.unknowns, rival.blames)
     trial.weigh(trial.x0)
     r, J = trial.evaluate(trial.x0)
+    r = r - imagined.left
     if not (np.isfinite(r).all() and np.isfinite(J).all()):
         return 0.0
     follows = J.T @ r
