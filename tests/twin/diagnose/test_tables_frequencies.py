@@ -195,8 +195,9 @@ def test_sensitivities_are_those_of_differences():
     _, J = system.evaluate(x)
     for k in range(len(x)):
         step = np.zeros(len(x))
-        step[k] = 1e-4
-        difference = (system.evaluate(x - step)[0] - system.evaluate(x + step)[0]) / 2e-4
+        # Smaller steps drown in the rounding of eigenvalues, on some processors.
+        step[k] = 1e-3
+        difference = (system.evaluate(x - step)[0] - system.evaluate(x + step)[0]) / 2e-3
         assert J[:, k] == pytest.approx(difference, rel=2e-3, abs=2e-3 * np.abs(difference).max())
 
 
