@@ -249,8 +249,8 @@ def _pays(evidence: Evidence, candidate: Candidate, model: Candidate, blame: Bla
     blame = blame or candidate.blames[-1]
     temper = candidate.chi2_per_dof
     gain = candidate.weight(temper) - model.weight(temper)
-    # What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.  Beside another
-    # cause it is no witness: the base family also makes up for what that one's model has wrong.
+    # What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.  Beside
+    # another cause it is no witness: the base family also makes up for what the other's model has wrong.
     relief = 0.5 * (model.solution.penalty - candidate.solution.penalty)
     strained = not model.blames and relief > LEAST_GAIN and _clear(evidence, blame)
     enough = (
