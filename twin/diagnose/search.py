@@ -159,7 +159,8 @@ def _climb(
                 break
             finalists = _finalists(evidence, harmonics, (thinner, thin_harmonics), model, start, slack, scores, report)
             # One that follows the noise best may yet be too slight to be a cause; the next may not.
-            paying = tuple(finalist for finalist in finalists if _pays(evidence, finalist, model))
+            alone = not model.blames
+            paying = tuple(finalist for finalist in finalists if _pays(evidence, finalist, model, by_strain=alone))
             if finalists and not settled:
                 settled = True
                 anew = fit_candidate(evidence, harmonics, finalists[0].unknowns, model.blames, tolerance=0.3)
@@ -244,15 +245,19 @@ def _pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Cand
     return model
 
 
-def _pays(evidence: Evidence, candidate: Candidate, model: Candidate, blame: Blame | None = None) -> bool:
-    """Whether a cause, the last one by default, is worth its parameters beside the model without it."""
+def _pays(
+    evidence: Evidence, candidate: Candidate, model: Candidate, blame: Blame | None = None, *, by_strain: bool = True
+) -> bool:
+    """Whether a cause, the last one by default, is worth its parameters beside the model without it.
+
+    What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.  A new cause may
+    pay `by_strain` alone, not beside another: the base family also makes up for what the other's model has wrong.
+    """
     blame = blame or candidate.blames[-1]
     temper = candidate.chi2_per_dof
     gain = candidate.weight(temper) - model.weight(temper)
-    # What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.  Beside
-    # another cause it is no witness: the base family also makes up for what the other's model has wrong.
     relief = 0.5 * (model.solution.penalty - candidate.solution.penalty)
-    strained = not model.blames and relief > LEAST_GAIN and _clear(evidence, blame)
+    strained = by_strain and relief > LEAST_GAIN and _clear(evidence, blame)
     enough = (
         strained
         or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from twin.campaign import CasePlan, CaseResult, judge, planned_cases, summarise
+from twin.campaign.judgement import resolved
 from twin.views.campaign_figures import confusion_figure, detection_figure
 
 
@@ -96,6 +98,20 @@ def test_counts_intervals_and_gains():
     assert row.oracle_ratio == pytest.approx(1.25)
     # Wilson's interval of three in five.
     assert row.found_95 == pytest.approx((0.2307, 0.8824), abs=1e-4)
+
+
+def test_the_test_that_was_proposed_counts_by_what_it_brought():
+    doubtful = case(("a",), ("b",), verdict="ambiguous", confused=("a",))
+    brought = {
+        "the cause": case(("a",), ("a",)).found,
+        "another": case(("a",), ("b",)).found,
+        "no answer": case(("a",), ("a",), verdict="ambiguous", confused=("b",)).found,
+    }
+    results = [replace(doubtful, followed=found) for found in brought.values()]
+    assert [resolved(result) for result in results] == [True, False, False]
+    assert resolved(doubtful) is None
+    (row,) = summarise([*results, doubtful]).rows
+    assert (row.followed, row.resolved, row.found) == (3, 1, 4)
 
 
 def test_confusion_counts_what_came_first():

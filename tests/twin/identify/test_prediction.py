@@ -238,6 +238,19 @@ def test_a_cubic_springs_third_harmonic_is_that_of_the_dense_structure(ringing, 
     assert np.max(np.abs(second)) < 1e-4 * np.max(np.abs(evidence.steps.response[:, :, 1]))
 
 
+def test_harmonics_reduced_with_a_clamp_that_turns_are_carried_by_that_mesh(ringing, unknowns):
+    """It has one degree of freedom more than the believed one."""
+    evidence, extension = ringing
+    turning = Extension(clamp_rad_per_Nm=1e-12)
+    residuals = [harmonic_residuals(Predictor(evidence, each), unknowns) for each in (None, turning)]
+    assert residuals[1].field.shape[-1] == residuals[0].field.shape[-1] + 1
+    plain, turned = (
+        Predictor(evidence, extension.merged(each), harmonics).evaluate(unknowns, sensitivities=False).residual
+        for each, harmonics in zip((Extension(), turning), residuals, strict=True)
+    )
+    np.testing.assert_allclose(turned, plain, atol=0.05)
+
+
 def test_a_harmonic_that_was_not_measured_says_nothing(ringing, unknowns):
     evidence, _ = ringing
     variance = evidence.steps.response_variance.copy()

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
-from twin.identify.sine_fit import steady_states
+from twin.identify.sine_fit import Line, steady_states
 
 RATE, FREQUENCY, START = 2048.0, 26.45, 0.137
 HARMONICS = np.array([2.0 * np.exp(0.7j), 0.02 * np.exp(2j), 0.05 * np.exp(-1.1j)])
@@ -170,3 +170,32 @@ def test_what_is_too_short_or_has_no_frequency_is_passed_over():
     assert steady_states(recorded({"a": (hole, RATE, 0.0)}, 1.0)) == []
     both = recorded({"a": (sine(t), RATE, 0.0), "b": (hole, RATE, 0.0)}, 1.0)
     assert len(steady_states(both, channels=["a"])) == 1
+
+
+def hum(t, phase, frequency=50.0, size=0.05):
+    return size * np.cos(2 * np.pi * frequency * t + phase)
+
+
+def test_hum_beside_a_harmonic_is_no_drift_of_the_fundamental():
+    t = times(1.0)
+    run = recorded({"a": (sine(t) + hum(t, 1.0, size=0.4), RATE, 0.0)}, 1.0)
+    ((taken,), (told,)) = steady_states(run), steady_states(run, lines={"a": Line(50.0, 0.4)})
+    assert abs(taken.drift["a"]) > 1e-3
+    assert abs(told.drift["a"]) < 1e-5
+    np.testing.assert_allclose(told.amplitude["a"][:3], HARMONICS, atol=2e-6)
+
+
+def test_hum_on_a_harmonic_is_that_ones_noise():
+    """Four tenths of a line away the two cannot be told apart: whatever the hum's phase, its size is allowed for."""
+    omega, t, pulls = 2 * np.pi * 25.2, times(1.0), []
+    for phase in np.linspace(0, 2 * np.pi, 16, endpoint=False):
+        values = sine(t, omega=omega) + hum(t, phase)
+        run = recorded({"a": (values, RATE, 0.0)}, 1.0, frequency=25.2)
+        (state,) = steady_states(run, lines={"a": Line(50.0, 0.05)})
+        error = state.amplitude["a"][:3] - HARMONICS
+        pulls.append(
+            np.append(np.abs(error) ** 2 / state.variance["a"][:3], abs(state.drift["a"] / state.drift_std["a"]) ** 2)
+        )
+    assert state.variance["a"][1] > 0.02**2
+    assert np.all(np.mean(pulls, axis=0) < 1.2)
+    assert np.mean(pulls, axis=0)[1] > 0.8
