@@ -42,7 +42,7 @@ def axial(beam, odd_quarters, count):
 def test_two_beams_apart_are_a_clamped_free_and_a_free_free_beam(rig):
     structure = assemble(rig, mesh=mesh_rig(rig, beam_elements=60), sensor_masses=False)
     found = normal_modes(structure.M, structure.stiffness(0.0, 0.0), 12).frequency_Hz
-    assert np.all(found[:3] < 1e-2), "the upper beam floats: three rigid-body modes"
+    assert np.all(found[:3] < 0.05), "the upper beam floats: three rigid-body modes"
     expected = np.concatenate(
         [analytic(rig.lower, "clamped-free", 5), analytic(rig.upper, "free-free", 5), axial(rig.lower, True, 1)]
     )

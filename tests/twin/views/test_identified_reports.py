@@ -11,6 +11,7 @@ import pytest
 
 from recordings import InputError
 from twin.identify.identified import Estimate
+from twin.identify.linear_fit import MODULI_STD
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.lab.identified_mode import IdentifiedMode
@@ -54,7 +55,7 @@ def test_what_the_data_do_not_tell_is_called_believed(identified: IdentifiedJoin
 
 def test_a_parameter_is_narrowed_by_the_ratio_of_its_spreads(identified: IdentifiedJoint) -> None:
     found = identified.found
-    wide = {**found.linear, "normal_modulus": Estimate(3.9e8, 0.07 * 3.9e8)}  # as it was believed
+    wide = {**found.linear, "normal_modulus": Estimate(3.9e8, MODULI_STD * 3.9e8)}  # as it was believed
     row = determined(replace(found, linear=wide), identified.evidence)[0]
     assert row.narrowed == pytest.approx(1.0)
     assert row.little

@@ -25,6 +25,8 @@ __all__ = ["plan_next_test"]
 PROCEDURE = "next.toml"
 TRIED = 3
 """Proposals that are rehearsed, the best first, until one may be run."""
+FAR = 100.0
+"""Separation from which on its size, to first order, says no more."""
 ROUNDS = 2
 """Improvements of a proposal that a rehearsal warns of."""
 
@@ -134,7 +136,8 @@ def _why(valued: _Valued, rehearsed: Rehearsed, names: Sequence[str]) -> str:
     """What it is for, what it promises, what it costs."""
     minutes = rehearsed.rehearsal.result.duration_s / 60
     promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
-    promise += f": expected gain of log evidence {valued.separation:.1f}, {valued.needed:.1f} needed"
+    gain = f"{valued.separation:.1f}" if valued.separation < FAR else f"over {FAR:.0f}"
+    promise += f": expected gain of log evidence {gain}, {valued.needed:.1f} needed"
     if valued.share < 1:
         promise += ", so it may not be enough"
     promise += f"; {minutes:.0f} min on the rig, as rehearsed"
