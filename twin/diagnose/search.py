@@ -51,13 +51,17 @@ LEAST_SHARE_OF_HARMONICS = 0.15
 class Stage:
     """One turn of the search: the models that were tried, best evidence first, and the first-order scores.
 
-    `paying` are those of them that the data would pay for; the first one, if there is one, was `accepted`.
+    `paying` are those of them that the data would pay for.
     """
 
     finalists: tuple[Candidate, ...]
     scores: tuple[Score, ...]
-    accepted: bool
-    paying: tuple[Candidate, ...] = ()
+    paying: tuple[Candidate, ...]
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the first model was taken: the data pay for one."""
+        return bool(self.paying)
 
 
 @dataclass(frozen=True)
@@ -125,7 +129,7 @@ def _other_beginnings(found: Search) -> list[Stage]:
 
     Of two causes that act at once, either may look less like the data than a third one does.
     """
-    if not found.stages or not found.stages[0].accepted:
+    if not found.stages:
         return []
     first = found.stages[0]
     return [
@@ -173,7 +177,7 @@ def _climb(
                     continue
             if paying:
                 finalists = finalists[finalists.index(paying[0]) :]
-            stages.append(Stage(tuple(finalists), tuple(scores), bool(paying), paying))
+            stages.append(Stage(tuple(finalists), tuple(scores), paying))
             if not paying:
                 break
         model = stages[-1].finalists[0]

@@ -222,9 +222,8 @@ def _arrays(
     F_var = np.array([harmonics(s.variance[force], np.inf) for s in states]).reshape(len(states), HARMONICS)
     A = np.array([[harmonics(s.amplitude[o.channel], 0.0) for o in outputs] for s in states]).reshape(shape)
     A_var = np.array([[harmonics(s.variance[o.channel], np.inf) for o in outputs] for s in states]).reshape(shape)
-    power = {"displacement": 0, "velocity": 1, "acceleration": 2}[outputs[reference].quantity]
     # The joint's load follows the inertia outboard of it: amplitude times omega^2, expressed at the reference.
-    amplitude = np.abs(A[:, reference, 0]) * omega ** (2 - power) / reference_omega**2
+    amplitude = np.abs(A[:, reference, 0]) * omega ** (2 - outputs[reference].derivative) / reference_omega**2
     time = np.array([state.time_s for state in states])
     change = np.array([abs(state.change(outputs[reference].channel, force=force)) for state in states])
     return StepArrays(omega, F, F_var, A, A_var, amplitude, time, change, tuple(states))

@@ -85,8 +85,12 @@ class Output:
 
     def from_displacement(self, omega: Real) -> Complex:
         """Factor from displacement to the channel's quantity."""
-        power = {"displacement": 0, "velocity": 1, "acceleration": 2}[self.quantity]
-        return self.sign * (1j * omega) ** power
+        return self.sign * (1j * omega) ** self.derivative
+
+    @property
+    def derivative(self) -> int:
+        """How many times the displacement is derived by time."""
+        return {"displacement": 0, "velocity": 1, "acceleration": 2}[self.quantity]
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,46 @@ FORCE_NOISE, NOISE = 2e-4, 5e-4
 ZETA = np.array([0.0030, 0.0016, 0.0026, 0.0021])
 
 
-@pytest.fixture(scope="module")
-def steel():
-    """The true rig: moduli wrong by eight per cent, damping by more; responses (f, 2) per newton at given omega."""
-    s, believed = assemble(load_rig("steel-lap-joint")), believed_parameters(load_rig("steel-lap-joint"))
-    modes = normal_modes(s.M, s.stiffness(1.08 * believed.E, 0.93 * believed.G))
+def inertance(s, E, G):
+    """Responses (f, 2) per newton at given omega, summed mode by mode."""
+    modes = normal_modes(s.M, s.stiffness(E, G))
     zeta = np.concatenate([ZETA, np.full(len(modes.omega) - 4, 0.003)])
-    out = np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi
-    residues = out * (s.deflection(0.05) @ modes.Phi)
+    residues = (np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi) * (s.deflection(0.05) @ modes.Phi)
 
     def response(omega):
         w = np.asarray(omega)[:, None]
         return -(w**2) * ((1 / (modes.omega**2 - w**2 + 2j * zeta * modes.omega * w)) @ residues.T)
 
-    return modes.omega / (2 * np.pi), response
+    return response
+
+
+def recorded(response, rng, *, turned=()):
+    """Half a minute cut out of a much longer random force, so that the responses were under way before.
+
+    Channels that are `turned` have the wrong sign.
+    """
+    count, cut = int(PERIOD * RATE), int(SECONDS * RATE)
+    f = np.fft.rfftfreq(count, 1 / RATE)
+    inside = (f > 5) & (f < 1000)
+    H = np.zeros((len(f), 2), complex)
+    H[inside] = response(2 * np.pi * f[inside])
+    U = inside * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f)))
+    U *= 0.5 / np.std(np.fft.irfft(U, count))
+    signals = {"force": U, "acc1": H[:, 0] * U, "acc2": H[:, 1] * U}
+    samples = {name: np.fft.irfft(X, count)[:cut] for name, X in signals.items()}
+    for name in samples:
+        density = FORCE_NOISE if name == "force" else NOISE
+        samples[name] = samples[name] + density * np.sqrt(RATE / 2) * rng.standard_normal(cut)
+    samples |= {name: -samples[name] for name in turned}
+    return BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples, lost=0)
+
+
+@pytest.fixture(scope="module")
+def steel():
+    """The true rig: moduli wrong by eight per cent, damping by more; responses (f, 2) per newton at given omega."""
+    s, believed = assemble(load_rig("steel-lap-joint")), believed_parameters(load_rig("steel-lap-joint"))
+    omega = normal_modes(s.M, s.stiffness(1.08 * believed.E, 0.93 * believed.G)).omega
+    return omega / (2 * np.pi), inertance(s, 1.08 * believed.E, 0.93 * believed.G)
 
 
 @pytest.fixture(scope="module")
@@ -35,23 +61,8 @@ def reductions(steel, steel_model):
     """Half a minute each, cut out of a much longer random force, so that the responses were under way before."""
     _, response = steel
     rng = np.random.default_rng(31)
-    count, cut = int(PERIOD * RATE), int(SECONDS * RATE)
-    f = np.fft.rfftfreq(count, 1 / RATE)
-    inside = (f > 5) & (f < 1000)
-    H = np.zeros((len(f), 2), complex)
-    H[inside] = response(2 * np.pi * f[inside])
-    believed, found = believed_parameters(load_rig("steel-lap-joint")), []
-    for _ in range(3):
-        U = inside * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f)))
-        U *= 0.5 / np.std(np.fft.irfft(U, count))
-        signals = {"force": U, "acc1": H[:, 0] * U, "acc2": H[:, 1] * U}
-        samples = {name: np.fft.irfft(X, count)[:cut] for name, X in signals.items()}
-        for name in samples:
-            density = FORCE_NOISE if name == "force" else NOISE
-            samples[name] = samples[name] + density * np.sqrt(RATE / 2) * rng.standard_normal(cut)
-        record = BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples, lost=0)
-        found.append(reduce_broadband(steel_model, record, believed, force="force"))
-    return found
+    believed = believed_parameters(load_rig("steel-lap-joint"))
+    return [reduce_broadband(steel_model, recorded(response, rng), believed, force="force") for _ in range(3)]
 
 
 def test_errors_of_the_bins_are_what_they_say(steel, reductions):
@@ -84,40 +95,12 @@ def test_the_fit_finds_resonances_and_damping_whatever_the_belief(steel, steel_m
         np.testing.assert_allclose(total[:3], ZETA[:3], rtol=0.03)
 
 
-def _recorded(response, *, turned=()):
-    """Half a minute without noise to speak of; some channels with the wrong sign."""
-    rng = np.random.default_rng(32)
-    count = int(SECONDS * RATE)
-    f = np.fft.rfftfreq(count, 1 / RATE)
-    inside = (f > 5) & (f < 1000)
-    H = np.zeros((len(f), 2), complex)
-    H[inside] = response(2 * np.pi * f[inside])
-    U = inside * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f)))
-    U *= 0.5 / np.std(np.fft.irfft(U, count))
-    samples = {"force": U, "acc1": H[:, 0] * U, "acc2": H[:, 1] * U}
-    samples = {name: np.fft.irfft(X, count) + 1e-3 * rng.standard_normal(count) for name, X in samples.items()}
-    samples |= {name: -samples[name] for name in turned}
-    return BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples, lost=0)
-
-
-def _inertance(s, E, G):
-    modes = normal_modes(s.M, s.stiffness(E, G))
-    zeta = np.concatenate([ZETA, np.full(len(modes.omega) - 4, 0.003)])
-    residues = (np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi) * (s.deflection(0.05) @ modes.Phi)
-
-    def response(omega):
-        w = np.asarray(omega)[:, None]
-        return -(w**2) * ((1 / (modes.omega**2 - w**2 + 2j * zeta * modes.omega * w)) @ residues.T)
-
-    return response
-
-
 @pytest.mark.parametrize("factors", [(0.7, 0.62), (0.75, 0.75), (1.4, 1.4)])
 def test_moduli_far_from_belief_are_no_trap(steel_model, factors):
     """Followed from what is believed, the shapes lead into a false minimum."""
     believed = believed_parameters(load_rig("steel-lap-joint"))
     s = assemble(load_rig("steel-lap-joint"))
-    record = _recorded(_inertance(s, factors[0] * believed.E, factors[1] * believed.G))
+    record = recorded(inertance(s, factors[0] * believed.E, factors[1] * believed.G), np.random.default_rng(32))
     _, fit = reduce_broadband(steel_model, record, believed, force="force")
     assert fit.chi2_per_dof < 1.5
 
@@ -125,7 +108,9 @@ def test_moduli_far_from_belief_are_no_trap(steel_model, factors):
 def test_a_channel_that_is_turned_round_is_no_trap(steel, steel_model):
     believed = believed_parameters(load_rig("steel-lap-joint"))
     upright, turned = (
-        reduce_broadband(steel_model, _recorded(steel[1], turned=names), believed, force="force")
+        reduce_broadband(
+            steel_model, recorded(steel[1], np.random.default_rng(32), turned=names), believed, force="force"
+        )
         for names in ((), ("acc2",))
     )
     assert turned[1].chi2_per_dof < 1.5

@@ -134,8 +134,7 @@ def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float
     nearest = _nearest(evidence.steps, all_omega, all_X)
     shape = _shape(evidence, nearest, all_omega, all_X, force, np.repeat(time, LAW_POINTS), 1.0)
     reference = evidence.reference
-    power = {"displacement": 0, "velocity": 1, "acceleration": 2}[evidence.outputs[reference].quantity]
-    per_X = evidence.reference_omega**2 / all_omega ** (2 - power)
+    per_X = evidence.reference_omega**2 / all_omega ** (2 - evidence.outputs[reference].derivative)
     response = shape.response.copy()
     response[:, reference, 0] = all_X * per_X
     shape = replace(shape, response=response)

@@ -77,7 +77,7 @@ def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
         return
     data = evidence.broadband[0]
     run = next(run for run in runs if run.path == data.run)
-    device = next(d for d in run.devices.values() if evidence.force in d.values)
+    device = run.device_of(evidence.force)
     force = device.values[evidence.force]
     force = force[np.isfinite(force)]
     rms, lasted = float(np.std(force)), len(force) / device.sample_rate_Hz
@@ -120,7 +120,7 @@ def _sweeps(runs: Sequence[Run], evidence: Evidence, *, drifting: bool) -> Itera
     if not states:
         return
     run = next(run for run in runs if run.path == states[0].run)
-    rate = next(d for d in run.devices.values() if evidence.force in d.values).sample_rate_Hz
+    rate = run.device_of(evidence.force).sample_rate_Hz
     largest = max(s.target_amplitude for s in states)
     frequencies = _frequencies([s.frequency_Hz for s in states])
     lasted = float(np.median([s.duration_s for s in states]))
