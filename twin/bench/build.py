@@ -116,7 +116,7 @@ class Built:
         modal = self.modal(time_s, internal_rate_Hz)
         ratios = self.plan.rig.damping.modal_ratio
         zeta = np.array([ratios[min(r, len(ratios) - 1)] for r in range(len(modal.omega))])
-        outputs = [Output("velocity" if velocity else "displacement", row) for row, velocity in self.rows]
+        outputs = [Output("rate" if velocity else "displacement", row) for row, velocity in self.rows]
         outputs += [Output(name) for name in self.shaker_rows]  # type: ignore[arg-type]
         outputs += [Output("integral", row) for row in self.auxiliary_rows]
         instruments = list(self.plan.instruments.values())
@@ -195,7 +195,8 @@ class Built:
     @property
     def _others(self) -> int:
         resonances = sum(i.resonance is not None for i in self.plan.instruments.values())
-        return (3 if self.shaker else 0) + 2 * resonances
+        followers = sum(velocity for _, velocity in self.rows)
+        return followers + (3 if self.shaker else 0) + 2 * resonances
 
 
 def build(
@@ -347,7 +348,7 @@ def _placed(
             rows.append((row, element.velocity))
         coordinate.append(found[0] if found else len(rows) - 1)
         if element.velocity:
-            auxiliary_rows.append(row)
+            auxiliary_rows.append(rows[coordinate[-1]][0])
             auxiliary.append(len(auxiliary_rows) - 1)
         else:
             auxiliary.append(-1)

@@ -1,7 +1,7 @@
 """The linear rig from voltage and local forces to local coordinates and channels, as states and as poles.
 
-States: modal displacements and velocities, then armature displacement, velocity and coil current, then the sensors'
-own resonances.  Inputs: generator voltage (or, without a shaker, the force itself) and the restoring force of each
+States: modal displacements and velocities, then what local velocities have from the modes left out, then armature
+displacement, velocity and coil current, then the sensors' own resonances.  Inputs: generator voltage (or, without a shaker, the force itself) and the restoring force of each
 local coordinate.
 """
 
@@ -21,18 +21,23 @@ __all__ = ["LinearRig", "Output", "Poles", "linear_rig", "to_poles", "with_reson
 
 Matrix = NDArray[np.float64]
 
+FOLLOWING_s = 1 / (2 * np.pi * 4500.0)
+"""Within this the modes left out follow the forces where a rate is read: no later than the fastest mode that is kept."""
+
 
 @dataclass(frozen=True)
 class Output:
     """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker.
 
-    Velocities and accelerations are those of the kept modes; `integral` is the displacement that goes with such a
-    velocity, `displacement` has the static share of all other modes in it.  With `static`, velocities and accelerations
-    have their share under the drive force too, through its derivatives: between resonances it is some thousandths.
+    `displacement` has the static share of all modes left out in it.  Velocities and accelerations are those of the kept
+    modes; with `static` they have their share under the drive force too, through its derivatives: between resonances it
+    is some thousandths.  `rate` is the velocity of a local coordinate and `integral` the displacement that goes with it:
+    both have the static share under all forces, which follows them within FOLLOWING_s.  (The slip of a softened layer is
+    by a third less than that of the kept modes.)
     """
 
     quantity: Literal[
-        "displacement", "integral", "velocity", "acceleration",
+        "displacement", "integral", "rate", "velocity", "acceleration",
         "force", "voltage", "stroke", "armature-velocity", "current", "reference", "command",
     ]  # fmt: skip
     row: Matrix | None = None
@@ -108,7 +113,9 @@ def linear_rig(
         What to read.
     """
     Phi, m, R = modal.Phi, len(modal.omega), modal.residual
-    size = 2 * m + (3 if shaker else 0)
+    followers = [output.row for output in outputs if output.quantity == "rate" and output.row is not None]
+    x = 2 * m + len(followers)
+    size = x + (3 if shaker else 0)
     inputs = 1 + len(loads) + len(shaker_loads)
     q, dq = slice(0, m), slice(m, 2 * m)
     patterns = -np.column_stack([*loads]) if loads else np.zeros((len(Phi), 0))
@@ -117,7 +124,7 @@ def linear_rig(
     F_x, F_u = np.zeros(size), np.zeros(inputs)
     if shaker:
         k = shaker.series_stiffness(float(drive_row @ R @ drive_load))
-        F_x[2 * m] = k
+        F_x[x] = k
         F_x[q] = -k * (drive_row @ Phi)
         F_u[1 : 1 + len(loads)] = -k * (drive_row @ R @ patterns)
     else:
@@ -130,8 +137,13 @@ def linear_rig(
     A[dq] += np.outer(Phi.T @ drive_load, F_x)
     B[dq] = np.outer(Phi.T @ drive_load, F_u)
     B[dq, 1 : 1 + len(loads)] += Phi.T @ patterns
+    for n, row in enumerate(followers, start=2 * m):
+        A[n], B[n] = _static_share(row, R, drive_load, patterns, F_x, F_u)
+        A[n, n] -= 1.0
+        A[n] /= FOLLOWING_s
+        B[n] /= FOLLOWING_s
     if shaker:
-        x, v, i = 2 * m, 2 * m + 1, 2 * m + 2
+        v, i = x + 1, x + 2
         A[x, v] = 1.0
         A[v] = -F_x / shaker.armature_mass
         A[v, x] -= shaker.suspension_stiffness / shaker.armature_mass
@@ -162,13 +174,15 @@ def linear_rig(
             assert output.row is not None
             shape = output.row @ Phi
             if output.quantity == "displacement":
-                residual = output.row @ R
-                C[n, q] = shape
-                C[n] += (residual @ drive_load) * F_x
-                D[n] = (residual @ drive_load) * F_u
-                D[n, 1 : 1 + len(loads)] += residual @ patterns
-            elif output.quantity == "integral":
-                C[n, q] = shape
+                C[n], D[n] = _static_share(output.row, R, drive_load, patterns, F_x, F_u)
+                C[n, q] += shape
+            elif output.quantity in ("integral", "rate"):
+                own = 2 * m + next(k for k, row in enumerate(followers) if np.array_equal(row, output.row))
+                if output.quantity == "integral":
+                    C[n, q], C[n, own] = shape, 1.0
+                else:
+                    C[n], D[n] = A[own], B[own]
+                    C[n, dq] += shape
             else:
                 # With a shaker the force is of displacements alone: its first derivative has no input in it.
                 share = float(output.row @ R @ drive_load) if output.static and shaker else 0.0
@@ -179,6 +193,16 @@ def linear_rig(
                     C[n] = shape @ A[dq] + share * (F_x @ A @ A)
                     D[n] = shape @ B[dq] + share * (F_x @ A @ B)
     return LinearRig(A, B, C, D)
+
+
+def _static_share(
+    row: Matrix, residual: Matrix, drive_load: Matrix, patterns: Matrix, F_x: Matrix, F_u: Matrix
+) -> tuple[Matrix, Matrix]:
+    """Displacement of a row through the modes left out, as a row over the states and one over the inputs."""
+    flexibility = row @ residual
+    by_input = (flexibility @ drive_load) * F_u
+    by_input[1 : 1 + patterns.shape[1]] += flexibility @ patterns
+    return (flexibility @ drive_load) * F_x, by_input
 
 
 def _of_the_shaker(shaker: Shaker, quantity: str, size: int) -> tuple[Matrix, float]:

@@ -13,7 +13,7 @@ from twin.rehearsal import Believed, Rehearsal, branch_tables, judge, open_twin,
 from twin.rigs import load_rig
 
 STEEL = load_rig("steel-lap-joint")
-COARSE = SteppedSine(grid=Grid(start=148.0, stop=158.0, step=5.0), amplitudes=[6.0])
+COARSE = SteppedSine(grid=Grid(start=148.0, stop=158.0, step=5.0), amplitudes=[4.0])
 
 
 def test_a_jump_between_coarse_steps_is_told_as_a_jump_and_then_resolved(tmp_path):
@@ -36,7 +36,7 @@ def test_a_jump_between_coarse_steps_is_told_as_a_jump_and_then_resolved(tmp_pat
     better = rehearse_until_clear(first, bench, tmp_path / "improved.mcap", believed=believed, rounds=1)
     assert better.remaining == ()
     assert len(better.rehearsal.result.steps) < 150
-    for sweep, fold_Hz in (("6N-up", up_Hz), ("6N-down", down_Hz)):
+    for sweep, fold_Hz in (("4N-up", up_Hz), ("4N-down", down_Hz)):
         steps = better.rehearsal.sweeps()[sweep]
         sizes = [abs(step.phasors["acc2"]) for step in steps]
         jump = max(range(len(steps) - 1), key=lambda i: abs(sizes[i + 1] - sizes[i]))
