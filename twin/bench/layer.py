@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from twin.bench.local_amplitude import LocalLaw
+from twin.bench.opening_harmonics import with_own_harmonics
 from twin.joint import Law, Linear, RunningLoss, Saturating, Table, table_from_stiffness
 
 __all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_from_functions", "no_law", "slapping"]
@@ -115,16 +116,23 @@ def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
         If the law's tangent modulus would be negative, which no passive layer has.
     """
     o, s = local.opening_m, local.slip_m
-    g1, g2 = PchipInterpolator(o, local.softening), PchipInterpolator(s, local.loss)
-    dg1 = g1.derivative()
+    g2 = PchipInterpolator(s, local.loss)
 
-    def softening(x: Matrix) -> Matrix:
-        return -np.asarray(g1(np.clip(x, o[0], o[-1])))
+    def softened(values: Matrix) -> Table:
+        g1 = PchipInterpolator(o, values)
+        dg1 = g1.derivative()
 
-    def slope(x: Matrix) -> Matrix:
-        return -np.where((x > o[0]) & (x < o[-1]), dg1(np.clip(x, o[0], o[-1])), 0.0)
+        def softening(x: Matrix) -> Matrix:
+            return -np.asarray(g1(np.clip(x, o[0], o[-1])))
 
-    normal = table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
+        def slope(x: Matrix) -> Matrix:
+            return -np.where((x > o[0]) & (x < o[-1]), dg1(np.clip(x, o[0], o[-1])), 0.0)
+
+        return table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
+
+    normal = softened(with_own_harmonics(
+        lambda values: softened(values).path, amplitude_m=o, softening=local.softening, flexibility=local.flexibility
+    ))  # fmt: skip
     lowest = E + normal.tangent.min()
     if lowest < -0.02 * E:
         raise ValueError(

@@ -1,8 +1,8 @@
 """The linear rig from voltage and local forces to local coordinates and channels, as states and as poles.
 
 States: modal displacements and velocities, then what local velocities have from the modes left out, then armature
-displacement, velocity and coil current, then the sensors' own resonances.  Inputs: generator voltage (or, without a shaker, the force itself) and the restoring force of each
-local coordinate.
+displacement, velocity and coil current, then the sensors' own resonances.  Inputs: generator voltage (or, without a
+shaker, the force itself) and the restoring force of each local coordinate.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["LinearRig", "Output", "Poles", "linear_rig", "to_poles", "with_reson
 Matrix = NDArray[np.float64]
 
 FOLLOWING_s = 1 / (2 * np.pi * 4500.0)
-"""Within this the modes left out follow the forces where a rate is read: no later than the fastest mode that is kept."""
+"""Within this the modes left out follow the forces where a rate is read: as fast as the fastest mode that is kept."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Output:
 
     `displacement` has the static share of all modes left out in it.  Velocities and accelerations are those of the kept
     modes; with `static` they have their share under the drive force too, through its derivatives: between resonances it
-    is some thousandths.  `rate` is the velocity of a local coordinate and `integral` the displacement that goes with it:
-    both have the static share under all forces, which follows them within FOLLOWING_s.  (The slip of a softened layer is
-    by a third less than that of the kept modes.)
+    is some thousandths.  `rate` is the velocity of a local coordinate and `integral` the displacement that goes with
+    it: both have the static share under all forces, which follows them within FOLLOWING_s.  (The slip of a softened
+    layer is by a third less than that of the kept modes.)
     """
 
     quantity: Literal[

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.linalg import qr, solve
 
+from twin.bench.opening_harmonics import ORDERS
 from twin.structure import normal_modes
 
 if TYPE_CHECKING:
@@ -43,12 +44,16 @@ class LayerRows:
 
 @dataclass(frozen=True)
 class LocalLaw:
-    """Softening and loss moduli (N/m2) on the bench's own coordinates, over the rms opening and slip (m) at which."""
+    """Softening and loss moduli (N/m2) on the bench's own coordinates, over the rms opening and slip (m) at which.
+
+    `flexibility` is the rms opening that a force makes at ORDERS times the first frequency, m2/N: over a modulus.
+    """
 
     opening_m: Matrix
     slip_m: Matrix
     softening: Matrix
     loss: Matrix
+    flexibility: Complex
 
 
 def local_law(
@@ -96,7 +101,7 @@ def local_law(
     h1 = PchipInterpolator(X, ratio)(knots) * np.asarray(softening)
     if np.any(np.diff(opening) <= 0) or np.any(np.diff(slip) <= 0):
         raise ValueError("joint.law: the layer's opening and slip do not grow with the amplitude")
-    return LocalLaw(opening, slip, h1, np.asarray(loss, float))
+    return LocalLaw(opening, slip, h1, np.asarray(loss, float), reduced.flexibility(np.array(ORDERS) * plain))
 
 
 @dataclass(frozen=True)
@@ -162,6 +167,15 @@ class _Reduced:
         squares = np.abs(self.opening_rows @ shape) ** 2
         opening = float(np.sqrt(squares @ self.opening_weights / self.opening_weights.sum()) / amplitude)
         return _State(value, shape, h1, opening, float(abs(self.slip_row @ shape) / amplitude))
+
+    def flexibility(self, omega: Matrix) -> Matrix:
+        """Rms opening, in the shape of the linear mode, per unit of a generalised force in that shape; (f,)."""
+        shape = self.opening_weights * (self.opening_rows @ self.start.shape.real)
+        row = shape @ self.opening_rows
+        # A force f on the rms opening is one of f weight times the shape, whose own rms is one.
+        rms = np.sqrt(np.sum(shape**2 / self.opening_weights) / self.opening_weights.sum())
+        squares = row**2 / (rms**2 * self.opening_weights.sum())
+        return np.array([np.sum(squares / (np.diag(self.K) - w**2)) for w in omega])
 
     def _mode(self, K: Complex, value: complex, shape: Complex) -> tuple[complex, Complex]:
         """The eigenvalue nearest to a guess, by Rayleigh quotients, in coordinates whose mass is one."""

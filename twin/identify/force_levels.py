@@ -116,8 +116,7 @@ def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance:
         fits = {"together": together, **({"level": levels[names[rows[0]]]} if names[rows[0]] in levels else {})}
         piece = problem.select(np.isin(np.arange(len(names)), rows))
         residual[sweep] = {
-            key: relative_error_percent(piece.evaluate(fit.softening_at(X), fit.loss_at(X))[0], piece.measured)
-            for key, fit in fits.items()
+            key: relative_error_percent(piece.response(fit, X), piece.measured) for key, fit in fits.items()
         }
     left_out = {name: predict_left_out(problem, names == name) for name in counted} if len(counted) > 1 else {}
     return Polynomials(levels=levels, together=together, residual_percent=residual, left_out=left_out)
@@ -127,7 +126,7 @@ def predict_left_out(problem: PolynomialProblem, left_out: Array) -> LeftOut:
     """Identify a law from the steps outside `left_out` and predict those inside."""
     fit, piece = fit_polynomials(problem.select(~left_out)), problem.select(left_out)
     X = piece.amplitude_m
-    held = piece.evaluate(fit.softening_at(X), fit.loss_at(X))[0]
+    held = piece.response(fit, X)
     forced, found = _at_force(piece, fit)
     return LeftOut(
         at_amplitude_percent=relative_error_percent(held, piece.measured),
@@ -144,7 +143,7 @@ def _at_force(piece: PolynomialProblem, fit: PolynomialFit) -> tuple[Array, Arra
     """
 
     def response(x: Array) -> Array:
-        return piece.evaluate(fit.softening_at(np.exp(x)), fit.loss_at(np.exp(x)))[0]
+        return piece.response(fit, np.exp(x))
 
     def miss(x: Array) -> Array:
         return np.log(np.abs(response(x))) + from_force - x

@@ -3,14 +3,15 @@
 Each step of a stepped sine is linear at its own measured amplitude, so the coefficients follow from the logarithm of
 its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of receptances (2011 paper, equations 13 to
 16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
-regularised with the strength at the L-curve's corner (equation 17).  X is scaled by (omega / omega_1)^2 as in
+regularised with the strength at the L-curve's corner (equation 17).  The linear parameters come from other data; what
+they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`).  X is scaled by (omega / omega_1)^2 as in
 :mod:`twin.identify.joint_law`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -23,6 +24,7 @@ from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import BaseParameters
 from twin.identify.prediction import Predictor
 from twin.identify.regularisation import LCurve, decompose
+from twin.identify.uncertain_base import UncertainBase
 from twin.identify.unknowns import Unknowns
 
 __all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
@@ -55,6 +57,10 @@ class PolynomialFit:
         Coefficients of g1 and g2, constant first: N/m2, N/m3, ...
     covariance : ndarray
         Of both together: from the scatter that the fit leaves, and from the base parameters' own covariance.
+    base_change : ndarray
+        What the steps make of the base parameters, within that covariance.
+    variance : float
+        Scatter of the residuals, real and imaginary parts of the logarithm.
     bic : float
         Schwarz's criterion, lower is better, comparable among fits to the same steps.
     largest_amplitude_m : float
@@ -69,6 +75,8 @@ class PolynomialFit:
     softening: Array
     loss: Array
     covariance: Array
+    base_change: Array
+    variance: float
     bic: float
     largest_amplitude_m: float
     residual_percent: float
@@ -160,6 +168,16 @@ class PolynomialProblem:
         H, by_E, by_G = self.layer.responses(-softening + 0j, 1j * loss)
         return H[:, self.reference], -by_E[:, self.reference], 1j * by_G[:, self.reference]
 
+    def response(self, fit: PolynomialFit, amplitude_m: Array) -> Array:
+        """Response per force (s,) by an identified law, with the moduli at given amplitudes (s,)."""
+        H = self.evaluate(fit.softening_at(amplitude_m), fit.loss_at(amplitude_m))[0]
+        return np.asarray(H * np.exp(self.by_base @ fit.base_change))
+
+    def uncertain_base(self, variance: float) -> UncertainBase:
+        """The base parameters as noise beside a scatter of this variance."""
+        by_base = np.vstack([self.by_base.real, self.by_base.imag])
+        return UncertainBase.of(by_base, self.base_covariance, variance)
+
 
 def fit_polynomials(
     problem: PolynomialProblem, *, orders: tuple[int, int] | None = None, largest_order: int = LARGEST_ORDER
@@ -180,14 +198,18 @@ def fit_polynomials(
     if orders is not None:
         if sum(orders) + 2 > 2 * len(problem.measured) - 1:
             raise ValueError(f"{len(problem.measured)} steps cannot determine polynomials of orders {orders}")
-        return _fit(problem, orders)
+        return _fit(problem, orders, _fit(problem, orders).variance)
     if most < 1:
         raise ValueError(f"{len(problem.measured)} steps are too few for polynomials of any order")
-    choices = range(1, min(largest_order, most) + 1)
-    return min((_fit(problem, pair) for pair in product(choices, repeat=2)), key=lambda fit: fit.bic)
+    highest = min(largest_order, most)
+    scatter = _fit(problem, (highest, highest)).variance
+    pairs = product(range(1, highest + 1), repeat=2)
+    return min((_fit(problem, pair, scatter) for pair in pairs), key=lambda fit: fit.bic)
 
 
-def _fit(problem: PolynomialProblem, orders: Sequence[int]) -> PolynomialFit:
+def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.inf) -> PolynomialFit:
+    """Fit on residuals whose noise has the variance `scatter`; without one the base parameters are taken as exact."""
+    uncertain = problem.uncertain_base(scatter)
     span = float(np.max(problem.amplitude_m))
     powers = [(problem.amplitude_m[:, None] / span) ** np.arange(order + 1) for order in orders]
     first = orders[0] + 1
@@ -202,12 +224,16 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int]) -> PolynomialFit:
     scale = np.concatenate([np.full(first, units[0]), np.full(orders[1] + 1, units[1])])
     x = np.concatenate(starts) / scale
 
-    def evaluate(x: Array) -> tuple[Array, Array]:
+    def plain(x: Array) -> tuple[Array, Array]:
         a = x * scale
         H, S1, S2 = problem.evaluate(powers[0] @ a[:first], powers[1] @ a[first:])
         eps = np.log(problem.measured / H)
         S = np.hstack([S1[:, None] * powers[0], S2[:, None] * powers[1]]) * scale
         return np.concatenate([eps.real, eps.imag]), np.vstack([S.real, S.imag])
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        eps, S = plain(x)
+        return uncertain.whiten(eps), uncertain.whiten(S)
 
     physical = scale / span ** np.concatenate([np.arange(first), np.arange(orders[1] + 1)])
 
@@ -236,14 +262,16 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int]) -> PolynomialFit:
         history.append(entry(x, eps, taken))
     assert curve is not None
     rows, count = len(eps), len(x)
-    H = problem.evaluate(powers[0] @ (x * scale)[:first], powers[1] @ (x * scale)[first:])[0]
-    covariance = _covariance(problem, S, eps) * np.outer(physical, physical)
-    a = x * physical
-    return PolynomialFit(
-        softening=a[:first], loss=a[first:], covariance=covariance,
+    a, inverse = x * physical, np.linalg.pinv(S) * physical[:, None]
+    variance = float(eps @ eps) / max(1, rows - count)
+    fit = PolynomialFit(
+        softening=a[:first], loss=a[first:], covariance=variance * inverse @ inverse.T,
+        base_change=uncertain.change(plain(x)[0]), variance=variance,
         bic=float(rows * np.log(eps @ eps / rows) + count * np.log(rows)), largest_amplitude_m=span,
-        residual_percent=relative_error_percent(H, problem.measured), l_curve=curve, history=tuple(history),
+        residual_percent=np.nan, l_curve=curve, history=tuple(history),
     )  # fmt: skip
+    residual_percent = relative_error_percent(problem.response(fit, problem.amplitude_m), problem.measured)
+    return replace(fit, residual_percent=residual_percent)
 
 
 def relative_error_percent(predicted: Array, measured: Array) -> float:
@@ -257,12 +285,3 @@ def _strengths(curve: LCurve) -> list[float]:
     weaker = [corner * WEAKER, corner * WEAKER**2, 0.0]
     stronger = [float(s) for s in curve.strength[curve.strength > corner][::40]]
     return [corner, *weaker, *stronger]
-
-
-def _covariance(problem: PolynomialProblem, S: Array, eps: Array) -> Array:
-    """Of the scaled coefficients: the scatter's part, and the part that wrong base parameters would be made up by."""
-    inverse = np.linalg.pinv(S)
-    scatter = eps @ eps / max(1, len(eps) - S.shape[1])
-    by_base = np.vstack([problem.by_base.real, problem.by_base.imag])
-    made_up = inverse @ by_base
-    return np.asarray(scatter * inverse @ inverse.T + made_up @ problem.base_covariance @ made_up.T)
