@@ -62,6 +62,8 @@ class CaseResult:
         or the diagnosis failed.
     aborted
         Recordings that ended early.
+    overloaded
+        Channels whose converter counted samples on its limit: their clipping is true, hidden or not.
     recording_s
         Time that the recordings took.
     error
@@ -75,8 +77,18 @@ class CaseResult:
     followed: dict[str, Any] | None = None
     oracle_after: float | None = None
     aborted: list[str]
+    overloaded: tuple[str, ...] = ()
     recording_s: float
     error: str = ""
+
+    @property
+    def named(self) -> list[dict[str, Any]]:
+        """Causes in the diagnosis' model, the most probable first, but for an overload that the converter counted."""
+        return [
+            cause for cause in in_model(self.found)
+            if cause["cause"] != "clipping" or "clipping" in self.plan.causes
+            or cause["parameters"]["channel"] not in self.overloaded
+        ]  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; :meth:`from_dict` is the way back."""
@@ -87,7 +99,7 @@ class CaseResult:
         """From :meth:`to_dict`."""
         plan = data["plan"]
         plan = CasePlan(plan["seed"], tuple(plan["causes"]), plan["strength"])
-        return cls(**(data | {"plan": plan}))
+        return cls(**(data | {"plan": plan, "overloaded": tuple(data.get("overloaded", ()))}))
 
 
 def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, list[str]]:
@@ -183,11 +195,13 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         started = time.perf_counter()
         hidden: list[dict[str, Any]] = []
         aborted: list[str] = []
+        overloaded: tuple[str, ...] = ()
         found = followed = oracle_after = None
         recording_s, error = 0.0, ""
         try:
             case, aborted = record_case(plan, rig, folder)
             recording_s = time.perf_counter() - started
+            overloaded = _overloaded(folder)
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
             found = _diagnosed(folder, rig, list(CAUSES))
             followed = _followed(plan, case, found, folder, rig)
@@ -202,9 +216,16 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         followed=followed,
         oracle_after=oracle_after,
         aborted=aborted,
+        overloaded=overloaded,
         recording_s=recording_s,
         error=error,
     )
+
+
+def _overloaded(folder: Path) -> tuple[str, ...]:
+    runs = [read_run(folder / name) for name in (BROADBAND, SWEEPS)]
+    counts = [(channel, n) for run in runs for device in run.devices.values() for channel, n in device.overload.items()]
+    return tuple(sorted({channel for channel, n in counts if n}))
 
 
 def _diagnosed(folder: Path, rig: Rig, may_blame: list[str], more: Sequence[str] = ()) -> dict[str, Any]:

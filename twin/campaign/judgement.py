@@ -25,7 +25,7 @@ def judge(result: CaseResult) -> Outcome:
     found = result.found
     if found is None:
         return "failed"
-    hidden, named = set(result.plan.causes), [cause["cause"] for cause in in_model(found)]
+    hidden, named = set(result.plan.causes), [cause["cause"] for cause in result.named]
     if found["verdict"] == "unknown":
         return "unknown"
     if not hidden:
@@ -36,7 +36,7 @@ def judge(result: CaseResult) -> Outcome:
         return "right" if hidden <= set(named) else "partly" if hidden & set(named) else "wrong"
     if named[0] in hidden:
         return "right"
-    suspects = {name for cause in in_model(found) for name in cause["confused_with"]}
+    suspects = {name for cause in result.named for name in cause["confused_with"]}
     return "in a set" if found["verdict"] == "ambiguous" and hidden & (suspects | set(named)) else "wrong"
 
 
@@ -52,14 +52,13 @@ def named_first(result: CaseResult) -> str:
     """The cause that was named first, or the verdict where none was."""
     if result.found is None:
         return "failed"
-    named = in_model(result.found)
+    named = result.named
     return str(named[0]["cause"]) if named else str(result.found["verdict"])
 
 
 def probability_first(result: CaseResult) -> float | None:
     """Probability that the diagnosis gave to the first cause."""
-    named = in_model(result.found)
-    return float(named[0]["probability"]) if named else None
+    return float(result.named[0]["probability"]) if result.named else None
 
 
 def covered(result: CaseResult) -> list[tuple[str, bool]]:

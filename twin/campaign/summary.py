@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from twin.campaign.case import CaseResult, in_model
+from twin.campaign.case import CaseResult
 from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first, resolved
 
 __all__ = ["Calibration", "CampaignSummary", "CauseRow", "summarise"]
@@ -146,8 +146,7 @@ def _row(label: str, strength: float, results: list[CaseResult]) -> CauseRow:
 
 
 def _has_extra(result: CaseResult) -> bool:
-    named = {cause["cause"] for cause in in_model(result.found)}
-    return bool(named - set(result.plan.causes))
+    return bool({cause["cause"] for cause in result.named} - set(result.plan.causes))
 
 
 def _median(values: list[float]) -> float | None:

@@ -32,7 +32,7 @@ def choose_knots(amplitude_m: Array, count: int) -> Array:
     least, most = np.min(amplitude_m), np.max(amplitude_m)
     if most < least * (1 + 1e-6):
         return least * np.array([0.9, 1.1])
-    count = int(min(count, max(2, len(np.unique(amplitude_m)) // 3)))
+    count = int(min(count, max(2, len(np.unique(amplitude_m)) // 2)))
     return np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
 
 

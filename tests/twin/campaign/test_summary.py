@@ -81,6 +81,15 @@ def test_outcomes(result, expected):
     assert judge(result) == expected
 
 
+def test_an_overload_that_the_converter_counted_is_no_false_name():
+    """The same clipping on a channel that never reached its limit is one."""
+    assert judge(replace(case((), ("clipping",)), overloaded=("acc1",))) == "right"
+    assert judge(replace(case(("a",), ("clipping", "a")), overloaded=("acc1",))) == "right"
+    assert judge(replace(case(("a",), ("clipping",)), overloaded=("acc1",))) == "none"
+    assert judge(replace(case((), ("clipping",)), overloaded=("force",))) == "wrong"
+    assert judge(replace(case(("clipping",), ("clipping",)), overloaded=("acc1",))) == "right"
+
+
 def test_counts_intervals_and_gains():
     results = [
         case(("a",), ("a",)),
