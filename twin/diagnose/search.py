@@ -43,6 +43,9 @@ FALSE = 0.5
 """Share of chi2 that is left from another start where the first one had led into a false minimum."""
 CLEAR = 2.0
 """Standard deviations from nothing."""
+OWN_ERROR = 0.1
+"""Largest model error of a cause that counts as leaving chi2 behind: larger ones say that strength and place are known
+only together, not that the cause fits badly."""
 LEAST_SHARE_OF_HARMONICS = 0.15
 """The same of the steps' higher harmonics, where a stop or a slap shows while the broadband runs know nothing of it."""
 
@@ -151,7 +154,7 @@ def _climb(
     model = base
     thinner, thin_harmonics = thin_evidence(evidence, harmonics)
     stages: list[Stage] = []
-    settled = False
+    settled, left_behind = False, 0.0
     while len(model.blames) < most:
         if first is not None and not stages:
             stages.append(first)
@@ -164,7 +167,11 @@ def _climb(
             finalists = _finalists(evidence, harmonics, (thinner, thin_harmonics), model, start, slack, scores, report)
             # One that follows the noise best may yet be too slight to be a cause; the next may not.
             alone = not model.blames
-            paying = tuple(finalist for finalist in finalists if _pays(evidence, finalist, model, by_strain=alone))
+            paying = tuple(
+                finalist for finalist in finalists
+                if _pays(evidence, finalist, model, by_strain=alone)
+                and model.solution.chi2 - finalist.solution.chi2 > left_behind
+            )  # fmt: skip
             if finalists and not settled:
                 settled = True
                 anew = fit_candidate(evidence, harmonics, finalists[0].unknowns, model.blames, tolerance=0.3)
@@ -180,7 +187,8 @@ def _climb(
             stages.append(Stage(tuple(finalists), tuple(scores), paying))
             if not paying:
                 break
-        model = stages[-1].finalists[0]
+        before, model = model, stages[-1].finalists[0]
+        left_behind += _left_behind(evidence, model.blames[-1], before.solution.chi2 - model.solution.chi2)
         for _ in range(REDUCED_ANEW):
             if model.chi2_per_dof < EXPLAINED:
                 break
@@ -268,6 +276,12 @@ def _pays(
         or candidate.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
     )
     return gain > LEAST_GAIN and enough and not _negligible(evidence, blame)
+
+
+def _left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:
+    """Chi2 that a cause whose model is wrong by a known share leaves of its own effect: no sign of a further cause."""
+    errors = [p.model_error for p in blame.cause.parameters(evidence, blame.label)]
+    return min(max(errors, default=0.0), OWN_ERROR) ** 2 * max(gain, 0.0)
 
 
 def _clear(evidence: Evidence, blame: Blame) -> bool:

@@ -31,7 +31,7 @@ class GroundFriction(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Friction force, place, and travel before it slips."""
         return (
-            Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,), model_error=0.01),
+            Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,), model_error=0.03),
             position(evidence, 8),
             Parameter(name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(TRAVEL_m, 0.1 * TRAVEL_m)),
         )

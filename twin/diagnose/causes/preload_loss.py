@@ -22,7 +22,7 @@ class PreloadLoss(Cause):
         duration = max(float(evidence.steps.time_s[-1] - evidence.origin_s) if len(evidence.steps) else 60.0, 10.0)
         return (
             Parameter(name="rate_per_s", scale=0.2 / duration, lower=-0.5 / duration, upper=0.95 / duration, null=0.0,
-                      starts=(0.02 / duration,), model_error=0.08),
+                      starts=(0.02 / duration,), model_error=0.12),
         )  # fmt: skip
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

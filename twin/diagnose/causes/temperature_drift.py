@@ -22,7 +22,7 @@ class TemperatureDrift(Cause):
         duration = max(float(evidence.steps.time_s[-1] - evidence.origin_s) if len(evidence.steps) else 60.0, 10.0)
         return (
             Parameter(name="rate_per_s", scale=0.01 / duration, lower=-0.2 / duration, upper=0.2 / duration, null=0.0,
-                      starts=(0.002 / duration,)),
+                      starts=(0.002 / duration,), model_error=0.005),
         )  # fmt: skip
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
