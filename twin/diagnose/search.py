@@ -162,7 +162,8 @@ def _climb(
             report(f"looking for a further cause beside {model.blames[-1].key}" if model.blames else "scoring causes")
             left = {name: cause for name, cause in causes.items() if name not in {b.cause.name for b in model.blames}}
             scores = score_causes(thinner, thin_harmonics, replace(model, unknowns=start), left)
-            if model.blames and max((score.gain for score in scores), default=0.0) < PROMISING:
+            promise = max((score.gain for score in scores), default=0.0)
+            if model.blames and promise < max(PROMISING, left_behind * _count(thinner) / _count(evidence)):
                 break
             finalists = _finalists(evidence, harmonics, (thinner, thin_harmonics), model, start, slack, scores, report)
             # One that follows the noise best may yet be too slight to be a cause; the next may not.
@@ -282,6 +283,11 @@ def _left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:
     """Chi2 that a cause whose model is wrong by a known share leaves of its own effect: no sign of a further cause."""
     errors = [p.model_error for p in blame.cause.parameters(evidence, blame.label)]
     return min(max(errors, default=0.0), OWN_ERROR) ** 2 * max(gain, 0.0)
+
+
+def _count(evidence: Evidence) -> int:
+    """Measured responses."""
+    return sum(data.H.size for data in evidence.broadband) + evidence.steps.response[:, :, :1].size
 
 
 def _clear(evidence: Evidence, blame: Blame) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twin.rigs import Rig
 from twin.structure.beam import beam_mass, beam_stiffness, curvature_shape, deflection_shape, slope_shape
+from twin.structure.gauss import gauss
 from twin.structure.mesh import LapJointMesh, mesh_rig
 from twin.structure.thin_layer import thin_layer
 from twin.structure.timoshenko import timoshenko_mass
@@ -137,15 +138,13 @@ def assemble(
     M, K0 = np.zeros((size, size)), np.zeros((size, size))
     for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
         E, A, I, rho = beam.youngs_modulus, beam.area, beam.second_moment, beam.density
-        for e, length in enumerate(np.diff(x)):
-            dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
-            K0[dofs] += beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio)
-            if beam.shear_ratio > 0:
-                M[dofs] += timoshenko_mass(
-                    mass_per_length=rho * A, radius2=I / A, length=length, shear_ratio=beam.shear_ratio
-                )
-            else:
-                M[dofs] += beam_mass(mass_per_length=rho * A, length=length)
+        length = np.diff(x)
+        _add_chain(K0, offset, beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio))
+        if beam.shear_ratio > 0:
+            section = {"mass_per_length": rho * A, "radius2": I / A, "shear_ratio": beam.shear_ratio}
+            _add_chain(M, offset, timoshenko_mass(**section, length=length))
+        else:
+            _add_chain(M, offset, beam_mass(mass_per_length=rho * A, length=length))
     held = 3 if clamped else 0
     if clamped and clamp_rotation_stiffness is not None:
         held = 2
@@ -160,6 +159,13 @@ def assemble(
             rig.force_sensor.position, rig.drive.stinger_lateral_stiffness, thickness_m=rig.lower.thickness
         )
     return structure
+
+
+def _add_chain(whole: Matrix, first: int, elements: Matrix) -> None:
+    """Add the matrices (e, 6, 6) of elements from node to node, beginning at node `first`."""
+    start = 3 * (first + np.arange(len(elements)))
+    for i, j in np.ndindex(6, 6):
+        whole[start + i, start + j] += elements[:, i, j]
 
 
 def _layer(
@@ -189,8 +195,7 @@ def _layer(
         normal_weight.append(element.normal_weight)
         shear_weight.append(element.shear_weight)
         for B, positions in ((element.B_E, normal_x), (element.B_G, shear_x)):
-            points = (np.polynomial.legendre.leggauss(len(B))[0] + 1) / 2
-            positions.append(mesh.lower_x[low] + length * points)
+            positions.append(mesh.lower_x[low] + length * gauss(len(B))[0])
     return (
         np.vstack(normal),
         np.vstack(shear),

@@ -2,92 +2,98 @@
 
 from __future__ import annotations
 
+from types import EllipsisType
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["beam_mass", "beam_stiffness", "curvature_shape", "deflection_shape", "slope_shape"]
+__all__ = [
+    "AXIAL",
+    "BENDING",
+    "SLENDER",
+    "THICK",
+    "beam_mass",
+    "beam_stiffness",
+    "curvature_shape",
+    "deflection_shape",
+    "per_length",
+    "slope_shape",
+]
+
+Matrix = NDArray[np.float64]
 
 
-def beam_stiffness(*, EA: float, EI: float, length: float, shear_ratio: float = 0.0) -> NDArray[np.float64]:
-    """Stiffness of a beam element, DOFs (u1, v1, theta1, u2, v2, theta2).
+Block = tuple[EllipsisType, NDArray[np.int64], NDArray[np.int64]]
+
+
+def _block(dofs: list[int]) -> Block:
+    return (..., np.array(dofs)[:, None], np.array(dofs)[None, :])
+
+
+AXIAL, BENDING = _block([0, 3]), _block([1, 2, 4, 5])
+"""Places of (u1, u2) and of (v1, theta1, v2, theta2) in an element's matrices."""
+SLENDER = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+THICK = np.array([[0.0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]])
+_MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
+_ROTARY = np.array([[36.0, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]]) / 30
+_STRETCH, _AXIAL_MASS = np.array([[1.0, -1], [-1, 1]]), np.array([[2.0, 1], [1, 2]]) / 6
+
+
+def per_length(length: ArrayLike) -> Matrix:
+    """Factors of the bending entries, (..., 4, 4): a rotation counts as an end's deflection over the length."""
+    L = np.asarray(length, float)
+    d = np.stack([np.ones_like(L), L, np.ones_like(L), L], axis=-1)
+    return np.asarray(d[..., :, None] * d[..., None, :])
+
+
+def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: float = 0.0) -> Matrix:
+    """Stiffness of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
     ----------
     EA, EI
         Axial (N) and bending (N m2) stiffness of the section.
-    length
-        Of the element, m.
+    length : float or ndarray
+        Of the element or elements, m.
     shear_ratio
         E / (kappa G).  Zero is Euler-Bernoulli, otherwise Timoshenko with the exact static shape functions.
 
     Returns
     -------
-    ndarray, (6, 6)
+    ndarray, (..., 6, 6)
     """
-    L = length
+    L = np.asarray(length, float)[..., None, None]
     phi = 12.0 * EI / EA * shear_ratio / L**2
-    a, b = EA / L, EI / (1.0 + phi) / L**3
-    K = np.zeros((6, 6))
-    K[np.ix_([0, 3], [0, 3])] = a * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    K[np.ix_([1, 2, 4, 5], [1, 2, 4, 5])] = b * np.array(
-        [
-            [12.0, 6 * L, -12.0, 6 * L],
-            [6 * L, (4 + phi) * L**2, -6 * L, (2 - phi) * L**2],
-            [-12.0, -6 * L, 12.0, -6 * L],
-            [6 * L, (2 - phi) * L**2, -6 * L, (4 + phi) * L**2],
-        ]
-    )
+    K = np.zeros((*np.shape(length), 6, 6))
+    K[AXIAL] = EA / L * _STRETCH
+    K[BENDING] = EI / (1.0 + phi) / L**3 * (SLENDER + phi * THICK) * per_length(length)
     return K
 
 
-def beam_mass(*, mass_per_length: float, length: float, rotary: float = 0.0) -> NDArray[np.float64]:
-    """Consistent mass of a beam element, DOFs (u1, v1, theta1, u2, v2, theta2).
+def beam_mass(*, mass_per_length: float, length: ArrayLike, rotary: float = 0.0) -> Matrix:
+    """Consistent mass of beam elements, DOFs (u1, v1, theta1, u2, v2, theta2).
 
     Parameters
     ----------
     mass_per_length
         kg/m.
-    length
-        Of the element, m.
+    length : float or ndarray
+        Of the element or elements, m.
     rotary
         Rotary inertia per length, rho I in kg m; zero leaves it out.
 
     Returns
     -------
-    ndarray, (6, 6)
+    ndarray, (..., 6, 6)
     """
-    L, m = length, mass_per_length * length
-    M = np.zeros((6, 6))
-    M[np.ix_([0, 3], [0, 3])] = m / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
-    bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    M[bending] = (
-        m
-        / 420.0
-        * np.array(
-            [
-                [156.0, 22 * L, 54.0, -13 * L],
-                [22 * L, 4 * L**2, 13 * L, -3 * L**2],
-                [54.0, 13 * L, 156.0, -22 * L],
-                [-13 * L, -3 * L**2, -22 * L, 4 * L**2],
-            ]
-        )
-    )
-    M[bending] += (
-        rotary
-        / (30.0 * L)
-        * np.array(
-            [
-                [36.0, 3 * L, -36.0, 3 * L],
-                [3 * L, 4 * L**2, -3 * L, -(L**2)],
-                [-36.0, -3 * L, 36.0, -3 * L],
-                [3 * L, -(L**2), -3 * L, 4 * L**2],
-            ]
-        )
-    )
+    L = np.asarray(length, float)[..., None, None]
+    M = np.zeros((*np.shape(length), 6, 6))
+    M[AXIAL] = mass_per_length * L * _AXIAL_MASS
+    M[BENDING] = (mass_per_length * L * _MASS + rotary / L * _ROTARY) * per_length(length)
     return M
 
 
-def deflection_shape(xi: float, length: float) -> NDArray[np.float64]:
+def deflection_shape(xi: float, length: float) -> Matrix:
     """Hermite functions of (v1, theta1, v2, theta2) for the deflection v at `xi` in 0..1."""
     return np.array(
         [
@@ -99,7 +105,7 @@ def deflection_shape(xi: float, length: float) -> NDArray[np.float64]:
     )
 
 
-def slope_shape(xi: float, length: float) -> NDArray[np.float64]:
+def slope_shape(xi: float, length: float) -> Matrix:
     """Derivative of :func:`deflection_shape` with respect to x: the slope v' at `xi` in 0..1."""
     return np.array(
         [
@@ -111,7 +117,7 @@ def slope_shape(xi: float, length: float) -> NDArray[np.float64]:
     )
 
 
-def curvature_shape(xi: float, length: float) -> NDArray[np.float64]:
+def curvature_shape(xi: float, length: float) -> Matrix:
     """Second derivative of :func:`deflection_shape` with respect to x: the curvature v'' at `xi` in 0..1."""
     return np.array(
         [

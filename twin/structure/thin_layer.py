@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure.beam import deflection_shape, slope_shape
+from twin.structure.gauss import gauss
 
 __all__ = ["ThinLayerElement", "thin_layer"]
 
@@ -52,7 +53,7 @@ def thin_layer(
     """Build one element; all lengths in metres."""
     v, du = [1, 2, 4, 5], [0, 3]
     normal_rows, normal_weights = [], []
-    for xi, weight in zip(*_gauss(NORMAL_POINTS), strict=True):
+    for xi, weight in zip(*gauss(NORMAL_POINTS), strict=True):
         factor = np.sqrt(weight * length * width / height)
         row = np.zeros(12)
         row[v] = -deflection_shape(xi, length)
@@ -60,7 +61,7 @@ def thin_layer(
         normal_rows.append(factor * row)
         normal_weights.append(factor)
     shear_rows, shear_weights = [], []
-    for xi, weight in zip(*_gauss(SHEAR_POINTS), strict=True):
+    for xi, weight in zip(*gauss(SHEAR_POINTS), strict=True):
         factor = np.sqrt(weight * length * width / height)
         row = np.zeros(12)
         row[du] = [-(1 - xi), -xi]
@@ -72,9 +73,3 @@ def thin_layer(
     return ThinLayerElement(
         np.array(normal_rows), np.array(shear_rows), np.array(normal_weights), np.array(shear_weights)
     )
-
-
-def _gauss(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Abscissae and weights of Gauss-Legendre quadrature on 0..1."""
-    x, w = np.polynomial.legendre.leggauss(points)
-    return (x + 1) / 2, w / 2
