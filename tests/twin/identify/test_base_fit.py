@@ -59,18 +59,25 @@ def balanced(build, steel_model, steel_dense, believed):
 
 
 def test_the_benchs_law_comes_back_from_harmonic_balance(balanced):
-    """Another code, another mesh of the layer's forces, all harmonics: E' falls by half and the loss grows to 3 G'."""
+    """Another code, another mesh of the layer's forces, all harmonics: E' falls by half and the loss grows to 11 G'.
+
+    What a rig file has no place for is held at nothing: a share of the loss in the opening, say, explains the same steps.
+    """
     evidence, true_E, true_loss = balanced
-    unknowns, solution = fit_base(evidence)
+    free, solution = fit_base(evidence)
+    names, last = free.base.names, len(free.vector)
+    elsewhere = [n for n, name in enumerate(names) if name == "loss_E" or name.startswith("detuning")]
+    unknowns, held = fit_base(evidence, start=free, held_at_zero=[*elsewhere, last - 2, last - 1])
     X = evidence.steps.amplitude_m
     E = unknowns.base.E - unknowns.law.softening_at(X)
     assert true_E.min() < 0.5 * true_E.max()
     assert np.sqrt(np.mean((E / true_E - 1) ** 2)) < 0.01
     assert np.max(np.abs(E - true_E)) < 0.02 * true_E.max()
     large = X > 7e-4
-    np.testing.assert_allclose(unknowns.law.loss_at(X[large]), true_loss[large], rtol=0.08)
-    assert abs(unknowns.softening_in_shear) < 0.05
-    assert solution.chi2 < len(solution.residual)
+    np.testing.assert_allclose(unknowns.law.loss_at(X[large]), true_loss[large], rtol=0.05)
+    assert true_loss.max() > 10 * unknowns.base.G
+    assert abs(free.softening_in_shear) < 0.05
+    assert held.chi2 < 1.5 * solution.chi2 < len(solution.residual)
 
 
 def law_at(X):
