@@ -61,7 +61,7 @@ def balanced(build, steel_model, steel_dense, believed):
 def test_the_benchs_law_comes_back_from_harmonic_balance(balanced):
     """Another code, another mesh of the layer's forces, all harmonics: E' falls by half and the loss grows to 11 G'.
 
-    What a rig file has no place for is held at nothing: a share of the loss in the opening, say, explains the same steps.
+    What a rig file has no place for is held at nothing: a share of the loss in the opening explains the same steps.
     """
     evidence, true_E, true_loss = balanced
     free, solution = fit_base(evidence)
