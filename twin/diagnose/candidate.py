@@ -200,7 +200,11 @@ def fit_candidate(
     iterations, tolerance
         Of the Gauss-Newton search.
     """
-    trial = Trial(evidence, harmonics, start, blames, slack=slack, held=held)
+    shared = []
+    for blame in blames:
+        start, values = blame.cause.shared(evidence, start, blame.values)
+        shared.append(replace(blame, values=values))
+    trial = Trial(evidence, harmonics, start, tuple(shared), slack=slack, held=held)
     parameters, count = [p for _, p in trial.slots], trial.count
     base_mean, base_precision = Predictor(evidence, slack=slack).prior(start)
     mean = np.concatenate([base_mean, [_prior(p)[0] / p.scale for p in parameters]])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
+from twin.identify.unknowns import Unknowns
 from twin.structure import Structure
 
 __all__ = ["Cause", "Parameter", "Values"]
@@ -93,6 +94,13 @@ class Cause(ABC):
     def from_reported(self, values: Values) -> dict[str, float]:
         """Return the inverse of :meth:`reported`, with what is not reported at its likeliest."""
         return dict(values)
+
+    def shared(self, evidence: Evidence, unknowns: Unknowns, values: Values) -> tuple[Unknowns, dict[str, float]]:
+        """Where a fit begins: what the data only know of the base family and the cause together, shared by the priors.
+
+        A fit need not creep along a line on which nothing changes; by default nothing is shared.
+        """
+        return unknowns, dict(values)
 
     @abstractmethod
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -171,7 +171,7 @@ def _climb(
             paying = tuple(
                 finalist for finalist in finalists
                 if _pays(evidence, finalist, model, by_strain=alone)
-                and model.solution.chi2 - finalist.solution.chi2 > left_behind
+                and (alone or model.solution.chi2 - finalist.solution.chi2 > left_behind)
             )  # fmt: skip
             if finalists and not settled:
                 settled = True

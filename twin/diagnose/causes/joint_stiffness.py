@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
+from twin.identify.linear_fit import MODULI_STD
+from twin.identify.unknowns import Unknowns
 
 __all__ = ["JointStiffness"]
+
+SCALE = 0.7
+"""Half or twice what was believed is usual."""
 
 
 class JointStiffness(Cause):
@@ -25,9 +31,22 @@ class JointStiffness(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Logarithms of the factors on both moduli."""
         return (
-            Parameter(name="log_normal_factor", scale=0.7, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
-            Parameter(name="log_shear_factor", scale=0.7, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
+            Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
+            Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
         )
+
+    def shared(self, evidence: Evidence, unknowns: Unknowns, values: Values) -> tuple[Unknowns, dict[str, float]]:
+        """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
+        believed, base = evidence.rig.joint.preload[evidence.preload], unknowns.base
+        share = SCALE**2 / (SCALE**2 + MODULI_STD**2)
+        normal = values["log_normal_factor"] + math.log(base.E / believed.normal_modulus)
+        shear = values["log_shear_factor"] + math.log(base.G / believed.shear_modulus)
+        base = replace(
+            base,
+            E=believed.normal_modulus * math.exp((1 - share) * normal),
+            G=believed.shear_modulus * math.exp((1 - share) * shear),
+        )
+        return replace(unknowns, base=base), {"log_normal_factor": share * normal, "log_shear_factor": share * shear}
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Return the factors themselves."""
