@@ -60,6 +60,18 @@ def test_a_hidden_effect_is_named(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 
 
+def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path):
+    """They would, at eight standard deviations: nothing but their prior speaks for a cause."""
+    hidden, found = hide_and_diagnose(tmp_path, "joint-stiffness", 1901)
+    assert found.verdict == "explained"
+    assert found.causes[0].cause == "joint-stiffness"
+    for name, value in hidden.items():
+        estimate = found.causes[0].parameters[name]
+        # Nobody knows the moduli that the factors count from better than within ten per cent.
+        assert abs(estimate.value / value - 1) < 0.25
+        assert 0.03 < estimate.std / estimate.value < 0.08
+
+
 def test_a_clean_rig_has_nothing_wrong(tmp_path):
     _, found = hide_and_diagnose(tmp_path, "none", 13)
     assert found.verdict == "none"

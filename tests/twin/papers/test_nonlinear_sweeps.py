@@ -32,13 +32,11 @@ def test_every_preload_and_force_is_met_and_predicted(name, capsys):
         main(["reproduce", name, "--json"])
     assert stop.value.code == 0
     result = json.loads(capsys.readouterr().out)[name]
-    for sweep, entry in result["residual_percent"].items():
+    for entry in result["residual_percent"].values():
         assert entry["this_model"] <= entry.get("published", 0.5)
         assert entry["one_law_for_all_forces"] <= 0.5
-        force = sweep.split(", ")[1].removesuffix(" N")
-        preload = sweep.split(",")[0]
-        if f"force {force}" not in result["details"]["nonlinear"][preload]["extrapolated"]:
-            assert entry["left_out_at_force"] <= 1.0
+        # Of the steel joint's largest force, too, which reaches amplitudes beyond all others.
+        assert entry["left_out_at_force"] <= 1.0
     for entry in result["details"]["nonlinear"].values():
         assert entry["depends_on_force"] is False
         assert max(entry["orders"]) <= 4

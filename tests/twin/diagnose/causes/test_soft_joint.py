@@ -1,0 +1,32 @@
+"""A joint softer than believed: what the data cannot part is parted by the priors, at once."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from twin.diagnose.causes.joint_stiffness import JointStiffness
+from twin.identify.joint_law import SplineLaw
+from twin.identify.linear_fit import MODULI_STD
+from twin.identify.linear_model import believed_parameters
+from twin.identify.unknowns import Unknowns
+from twin.rigs import load_rig
+
+
+def test_the_products_stay_and_the_prior_is_as_probable_as_it_can_be():
+    rig = load_rig("steel-lap-joint")
+    evidence = SimpleNamespace(rig=rig, preload="120N")
+    believed = believed_parameters(rig, preload="120N")
+    start = Unknowns(replace(believed, E=0.8 * believed.E, G=0.6 * believed.G), SplineLaw.zero(np.array([1e-4, 1e-3])))
+    values = {"log_normal_factor": -0.1, "log_shear_factor": 0.0}
+    unknowns, shared = JointStiffness().shared(evidence, start, values)
+    (normal, shear) = JointStiffness().parameters(evidence, {})
+    for modulus, parameter in (("E", normal), ("G", shear)):
+        before = np.log(getattr(start.base, modulus)) + values[parameter.name]
+        own = np.log(getattr(unknowns.base, modulus) / getattr(believed, modulus))
+        assert np.log(getattr(unknowns.base, modulus)) + shared[parameter.name] == pytest.approx(before)
+        # Along the line the penalty's slope is zero.
+        assert own / MODULI_STD**2 == pytest.approx(shared[parameter.name] / parameter.scale**2)
+    again = JointStiffness().shared(evidence, unknowns, shared)
+    assert again[1] == pytest.approx(shared)
