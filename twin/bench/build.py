@@ -17,7 +17,7 @@ from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, wi
 from twin.bench.local_amplitude import LayerRows, local_law
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, Matrices, Plan
-from twin.bench.reduction import Condensed, ModalModel, condense
+from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense
 from twin.bench.shaker import COORDINATES, Shaker
 from twin.joint import Hinges, Law, jenkins
 from twin.rigs import Rig
@@ -27,8 +27,6 @@ __all__ = ["Built", "build"]
 
 Matrix = NDArray[np.float64]
 
-MODES_BELOW_Hz = 4500.0
-"""Modes above are statics only: the converter's band and the joint's harmonics end far below."""
 RESOLVED = 0.4
 """Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint force."""
 

@@ -14,14 +14,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.reduction import ModalModel
+from twin.bench.reduction import ModalModel, MODES_BELOW_Hz
 from twin.bench.shaker import COORDINATES, Shaker
 
 __all__ = ["LinearRig", "Output", "Poles", "linear_rig", "to_poles", "with_resonance"]
 
 Matrix = NDArray[np.float64]
 
-FOLLOWING_s = 1 / (2 * np.pi * 4500.0)
+FOLLOWING_s = 1 / (2 * np.pi * MODES_BELOW_Hz)
 """Within this the modes left out follow the forces where a rate is read: as fast as the fastest mode that is kept."""
 
 

@@ -11,9 +11,12 @@ from scipy.linalg import eigh
 
 from twin.structure import normal_modes
 
-__all__ = ["Condensed", "ModalModel", "condense"]
+__all__ = ["Condensed", "MODES_BELOW_Hz", "ModalModel", "condense"]
 
 Matrix = NDArray[np.float64]
+
+MODES_BELOW_Hz = 4500.0
+"""Modes above are statics only: the converter's band and the joint's harmonics end far below."""
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,11 @@ class UncertainBase:
         values, vectors = np.linalg.eigh(covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         U, s, Vt = np.linalg.svd(by_base @ root, full_matrices=False)
-        return UncertainBase(U, 1 / np.sqrt(1 + s**2 / variance), (root @ Vt.T * (s / (s**2 + variance))) @ U.T)
+        # Exact parameters beside exact responses leave nothing to share.
+        total = s**2 + variance
+        shrink = np.sqrt(1 - np.divide(s**2, total, out=np.zeros_like(s), where=total > 0))
+        gain = np.divide(s, total, out=np.zeros_like(s), where=total > 0)
+        return UncertainBase(U, shrink, (root @ Vt.T * gain) @ U.T)
 
     def whiten(self, rows: Array) -> Array:
         """Residuals (r,), or a matrix (r, n) of sensitivities, with independent noise of the same variance."""

@@ -35,6 +35,8 @@ def test_what_is_left_moves_the_parameters_as_far_as_they_are_free(problem):
 
 def test_exact_parameters_change_nothing(problem):
     S, B, _, residual, variance = problem
-    for uncertain in (UncertainBase.of(B, np.zeros((5, 5)), variance), UncertainBase.of(B, np.eye(5), np.inf)):
+    exact = np.zeros((5, 5))
+    for known, noise in ((exact, variance), (np.eye(5), np.inf), (exact, 0.0)):
+        uncertain = UncertainBase.of(B, known, noise)
         np.testing.assert_allclose(uncertain.whiten(S), S, atol=1e-12)
         np.testing.assert_allclose(uncertain.change(residual), 0.0, atol=1e-12)
