@@ -14,7 +14,16 @@ from twin.diagnose.footing import FOLLOWS, Footing, base_footing
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.thresholds import refined
-from twin.diagnose.tournament import LEAST_SCORE, SLACKS, Report, at_the_best_place, tournament, with_own_law
+from twin.diagnose.tournament import (
+    LEAST_GAIN,
+    LEAST_SCORE,
+    SLACKS,
+    Report,
+    at_the_best_place,
+    fitted_to_the_end,
+    tournament,
+    with_own_law,
+)
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
@@ -25,8 +34,6 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["LEAST_GAIN", "LEAST_SHARE", "Search", "Stage", "search_causes"]
 
 SHORTLIST = 12
-LEAST_GAIN = 8.0
-"""Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
 RIVAL = 1.5
 """Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
@@ -223,7 +230,7 @@ def _finalists(
         if trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
             continue
         report(f"refitting {trial.blames[-1].key} to all evidence")
-        finalists.append(fit_candidate(evidence, harmonics, trial.unknowns, trial.blames, tolerance=0.3))
+        finalists.append(fitted_to_the_end(evidence, harmonics, trial.unknowns, trial.blames))
     finalists.sort(key=lambda c: -c.log_evidence)
     if finalists:
         begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)
