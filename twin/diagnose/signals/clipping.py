@@ -26,6 +26,10 @@ LEAST_WIDTH, LEAST_TOPS = 8, 3
 """Samples between a peak's shoulders, and flat peaks, that are enough to judge by."""
 FLAT = 0.5
 """Width of a top over that between the shoulders: a whole sine has a quarter, one cut by a tenth three quarters."""
+FAR = 0.01
+"""Share of a limit by which noise hardly ever exceeds it: a sample farther out is not on it."""
+LEVEL = 5e-4
+"""Tops on one limit are level within this share of it, or within what their noise leaves of their means."""
 RINGING = 2
 """Samples on either side of a cut that a converter's filter still mixes with it."""
 
@@ -89,9 +93,15 @@ def _flat_tops(x: NDArray[Any]) -> NDArray[Any]:
     if smallest_step(x) > TOP * usual:
         return np.empty(0, int)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (x >= SHOULDER * usual).astype(np.int8), [0]])))
-    high = np.concatenate([[0], np.cumsum(x >= (1 - TOP) * usual)])
+    on_limit = (x >= (1 - TOP) * usual) & (x <= (1 + FAR) * usual)
+    high = np.concatenate([[0], np.cumsum(on_limit)])
     flat = []
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         if stop - start >= LEAST_WIDTH and high[stop] - high[start] > FLAT * (stop - start):
-            flat.append(start + np.flatnonzero(x[start:stop] >= (1 - TOP) * usual))
-    return np.concatenate(flat) if len(flat) >= LEAST_TOPS else np.empty(0, int)
+            flat.append(start + np.flatnonzero(on_limit[start:stop]))
+    if len(flat) < LEAST_TOPS:
+        return np.empty(0, int)
+    # A third harmonic flattens peaks as well, but each at its own height.
+    apart = float(np.std([np.mean(x[top]) for top in flat]))
+    by_noise = float(np.median([np.std(x[top]) / np.sqrt(len(top)) for top in flat]))
+    return np.concatenate(flat) if apart < max(LEVEL * usual, 2 * by_noise) else np.empty(0, int)

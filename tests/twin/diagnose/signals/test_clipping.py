@@ -65,3 +65,14 @@ def test_a_few_knocks_on_the_limit_are_not_clipping(synthetic):
     samples = synthetic.converted(synthetic.stepped_sine(24))
     samples["acc1"][1000::2000] = synthetic.ranges["acc1"]
     assert find_clipping([synthetic.run(samples)]) == []
+
+
+def test_peaks_that_a_third_harmonic_flattens_each_at_its_own_height_are_not_cut(synthetic):
+    samples = synthetic.converted(synthetic.stepped_sine(26))
+    t = np.arange(len(samples["acc2"])) / synthetic.rate_Hz
+    theta = 2 * np.pi * 26.0 * t
+    growing = 100.0 + 3.0 * t / t[-1]
+    flattened = growing * (np.cos(theta) - 0.13 * np.cos(3 * theta))
+    assert find_clipping([synthetic.run(samples | {"acc2": flattened})]) == []
+    (finding,) = find_clipping([synthetic.run(samples | {"acc2": np.clip(flattened, -89.0, 89.0)})])
+    assert finding.values["limit"] == pytest.approx(89.0, rel=1e-3)
