@@ -31,7 +31,7 @@ from twin.identify.rebinning import rebinned
 from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["LEAST_GAIN", "LEAST_SHARE", "Search", "Stage", "search_causes"]
+__all__ = ["LEAST_SHARE", "Search", "Stage", "search_causes"]
 
 SHORTLIST = 12
 RIVAL = 1.5

@@ -11,7 +11,7 @@ they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`).  X i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -264,14 +264,16 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.
     rows, count = len(eps), len(x)
     a, inverse = x * physical, np.linalg.pinv(S) * physical[:, None]
     variance = float(eps @ eps) / max(1, rows - count)
-    fit = PolynomialFit(
+    parts = plain(x)[0]
+    base_change = uncertain.change(parts)
+    left = parts[: rows // 2] + 1j * parts[rows // 2 :] - problem.by_base @ base_change
+    return PolynomialFit(
         softening=a[:first], loss=a[first:], covariance=variance * inverse @ inverse.T,
-        base_change=uncertain.change(plain(x)[0]), variance=variance,
+        base_change=base_change, variance=variance,
         bic=float(rows * np.log(eps @ eps / rows) + count * np.log(rows)), largest_amplitude_m=span,
-        residual_percent=np.nan, l_curve=curve, history=tuple(history),
+        residual_percent=relative_error_percent(np.exp(-left), np.ones(len(left))),
+        l_curve=curve, history=tuple(history),
     )  # fmt: skip
-    residual_percent = relative_error_percent(problem.response(fit, problem.amplitude_m), problem.measured)
-    return replace(fit, residual_percent=residual_percent)
 
 
 def relative_error_percent(predicted: Array, measured: Array) -> float:

@@ -15,7 +15,7 @@ from twin.structure.mesh import LapJointMesh, mesh_rig
 from twin.structure.thin_layer import thin_layer
 from twin.structure.timoshenko import timoshenko_mass
 
-__all__ = ["Structure", "assemble"]
+__all__ = ["Structure", "add_chain", "assemble"]
 
 Matrix = NDArray[np.float64]
 
@@ -139,12 +139,12 @@ def assemble(
     for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
         E, A, I, rho = beam.youngs_modulus, beam.area, beam.second_moment, beam.density
         length = np.diff(x)
-        _add_chain(K0, offset, beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio))
+        add_chain(K0, offset, beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio))
         if beam.shear_ratio > 0:
             section = {"mass_per_length": rho * A, "radius2": I / A, "shear_ratio": beam.shear_ratio}
-            _add_chain(M, offset, timoshenko_mass(**section, length=length))
+            add_chain(M, offset, timoshenko_mass(**section, length=length))
         else:
-            _add_chain(M, offset, beam_mass(mass_per_length=rho * A, length=length))
+            add_chain(M, offset, beam_mass(mass_per_length=rho * A, length=length))
     held = 3 if clamped else 0
     if clamped and clamp_rotation_stiffness is not None:
         held = 2
@@ -161,7 +161,7 @@ def assemble(
     return structure
 
 
-def _add_chain(whole: Matrix, first: int, elements: Matrix) -> None:
+def add_chain(whole: Matrix, first: int, elements: Matrix) -> None:
     """Add the matrices (e, 6, 6) of elements from node to node, beginning at node `first`."""
     start = 3 * (first + np.arange(len(elements)))
     for i, j in np.ndindex(6, 6):

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from twin.rigs import Rig
 from twin.structure.assembly import Structure
+from twin.structure.gauss import gauss
 from twin.structure.thin_layer import ThinLayerElement, thin_layer
 
 __all__ = ["interface_layer", "membrane_layer", "with_layer_element"]
@@ -104,5 +105,5 @@ def _strains(xi: float, eta: float, length: float, height: float) -> tuple[Matri
 def _places(rows: int) -> Matrix:
     """Positions of the rows' Gauss points along the element, 0..1: one a row, or one each `POINTS` rows."""
     if rows == POINTS**2:
-        return np.repeat((np.polynomial.legendre.leggauss(POINTS)[0] + 1) / 2, POINTS)
-    return np.asarray((np.polynomial.legendre.leggauss(rows)[0] + 1) / 2)
+        return np.repeat(gauss(POINTS)[0], POINTS)
+    return gauss(rows)[0]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import Rig
-from twin.structure.assembly import Structure
+from twin.structure.assembly import Structure, add_chain
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.timoshenko import (
     timoshenko_mass,
@@ -33,14 +33,15 @@ def shear_change(rig: Rig, structure: Structure, shear_ratio: float) -> tuple[Ma
     for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
         EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * beam.second_moment
         m, radius2 = beam.density * beam.area, beam.second_moment / beam.area
-        for e, length in enumerate(np.diff(x)):
-            dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
-            section = {"mass_per_length": m, "radius2": radius2, "length": length, "shear_ratio": shear_ratio}
-            bending = {"EI": EI, "radius2": radius2, "length": length, "shear_ratio": shear_ratio}
-            thick = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=shear_ratio)
-            total[0][dofs] += timoshenko_mass(**section) - beam_mass(mass_per_length=m, length=length)
-            total[1][dofs] += thick - beam_stiffness(EA=EA, EI=EI, length=length)
-            total[2][dofs] += timoshenko_mass_derivative(**section)
-            total[3][dofs] += timoshenko_stiffness_derivative(**bending)
+        length = np.diff(x)
+        section = {"mass_per_length": m, "radius2": radius2, "shear_ratio": shear_ratio}
+        bending = {"EI": EI, "radius2": radius2, "shear_ratio": shear_ratio}
+        thick = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=shear_ratio)
+        add_chain(
+            total[0], offset, timoshenko_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length)
+        )
+        add_chain(total[1], offset, thick - beam_stiffness(EA=EA, EI=EI, length=length))
+        add_chain(total[2], offset, timoshenko_mass_derivative(**section, length=length))
+        add_chain(total[3], offset, timoshenko_stiffness_derivative(**bending, length=length))
     free = np.ix_(structure.free, structure.free)
     return total[0][free], total[1][free], total[2][free], total[3][free]

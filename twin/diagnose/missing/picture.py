@@ -13,9 +13,9 @@ from twin.diagnose.cause import along_beam
 from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
-from twin.diagnose.search import LEAST_GAIN, LEAST_SHARE, Search, search_causes
+from twin.diagnose.search import LEAST_SHARE, Search, search_causes
 from twin.diagnose.thin import thin_evidence
-from twin.diagnose.tournament import Report
+from twin.diagnose.tournament import LEAST_GAIN, Report
 from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
