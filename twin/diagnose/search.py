@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause, main_strength
 from twin.diagnose.footing import FOLLOWS, Footing, base_footing
 from twin.diagnose.score import Score, score_causes
+from twin.diagnose.shortlist import shortlist
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.thresholds import refined
 from twin.diagnose.tournament import (
     LEAST_GAIN,
-    LEAST_SCORE,
     SLACKS,
     Report,
     at_the_best_place,
@@ -24,6 +22,7 @@ from twin.diagnose.tournament import (
     tournament,
     with_own_law,
 )
+from twin.identify.base_fit import starting_unknowns
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
@@ -33,7 +32,6 @@ from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["LEAST_SHARE", "Search", "Stage", "search_causes"]
 
-SHORTLIST = 12
 RIVAL = 1.5
 """Chi2 over the best finalist's up to which another is fitted to all evidence."""
 EXPLAINED = 1.25
@@ -161,7 +159,7 @@ def _climb(
     model = base
     thinner, thin_harmonics = thin_evidence(evidence, harmonics)
     stages: list[Stage] = []
-    settled, left_behind = False, 0.0
+    settled, left_behind = -1, 0.0
     while len(model.blames) < most:
         if first is not None and not stages:
             stages.append(first)
@@ -173,23 +171,18 @@ def _climb(
             if model.blames and promise < max(PROMISING, left_behind * _count(thinner) / _count(evidence)):
                 break
             finalists = _finalists(evidence, harmonics, (thinner, thin_harmonics), model, start, slack, scores, report)
-            # One that follows the noise best may yet be too slight to be a cause; the next may not.
-            alone = not model.blames
-            paying = tuple(
-                finalist for finalist in finalists
-                if _pays(evidence, finalist, model, by_strain=alone)
-                and (alone or model.solution.chi2 - finalist.solution.chi2 > left_behind)
-            )  # fmt: skip
-            if finalists and not settled:
-                settled = True
-                anew = fit_candidate(evidence, harmonics, finalists[0].unknowns, model.blames, tolerance=0.3)
-                better = anew.log_evidence > model.log_evidence + LEAST_GAIN
-                if better and (not paying or anew.solution.chi2 < FALSE * model.solution.chi2):
-                    # The model without a cause had come to rest in a false minimum, and was scored there.
-                    base = base if model.blames else anew
-                    model, start = anew, anew.unknowns
-                    slack = TIGHT if anew.chi2_per_dof < FOLLOWS else slack
-                    continue
+            paying = _paying(evidence, finalists, model, left_behind)
+            if finalists and settled < len(model.blames) and (paying or not model.blames):
+                settled = len(model.blames)
+                anew = _anew(evidence, harmonics, model, finalists[0].unknowns)
+                if anew.log_evidence > model.log_evidence + LEAST_GAIN:
+                    paying = _paying(evidence, finalists, anew, left_behind)
+                    if not paying or anew.solution.chi2 < FALSE * model.solution.chi2:
+                        # The model had come to rest in a false minimum, and was scored there.
+                        base = base if model.blames else anew
+                        model, start = anew, anew.unknowns
+                        slack = TIGHT if anew.chi2_per_dof < FOLLOWS else slack
+                        continue
             if paying:
                 finalists = finalists[finalists.index(paying[0]) :]
             stages.append(Stage(tuple(finalists), tuple(scores), paying))
@@ -197,8 +190,9 @@ def _climb(
                 break
         before, model = model, stages[-1].finalists[0]
         left_behind += _left_behind(evidence, model.blames[-1], before.solution.chi2 - model.solution.chi2)
-        for _ in range(REDUCED_ANEW):
-            if model.chi2_per_dof < EXPLAINED:
+        for turn in range(REDUCED_ANEW):
+            # What was reduced against a model far off also has that model's errors in it.
+            if model.chi2_per_dof < EXPLAINED and (turn or before.chi2_per_dof < FOLLOWS):
                 break
             report("reducing the recordings anew, against the model found")
             evidence, harmonics = _reduced_anew(evidence, harmonics, model)
@@ -223,7 +217,7 @@ def _finalists(
     report: Report,
 ) -> list[Candidate]:
     """The best models with one more cause than `model`, fitted to all evidence, the most probable first."""
-    best = [(*model.blames, blame) for blame in _shortlist(thin[0], scores)]
+    best = [(*model.blames, blame) for blame in shortlist(thin[0], scores)]
     trials = at_the_best_place(*thin, tournament(*thin, start, best, slack, report), scores)
     finalists = []
     for trial in trials:
@@ -238,6 +232,37 @@ def _finalists(
         temper = finalists[0].chi2_per_dof
         finalists.sort(key=lambda c: -c.weight(temper))
     return finalists
+
+
+def _paying(
+    evidence: Evidence, finalists: list[Candidate], model: Candidate, left_behind: float
+) -> tuple[Candidate, ...]:
+    """The finalists that the data would pay for, beside a model whose causes leave `left_behind` of chi2 anyway.
+
+    One that follows the noise best may yet be too slight to be a cause; the next may not.
+    """
+    alone = not model.blames
+    return tuple(
+        finalist for finalist in finalists
+        if _pays(evidence, finalist, model, by_strain=alone)
+        and (alone or model.solution.chi2 - finalist.solution.chi2 > left_behind)
+    )  # fmt: skip
+
+
+def _anew(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate, start: Unknowns) -> Candidate:
+    """The model fitted again as thoroughly as its rivals with a further cause: from where the best of them ended.
+
+    With causes, also from the beginning: they were found beside a base family that had to make up for them.
+    """
+    best = fit_candidate(evidence, harmonics, start, model.blames, tolerance=0.3)
+    if not model.blames:
+        return best
+    unknowns, blames = starting_unknowns(evidence, extension=extension_of(evidence, model.blames)), model.blames
+    for slack in reversed(SLACKS):
+        trial = fit_candidate(evidence, harmonics, unknowns, blames, slack=slack, tolerance=0.3)
+        unknowns, blames = trial.unknowns, trial.blames
+    trial = fitted_to_the_end(evidence, harmonics, unknowns, blames)
+    return max(best, trial, key=lambda candidate: candidate.log_evidence)
 
 
 def _reduced_anew(
@@ -306,40 +331,3 @@ def _clear(evidence: Evidence, blame: Blame) -> bool:
 def _negligible(evidence: Evidence, blame: Blame) -> bool:
     strengths = [p for p in blame.cause.parameters(evidence, blame.label) if not p.places]
     return bool(strengths) and all(abs(blame.values[p.name] - p.null) < p.negligible * p.scale for p in strengths)
-
-
-def _shortlist(evidence: Evidence, scores: list[Score]) -> list[Blame]:
-    """The best causes with their labels, each at its best place and at the best one well apart from that.
-
-    Where anything promises a gain, causes that must be tried at their full size are, from every place.
-    """
-    places: dict[str, list[Score]] = {}
-    for score in scores:
-        chosen = places.setdefault(score.blame.key, [])
-        if not chosen or (len(chosen) == 1 and _apart(score.blame, chosen[0].blame)):
-            chosen.append(score)
-    leading = [chosen for chosen in places.values() if chosen[0].gain > LEAST_SCORE][:SHORTLIST]
-    if not leading:
-        return []
-    missed = [s.blame for s in scores if s.blame.cause.tried_at_full_size and places[s.blame.key] not in leading]
-    return [score.blame for chosen in leading for score in chosen] + [_at_full_size(evidence, b) for b in missed]
-
-
-def _at_full_size(evidence: Evidence, blame: Blame) -> Blame:
-    """The same with the strength that such an effect usually has."""
-    main = main_strength(blame.cause.parameters(evidence, blame.label))
-    if main is None:
-        return blame
-    full = main.null + np.copysign(main.scale, blame.values[main.name] - main.null)
-    return replace(blame, values={**blame.values, main.name: float(np.clip(full, main.lower, main.upper))})
-
-
-def _apart(one: Blame, two: Blame) -> bool:
-    """Whether two places of one cause lie a fifth of the structure or a quarter of the frequency apart."""
-    far = [abs(one.values[k] - two.values[k]) > 0.08 for k in ("position_m",) if k in one.values]
-    far += [
-        abs(np.log(one.values[k] / two.values[k])) > 0.25
-        for k in ("frequency_Hz", "gap_m", "slip_m")
-        if k in one.values
-    ]
-    return any(far)

@@ -43,7 +43,7 @@ def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
     """
     evidence = predictor.evidence
     steps = evidence.steps
-    omega, X = steps.omega, steps.amplitude_m
+    omega, X = steps.omega, predictor.amplitude_m
     time = steps.time_s - evidence.origin_s
     measured = steps.response[:, evidence.reference, 0] / steps.force[:, 0]
     s, loss = np.zeros(len(omega)), np.zeros(len(omega))

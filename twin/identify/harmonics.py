@@ -83,7 +83,7 @@ def harmonic_fields(
     steps, model = predictor.evidence.steps, predictor.model
     p = model.ports
     time = steps.time_s - predictor.evidence.origin_s
-    dE, dG = predictor.moduli_changes(unknowns, steps.amplitude_m, time)
+    dE, dG = predictor.moduli_changes(unknowns, predictor.amplitude_m, time)
     first = stretch * predictor.clock(steps.omega, time)
     opening = p.rows[p.normal] @ model.basis.Phi[:, 0]
     linear, joint, field = [], [], []
@@ -105,7 +105,7 @@ def opening_compliance(predictor: Predictor, unknowns: Unknowns) -> Array:
     """
     steps, model = predictor.evidence.steps, predictor.model
     time = steps.time_s - predictor.evidence.origin_s
-    dE, dG = predictor.moduli_changes(unknowns, steps.amplitude_m, time)
+    dE, dG = predictor.moduli_changes(unknowns, predictor.amplitude_m, time)
     opening = model.ports.rows[model.ports.normal] @ model.basis.Phi[:, 0]
     opening = opening / np.linalg.norm(opening)
     out = []
@@ -126,7 +126,7 @@ def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: 
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
     steps = predictor.evidence.steps
-    softened = np.abs(predictor.moduli_changes(unknowns, steps.amplitude_m, 0.0 * steps.time_s)[0].real)
+    softened = np.abs(predictor.moduli_changes(unknowns, predictor.amplitude_m, 0.0 * steps.time_s)[0].real)
     softened = softened / unknowns.base.E
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
     return np.asarray((EVEN_ERROR**2 + softened[:, None] ** 2 + detuned) * likely)

@@ -22,6 +22,7 @@ from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import BaseParameters, believed_parameters
 from twin.identify.local_forces import Influence, LocalForces
 from twin.identify.receptance import attach
+from twin.identify.response_amplitude import response_amplitude
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
 
@@ -75,6 +76,7 @@ class Predictor:
         self.slack = slack
         self._factor = step_factor
         self.model = extended_model(evidence, self.extension)
+        self.amplitude_m = response_amplitude(evidence, self.extension)
         self.local = LocalForces(self.extension.nonlinear)
         E, G = self.model.reference_E, self.model.reference_G
         phi = self.model.basis.Phi[:, 0]
@@ -242,7 +244,7 @@ class Predictor:
         steps = self.evidence.steps
         time = steps.time_s - self.evidence.origin_s
         omega = self.clock(steps.omega, time)
-        dE, dG = self.moduli_changes(unknowns, steps.amplitude_m, time)
+        dE, dG = self.moduli_changes(unknowns, self.amplitude_m, time)
         return self.with_nonlinear(self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega), omega
 
     def _steps(
@@ -340,7 +342,7 @@ class Predictor:
         base = self._base_change(R, omega, unknowns, steps.time_s - self.evidence.origin_s, ports, into)
         SE = -np.sum(R[:, ports, p.normal] * into[:, None, p.normal], axis=2)
         SG = -np.sum(R[:, ports, p.shear] * into[:, None, p.shear], axis=2)
-        B = unknowns.law.basis(steps.amplitude_m)
+        B = unknowns.law.basis(self.amplitude_m)
         a, b, q = unknowns.softening_in_shear, unknowns.loss_in_normal, self.shear_share
         s, loss = (B @ unknowns.law.softening)[:, None], (B @ unknowns.law.loss)[:, None]
         softening = -(1 - a) * SE - a / q * SG
@@ -406,7 +408,7 @@ class Predictor:
         time = steps.time_s - self.evidence.origin_s
         omega = self.clock(steps.omega, time)
         motion, _ = self._port_motion(R, omega)
-        stiffness = unknowns.base.E + self.moduli_changes(unknowns, steps.amplitude_m, time)[0].real
+        stiffness = unknowns.base.E + self.moduli_changes(unknowns, self.amplitude_m, time)[0].real
         joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance, omega)
         return motion, int(self.harmonics.orders[-1]), joint
 
@@ -417,8 +419,8 @@ class Predictor:
         change = np.zeros((len(steps), len(unknowns.vector)))
         change[:, 0] = unknowns.base.E * self.extension.moduli_factor[0] * (1 - self.extension.layer_drift_per_s * time)
         n, k = len(unknowns.base.vector), len(law.knots)
-        change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * law.basis(steps.amplitude_m)
-        change[:, -2] = law.softening_at(steps.amplitude_m)
+        change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * law.basis(self.amplitude_m)
+        change[:, -2] = law.softening_at(self.amplitude_m)
         return change / self.moduli[0]
 
     def _base_motion(self, R: Array, omega: Array) -> Array | float:

@@ -117,7 +117,7 @@ def operating_motions(
     predictor.model = predictor.model.with_ports(np.vstack([attached.rows[attached.extra], *looked]))
     cuts = np.cumsum([len(part) for part in looked])[:-1]
     rows = np.array([row for _, row in tops])
-    X, time_s = steps.amplitude_m[rows], steps.time_s[rows] - evidence.origin_s
+    X, time_s = predictor.amplitude_m[rows], steps.time_s[rows] - evidence.origin_s
     omega = predictor.clock(steps.omega[rows], time_s)
     base = model.unknowns.base
     dE, dG = predictor.moduli_changes(model.unknowns, X, time_s)

@@ -9,7 +9,7 @@ from recordings import read_run
 from twin.diagnose.candidate import Blame
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.score import Score
-from twin.diagnose.search import _shortlist
+from twin.diagnose.shortlist import shortlist
 from twin.diagnose.tournament import LEAST_SCORE
 from twin.identify.evidence import gather_evidence
 from twin.rigs import load_rig
@@ -35,7 +35,7 @@ MASS = score("added-mass", 50 * LEAST_SCORE, {"mass_kg": 0.01, "position_m": 0.2
 
 def test_friction_is_tried_at_its_usual_size_where_first_order_promises_nothing(evidence):
     """The base family's law imitates it: beside that law a little more of it may have the wrong sign."""
-    tried = _shortlist(evidence, [MASS, *friction(0.0)])
+    tried = shortlist(evidence, [MASS, *friction(0.0)])
     (usual,) = (p.scale for p in CAUSES["joint-friction"].parameters(evidence, {}) if p.name == "stiffness_N_per_m")
     assert [blame.cause.name for blame in tried] == ["added-mass", "joint-friction", "joint-friction"]
     assert [blame.values["stiffness_N_per_m"] for blame in tried[1:]] == [usual, usual]
@@ -43,11 +43,21 @@ def test_friction_is_tried_at_its_usual_size_where_first_order_promises_nothing(
 
 
 def test_friction_that_promises_a_gain_is_tried_as_its_score_says(evidence):
-    tried = _shortlist(evidence, [MASS, *friction(20 * LEAST_SCORE, stiffness=5e6)])
+    tried = shortlist(evidence, [MASS, *friction(20 * LEAST_SCORE, stiffness=5e6)])
     assert [blame.values.get("stiffness_N_per_m") for blame in tried] == [None, 5e6, 5e6]
 
 
 def test_nothing_is_tried_where_nothing_promises_a_gain(evidence):
     """A clean rig costs no search, and gives chance nothing to find."""
     slight = score("added-mass", 0.5 * LEAST_SCORE, {"mass_kg": 1e-4, "position_m": 0.2})
-    assert _shortlist(evidence, [slight, *friction(0.0)]) == []
+    assert shortlist(evidence, [slight, *friction(0.0)]) == []
+
+
+def test_a_resonator_is_tried_at_frequencies_far_apart_however_well_their_neighbours_do(evidence):
+    """One tuned above the first modes looks, to first order, less like itself than like one between them."""
+    values = {"mass_kg": 0.003, "damping_ratio": 0.03}
+    tuned = [
+        score("attached-resonator", gain * LEAST_SCORE, {**values, "frequency_Hz": f, "position_m": x})
+        for gain, f, x in ((90, 90.0, 0.28), (80, 64.0, 0.28), (70, 46.0, 0.14), (60, 126.0, 0.28), (50, 247.0, 0.42))
+    ]
+    assert [blame.values["frequency_Hz"] for blame in shortlist(evidence, tuned)] == [90.0, 64.0, 247.0]
