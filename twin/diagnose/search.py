@@ -199,7 +199,9 @@ def _climb(
             thinner, thin_harmonics = thin_evidence(evidence, harmonics)
             model = fit_candidate(evidence, harmonics, model.unknowns, model.blames, tolerance=0.3)
         slack = next((slack for slack in SLACKS if model.chi2_per_dof < FOLLOWS * slack.error_scale**2), SLACKS[-1])
-        start = fit_candidate(evidence, harmonics, model.unknowns, model.blames, slack=LOOSE, iterations=8).unknowns
+        start = model.unknowns
+        if slack is not TIGHT:
+            start = fit_candidate(evidence, harmonics, start, model.blames, slack=LOOSE, iterations=8).unknowns
     if len(model.blames) > 1:
         report("asking whether every cause is needed")
         model = _pruned(evidence, harmonics, model)
@@ -221,7 +223,8 @@ def _finalists(
     trials = at_the_best_place(*thin, tournament(*thin, start, best, slack, report), scores)
     finalists = []
     for trial in trials:
-        if trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
+        # Where not even the best follows the data, any may be the first of two.
+        if trials[0].chi2_per_dof < FOLLOWS and trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
             continue
         report(f"refitting {trial.blames[-1].key} to all evidence")
         finalists.append(fitted_to_the_end(evidence, harmonics, trial.unknowns, trial.blames))
@@ -308,7 +311,9 @@ def _pays(
         or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
         or candidate.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
     )
-    return gain > LEAST_GAIN and enough and not _negligible(evidence, blame)
+    # While neither follows the data, how far either strains the base family says little beside the share it explains.
+    far = candidate.chi2_per_dof > FOLLOWS and candidate.solution.cost < FALSE * model.solution.cost
+    return (gain > LEAST_GAIN or far) and enough and not _negligible(evidence, blame)
 
 
 def _left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:

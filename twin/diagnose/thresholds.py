@@ -1,7 +1,7 @@
-"""Thresholds of a model's last cause, moved downhill.
+"""Thresholds of a model's last cause, or the frequency it is tuned to, moved downhill.
 
-From which amplitude on an effect acts has valleys that a joint fit creeps along: at fixed values all else is found
-quickly, each time beginning from its neighbour's.
+From which amplitude on an effect acts, or at which frequency, has valleys that a joint fit creeps along: at fixed
+values all else is found quickly, each time beginning from its neighbour's.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def refined(
         Gives the unknowns to begin from beside the causes at their values.
     """
     blame = candidate.blames[-1]
-    if not blame.nonlinear(evidence):
+    if not (blame.nonlinear(evidence) or "frequency_Hz" in blame.values):
         return candidate
     best = candidate
     for parameter in blame.cause.parameters(evidence, blame.label):

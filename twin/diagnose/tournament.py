@@ -30,6 +30,8 @@ __all__ = [
 ]
 
 FINALISTS = 3
+FAVOURITES = 2
+"""Causes with the best scores that are fitted to the end, whatever becomes of them on the way."""
 THREADS = 2
 """More would wait for the interpreter."""
 LEAST_SCORE = 8.0
@@ -60,7 +62,10 @@ def tournament(
     slack: Slack,
     report: Report,
 ) -> list[Candidate]:
-    """Fit rival models with less and less slack; at each turn the better ones stay, `FINALISTS` at the end."""
+    """Fit rival models, the best scored first, with less and less slack; at each turn the better ones stay.
+
+    `FINALISTS` are left at the end.
+    """
     # Where the base family fits tightly, so do the rivals; else their causes may still be far off, and need it all.
     loosest = 0 if slack in (TIGHT, STIFF) else len(SLACKS) - 1
     field = [(_beginning(evidence, start, rival), rival) for rival in blames]
@@ -82,8 +87,11 @@ def tournament(
             stay = len(trials) // 2
         elif level < len(SLACKS) - 1:
             stay = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
-        field = [(trial.unknowns, trial.blames) for trial in _best_of_each(trials, 2)[: max(stay, FINALISTS)]]
-    finalists = [(trial.unknowns, trial.blames) for trial in _best_of_each(trials)[: 2 * FINALISTS]]
+        # Nor do fits of one cause from its several beginnings differ by more than chance before that.
+        siblings = 2 if level <= SIFTED else len(trials)
+        best = _best_of_each(trials, siblings)
+        field = [(c.unknowns, c.blames) for c in _with_favourites(best, max(stay, FINALISTS), blames)]
+    finalists = [(c.unknowns, c.blames) for c in _with_favourites(_best_of_each(trials), 2 * FINALISTS, blames)]
     ended = _side_by_side(partial(fitted_to_the_end, evidence, harmonics, tolerance=2.0), finalists)
     return sorted(ended, key=lambda c: -c.log_evidence)[:FINALISTS]
 
@@ -200,6 +208,15 @@ def _side_by_side(
     """The fit of every rival; threads gain what the compiled kernels take, for these let go of the interpreter."""
     with ThreadPoolExecutor(THREADS) as pool:
         return list(pool.map(lambda each: fit(*each), field))
+
+
+def _with_favourites(trials: list[Candidate], count: int, blames: list[tuple[Blame, ...]]) -> list[Candidate]:
+    """The first `count` trials, and those of the causes that were scored best.
+
+    Near sharp resonances a rough fit of the right one may be the worst of all.
+    """
+    favourites = list(dict.fromkeys(rival[-1].key for rival in blames))[:FAVOURITES]
+    return [c for rank, c in enumerate(trials) if rank < count or c.blames[-1].key in favourites]
 
 
 def _best_of_each(trials: list[Candidate], count: int = 1) -> list[Candidate]:

@@ -14,6 +14,7 @@ from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from twin.identify.broadband import BinnedResponse
+from twin.identify.changed_model import ChangedModels
 from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import Line, SteadyState, steady_states
@@ -92,6 +93,11 @@ class Evidence:
     linear: LinearFit | None
     runs: tuple[Run, ...]
     dropped: int = 0
+
+    @cached_property
+    def changed_models(self) -> ChangedModels:
+        """Models of the rig with another structure than believed."""
+        return ChangedModels(self.rig, self.preload)
 
     @cached_property
     def reference_omega(self) -> float:

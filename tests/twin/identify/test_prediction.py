@@ -104,6 +104,20 @@ def test_evidence_of_the_model_itself_leaves_nothing(evidence, unknowns):
     assert found.chi2 == pytest.approx(np.sum(found.residual**2))
 
 
+@pytest.mark.parametrize("from_force", [True, False])
+def test_the_law_goes_by_the_motion_not_by_what_leaks_into_its_channel(evidence, unknowns, from_force):
+    """Below a resonance the leak adds to the reading, above it takes away; the joint knows nothing of that."""
+    steps, here, part = evidence.steps, evidence.reference, 0.4
+    source, leak = (evidence.force, steps.force) if from_force else ("acc1", steps.response[:, 0])
+    response = steps.response.copy()
+    response[:, here, 0] += part * leak[:, 0]
+    read = np.abs(response[:, here, 0] / steps.response[:, here, 0])
+    steps = replace(steps, response=response, amplitude_m=read * steps.amplitude_m)
+    extension = Extension(cross_talk=((evidence.channels[here], source, part),))
+    found = Predictor(replace(evidence, steps=steps), extension).evaluate(unknowns)
+    assert np.max(np.abs(found.residual[dict(found.blocks)["steps"]])) < 0.02
+
+
 def test_every_sensitivity_is_the_derivative_of_the_residual(evidence, unknowns):
     """Where nothing is left over, so that the whitening's own change with the unknowns does not count."""
     predictor = Predictor(evidence)

@@ -23,16 +23,16 @@ class AttachedResonator(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass, frequency, damping and place."""
         high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
-        seen = [f for data in evidence.broadband for f in data.resonances_Hz if 5.0 < f < high]
+        low = min([float(data.frequency_Hz[0]) for data in evidence.broadband], default=5.0)
+        seen = [f for data in evidence.broadband for f in data.resonances_Hz if low < f < high]
         # The likeliest places first: a light one far from the structure's own resonances shows there alone.
-        frequencies = tuple(float(f) for f in (*np.geomspace(12.0, high, 14), *seen))
+        frequencies = tuple(float(f) for f in (*np.geomspace(max(low, 12.0), high, 14), *seen))
+        # Above all that was measured a resonator is but a mass, below it a spring with a dashpot: causes of their own.
         return (
             Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
-            Parameter(
-                name="frequency_Hz", scale=high, lower=5.0, upper=1.5 * high, starts=frequencies, model_error=0.0015
-            ),
+            Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies, model_error=0.0015),
             Parameter(name="damping_ratio", scale=0.2, lower=1e-3, upper=0.7, starts=(0.03,), model_error=0.2),
-            position(evidence, 3),
+            position(evidence, 8),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -23,7 +23,7 @@ class StingerStiffness(Cause):
         """The spring."""
         return (
             Parameter(
-                name="stiffness_N_per_m", scale=2e4, lower=-1e5, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
+                name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
             ),
         )
 

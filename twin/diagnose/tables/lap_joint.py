@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -13,8 +13,8 @@ from twin.diagnose.causes import CAUSES
 from twin.diagnose.effects import effects_extension
 from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
+from twin.identify.changed_model import changed_structure
 from twin.identify.evidence import Evidence
-from twin.identify.extended_model import extended_structure
 from twin.identify.extension import Attachment, Extension
 from twin.identify.predict import blank_evidence
 from twin.rigs import Effect, Rig
@@ -78,7 +78,7 @@ class LapJointFrequencies:
             whole = whole.merged(self._extension(change, values))
         structure, KE, KG = self._plain
         if whole.changes_structure:
-            structure = extended_structure(self._evidence, replace(whole, attachments=()))
+            structure = changed_structure(self.rig, whole)
             KE, KG = structure.KE, structure.KG
         M, K0 = structure.M.copy(), structure.K0.copy()
         for attachment in whole.attachments:

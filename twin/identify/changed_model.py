@@ -1,0 +1,74 @@
+"""Linear models of a rig whose structure, or whose sensors' and shaker's places, an extension changes.
+
+The latest are kept: a fit moves the parameters that leave the structure alone far more often than those that change it.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+
+from twin.identify.extension import Extension
+from twin.identify.linear_model import LinearModel, Output, build_linear_model
+from twin.rigs import Rig
+from twin.structure import Structure, assemble
+
+__all__ = ["ChangedModels", "changed_structure"]
+
+KEPT = 16
+
+Factors = tuple[tuple[str, float], ...]
+
+
+class ChangedModels:
+    """Builds models of `rig` at `preload`."""
+
+    def __init__(self, rig: Rig, preload: str) -> None:
+        self._built = lru_cache(maxsize=KEPT)(partial(_build, rig, preload))
+
+    def model(self, extension: Extension, outputs: tuple[Output, ...]) -> LinearModel:
+        """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
+        places = extension.output_position_m
+        moved = tuple(Output(o.channel, o.quantity, places.get(o.channel, o.position_m), o.sign) for o in outputs)
+        return self._built(
+            tuple(sorted(extension.beam_modulus.items())),
+            tuple(sorted(extension.beam_shear_ratio.items())),
+            extension.clamp_rad_per_Nm,
+            extension.layer_gradient,
+            extension.drive_position_m,
+            moved,
+        )
+
+
+def _build(
+    rig: Rig,
+    preload: str,
+    beam_modulus: Factors,
+    beam_shear_ratio: Factors,
+    clamp_rad_per_Nm: float,
+    layer_gradient: float,
+    drive_position_m: float | None,
+    outputs: tuple[Output, ...],
+) -> LinearModel:
+    changed = Extension(
+        beam_modulus=dict(beam_modulus),
+        beam_shear_ratio=dict(beam_shear_ratio),
+        clamp_rad_per_Nm=clamp_rad_per_Nm,
+        layer_gradient=layer_gradient,
+    )
+    structure = changed_structure(rig, changed)
+    return build_linear_model(
+        rig, list(outputs), preload=preload, structure=structure, drive_position_m=drive_position_m
+    )
+
+
+def changed_structure(rig: Rig, extension: Extension) -> Structure:
+    """The structure assembled with what an extension changes of it."""
+    beams = {}
+    for name in ("lower", "upper"):
+        beam = getattr(rig, name)
+        modulus = beam.youngs_modulus * extension.beam_modulus.get(name, 1.0)
+        shear = extension.beam_shear_ratio.get(name, beam.shear_ratio)
+        beams[name] = beam.model_copy(update={"youngs_modulus": modulus, "shear_ratio": shear})
+    spring = 1 / extension.clamp_rad_per_Nm if extension.clamp_rad_per_Nm else None
+    structure = assemble(rig.model_copy(update=beams), clamp_rotation_stiffness=spring)
+    return structure.with_layer_gradient(extension.layer_gradient) if extension.layer_gradient else structure
