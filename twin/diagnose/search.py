@@ -159,6 +159,7 @@ def _climb(
     model = base
     thinner, thin_harmonics = thin_evidence(evidence, harmonics)
     stages: list[Stage] = []
+    # How many causes the model had that was last fitted anew; and what of chi2 the causes so far leave anyway.
     settled, left_behind = -1, 0.0
     while len(model.blames) < most:
         if first is not None and not stages:

@@ -38,11 +38,11 @@ def refined(
         Gives the unknowns to begin from beside the causes at their values.
     """
     blame = candidate.blames[-1]
-    if not (blame.nonlinear(evidence) or "frequency_Hz" in blame.values):
-        return candidate
+    nonlinear = blame.nonlinear(evidence)
     best = candidate
     for parameter in blame.cause.parameters(evidence, blame.label):
-        if not parameter.places or not _by_ratios(parameter):
+        tuned = parameter.name == "frequency_Hz"
+        if not (parameter.places and (tuned or (nonlinear and _by_ratios(parameter)))):
             continue
         for ratio in RATIOS:
             for factor in (ratio, 1 / ratio):

@@ -23,10 +23,13 @@ LEAST = 1e-3
 def response_amplitude(evidence: Evidence, extension: Extension) -> NDArray[Any]:
     """Amplitude X (s,) of every step, m, with what leaks into the reference channel taken off its reading."""
     steps, names = evidence.steps, evidence.channels
+    leaks = [(source, part) for channel, source, part in extension.cross_talk if channel == names[evidence.reference]]
+    if not leaks:
+        return steps.amplitude_m
     reading = steps.response[:, evidence.reference, 0]
     own = reading
-    for channel, source, part in extension.cross_talk:
-        if channel == names[evidence.reference]:
-            leaked = steps.force[:, 0] if source == evidence.force else steps.response[:, names.index(source), 0]
-            own = own - part * leaked
-    return np.asarray(steps.amplitude_m * np.maximum(np.abs(own), LEAST * np.abs(reading)) / np.abs(reading))
+    for source, part in leaks:
+        own = own - part * (
+            steps.force[:, 0] if source == evidence.force else steps.response[:, names.index(source), 0]
+        )
+    return np.asarray(steps.amplitude_m * np.maximum(np.abs(own) / np.abs(reading), LEAST))

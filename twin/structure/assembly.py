@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from twin.rigs import Rig
@@ -164,13 +163,10 @@ def assemble(
 
 def add_chain(whole: Matrix, first: int, elements: Matrix) -> None:
     """Add the matrices (e, 6, 6) of elements from node to node, beginning at node `first`."""
-    # Every other element shares no node with the next: their blocks on the diagonal are one view.
-    down, right = whole.strides
-    for turn in (0, 1):
-        own = elements[turn::2]
-        start = 3 * (first + turn)
-        blocks = as_strided(whole[start:, start:], own.shape, (6 * (down + right), down, right))
-        blocks += own
+    dofs = 3 * (first + np.arange(len(elements)))[:, None] + np.arange(6)
+    # Every other element shares no node with the next, so that each turn adds to an entry once.
+    for turn in (slice(0, None, 2), slice(1, None, 2)):
+        whole[dofs[turn, :, None], dofs[turn, None, :]] += elements[turn]
 
 
 def _layer(
