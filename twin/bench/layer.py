@@ -42,6 +42,8 @@ LOSS_SLIP = 1.45e-6
 """Scale of the loss, m of rms slip, at REFERENCE_MODULUS: a tip amplitude of 4.7 mm in mode 1 of the linear rig."""
 LOSS_POWER = 4
 LOSS_POINTS = 1025
+RUN_OUT = 0.1
+"""Share of the last knot's opening over which a tabulated softening levels off beyond it."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,10 @@ def default_law(E: float) -> JointLaw:
 
 
 def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
-    """The time form of functions of the layer's own amplitudes; they are constant beyond their first and last knots.
+    """The time form of functions of the layer's own amplitudes: constant before their first knots and after the last.
+
+    The softening levels off beyond its last knot instead of ending in a corner, which a sine of nearly that amplitude
+    already meets with its harmonics, and which no smooth correction of the table undoes.
 
     Parameters
     ----------
@@ -121,12 +126,17 @@ def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
     def softened(values: Matrix) -> Table:
         g1 = PchipInterpolator(o, values)
         dg1 = g1.derivative()
+        last, run_out = float(dg1(o[-1])), RUN_OUT * o[-1]
+
+        def beyond(x: Matrix) -> Matrix:
+            return np.exp(-np.maximum(x - o[-1], 0.0) / run_out)
 
         def softening(x: Matrix) -> Matrix:
-            return -np.asarray(g1(np.clip(x, o[0], o[-1])))
+            return -np.asarray(g1(np.clip(x, o[0], o[-1])) + last * run_out * (1 - beyond(x)))
 
         def slope(x: Matrix) -> Matrix:
-            return -np.where((x > o[0]) & (x < o[-1]), dg1(np.clip(x, o[0], o[-1])), 0.0)
+            inside = np.where(x > o[0], dg1(np.clip(x, o[0], o[-1])), 0.0)
+            return -np.where(x < o[-1], inside, last * beyond(x))
 
         return table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
 

@@ -1,9 +1,10 @@
 """What functions g1, g2 of a sensor's amplitude X are to the bench, whose laws see the layer's own opening and slip.
 
 The opening at an amplitude X is not that of linear mode 1 times X: a layer that has lost half of its E' opens twice as
-far, and one whose loss modulus is several times its G' slips less.  And where the file means E'(X) for the layer as a
-whole, the bench has one force on each group's rms opening, in the shape of linear mode 1.  So at each X the softening
-on the bench's own coordinates is found that lowers the first frequency alike; its mode tells opening and slip at X.
+far, and one whose loss modulus is several times its G' slips less.  And where the file means E'(X) and G'(X) for the
+layer as a whole, the bench has one force on each group's rms opening and one on its slip, in the shapes of linear
+mode 1.  So at each X the softening and the loss on the bench's own coordinates are found that give the first mode the
+same frequency and damping; that mode tells opening and slip at X.
 """
 
 from __future__ import annotations
@@ -85,32 +86,37 @@ def local_law(
     reduced = _Reduced.of(matrices, layer, E=E, G=G, tip=tip)
     g1, g2 = (PchipInterpolator(amplitude_m, function) for function in (softening, loss))
     X = np.linspace(amplitude_m[0], amplitude_m[-1], POINTS)
-    per_m, moduli = np.zeros((2, len(X))), np.zeros(len(X))
+    per_m, moduli = np.zeros((2, len(X))), np.zeros((2, len(X)))
     state = reduced.start
     for k, x in enumerate(X):
         state = reduced.at(float(g1(x)), float(g2(x)), state)
         # X is the acceleration's amplitude over the square of the file's first natural frequency.
         factor = plain**2 / abs(state.value)
         per_m[:, k] = factor * state.opening, factor * state.slip
-        moduli[k] = state.softening
+        moduli[:, k] = state.softening, state.loss
     knots = np.asarray(amplitude_m, float)
     opening, slip = (PchipInterpolator(X, row)(knots) * knots for row in per_m)
-    # The ratio of the moduli is smooth where the functions themselves may have corners.
-    given = g1(X)
-    ratio = np.divide(moduli, given, out=np.ones_like(X), where=np.abs(given) > 1e-6 * np.max(np.abs(given)))
-    h1 = PchipInterpolator(X, ratio)(knots) * np.asarray(softening)
+
+    def on_the_bench(own: Matrix, file: Matrix, given: Matrix) -> Matrix:
+        # The ratio of the moduli is smooth where the functions themselves may have corners.
+        ratio = np.divide(own, given, out=np.ones_like(X), where=np.abs(given) > 1e-6 * np.max(np.abs(given)))
+        return np.asarray(PchipInterpolator(X, ratio)(knots) * file)
+
     if np.any(np.diff(opening) <= 0) or np.any(np.diff(slip) <= 0):
         raise ValueError("joint.law: the layer's opening and slip do not grow with the amplitude")
-    return LocalLaw(opening, slip, h1, np.asarray(loss, float), reduced.flexibility(np.array(ORDERS) * plain))
+    own_softening = on_the_bench(moduli[0], np.asarray(softening), g1(X))
+    own_loss = on_the_bench(moduli[1], np.asarray(loss), g2(X))
+    return LocalLaw(opening, slip, own_softening, own_loss, reduced.flexibility(np.array(ORDERS) * plain))
 
 
 @dataclass(frozen=True)
 class _State:
-    """A mode: its eigenvalue omega^2, and the softening on the bench's coordinates."""
+    """A mode: its eigenvalue omega^2, and the softening and loss on the bench's coordinates."""
 
     value: complex
     shape: Complex
     softening: float
+    loss: float
     opening: float
     slip: float
 
@@ -121,6 +127,7 @@ class _Reduced:
 
     K: Matrix
     K_E: Matrix
+    K_G: Matrix
     by_softening: Matrix
     by_loss: Matrix
     opening_rows: Matrix
@@ -140,33 +147,34 @@ class _Reduced:
         # In modes of the reduced structure, and from factors: mode 1 feels a minute part of the layer's stiffness.
         own = normal_modes(V.T @ matrices.M @ V, V.T @ K @ V)
         V = V @ own.Phi
-        B_E = np.array([*map(pad, matrices.structure.B_E)]) @ V
+        B_E, B_G = (np.array([*map(pad, B)]) @ V for B in (matrices.structure.B_E, matrices.structure.B_G))
         rows = np.array([row for row, _ in layer.openings]) @ V
         weights = np.array([weight for _, weight in layer.openings])
         slip = layer.slip @ V
-        start = _State(complex(own.omega[0] ** 2), np.eye(len(V.T))[0] + 0j, 0.0, 0.0, 0.0)
+        start = _State(complex(own.omega[0] ** 2), np.eye(len(V.T))[0] + 0j, 0.0, 0.0, 0.0, 0.0)
         return _Reduced(
-            np.diag(own.omega**2), B_E.T @ B_E, (rows.T * weights) @ rows,
+            np.diag(own.omega**2), B_E.T @ B_E, B_G.T @ B_G, (rows.T * weights) @ rows,
             layer.slip_weight * np.outer(slip, slip), rows, weights, slip, tip @ V, start,
         )  # fmt: skip
 
     def at(self, softening: float, loss: float, near: _State) -> _State:
-        """The mode with the bench's softening that lowers the frequency as one of the layer as a whole does."""
-        value, _ = self._mode(self.K - softening * self.K_E, near.value.real, near.shape.real)
-        h1, shape = near.softening or softening, near.shape.real
+        """The mode with the bench's softening and loss that is as fast and as damped as with those of the layer."""
+        meant, shape = self._mode(self.K - softening * self.K_E + 1j * loss * self.K_G, near.value, near.shape)
+        own = np.array([near.softening or softening, near.loss or loss])
         for _ in range(TURNS):
-            found, shape = self._mode(self.K - h1 * self.by_softening, value, shape)
-            step = (found - value).real / float((shape @ self.by_softening @ shape).real)
-            h1 += step
-            if abs(step) <= TOLERANCE * abs(h1):
+            value, shape = self._mode(self.K - own[0] * self.by_softening + 1j * own[1] * self.by_loss, meant, shape)
+            slopes = np.array([-(shape @ self.by_softening @ shape), 1j * (shape @ self.by_loss @ shape)])
+            step = np.linalg.solve(np.array([slopes.real, slopes.imag]), [(meant - value).real, (meant - value).imag])
+            own = own + step
+            if np.all(np.abs(step) <= TOLERANCE * np.abs(own)):
                 break
-        value, shape = self._mode(self.K - h1 * self.by_softening + 1j * loss * self.by_loss, value, shape)
         if not 0.1 < abs(value) / abs(near.value) < 10.0:
             raise ValueError("joint.law: the structure has no mode near its first at some amplitude")
         amplitude = abs(self.tip @ shape)
         squares = np.abs(self.opening_rows @ shape) ** 2
         opening = float(np.sqrt(squares @ self.opening_weights / self.opening_weights.sum()) / amplitude)
-        return _State(value, shape, h1, opening, float(abs(self.slip_row @ shape) / amplitude))
+        slip = float(abs(self.slip_row @ shape) / amplitude)
+        return _State(value, shape, float(own[0]), float(own[1]), opening, slip)
 
     def flexibility(self, omega: Matrix) -> Matrix:
         """Rms opening, in the shape of the linear mode, per unit of a generalised force in that shape; (f,)."""

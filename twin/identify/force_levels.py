@@ -74,12 +74,15 @@ class Polynomials:
         By sweep: the residuals of its level's own polynomials, and of the common ones.
     left_out : dict of LeftOut
         By level, where there are at least two; see :func:`predict_left_out`.
+    base : BaseParameters
+        Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them.
     """
 
     levels: dict[str, PolynomialFit]
     together: PolynomialFit
     residual_percent: dict[str, dict[str, float]]
     left_out: dict[str, LeftOut]
+    base: BaseParameters
 
     @property
     def depends_on_force(self) -> bool | None:
@@ -119,7 +122,7 @@ def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance:
             key: relative_error_percent(piece.response(fit, X), piece.measured) for key, fit in fits.items()
         }
     left_out = {name: predict_left_out(problem, names == name) for name in counted} if len(counted) > 1 else {}
-    return Polynomials(levels=levels, together=together, residual_percent=residual, left_out=left_out)
+    return Polynomials(levels=levels, together=together, residual_percent=residual, left_out=left_out, base=base)
 
 
 def predict_left_out(problem: PolynomialProblem, left_out: Array) -> LeftOut:

@@ -77,6 +77,12 @@ class LayerResponse:
         R, _ = self._updated(dE, dG)
         return np.asarray(R[:, ports, self.predictor.model.ports.drive])
 
+    def by_drive(self, dE: Array, dG: Array) -> tuple[Array, Array]:
+        """The layer's strains (f, r), normal ones first, and the outputs' displacements (f, o) per drive force."""
+        R, into = self._updated(dE, dG)
+        p = self.predictor.model.ports
+        return into[:, :, 0], R[:, p.outputs, p.drive]
+
     def _updated(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """Receptances among drive, outputs and extra ports (others are left zero), and those from there to strains."""
         p = self.predictor.model.ports

@@ -5,7 +5,7 @@ its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of re
 16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
 regularised with the strength at the L-curve's corner (equation 17).  The linear parameters come from other data; what
 they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`).  X is scaled by (omega / omega_1)^2 as in
-:mod:`twin.identify.joint_law`.
+:mod:`twin.identify.joint_law`, and by what the layer itself does at each step (:mod:`twin.identify.layer_motion`).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from twin.identify.base_fit import stepwise_law
 from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.layer_motion import LayerMotion, layer_motion
 from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import BaseParameters
 from twin.identify.prediction import Predictor
@@ -124,6 +125,8 @@ class PolynomialProblem:
         Sensitivity of the logarithm to ``base.vector``.
     guess : tuple of ndarray, (s,)
         Softening and loss read off step by step, to begin from.
+    motion : LayerMotion
+        What the layer does at each step: g1 goes by its opening, g2 by its slip.
     """
 
     layer: LayerResponse
@@ -134,6 +137,7 @@ class PolynomialProblem:
     base_covariance: Array
     by_base: Array
     guess: tuple[Array, Array]
+    motion: LayerMotion
 
     @staticmethod
     def of(predictor: Predictor, base: BaseParameters, base_covariance: Array) -> PolynomialProblem:
@@ -142,18 +146,25 @@ class PolynomialProblem:
         steps, ref = evidence.steps, evidence.reference
         law = SplineLaw.zero(choose_knots(steps.amplitude_m, 20))
         unknowns = stepwise_law(predictor, Unknowns(base, law))
-        layer = layer_response(predictor, base, steps.omega, steps.time_s - evidence.origin_s)
         R, omega = predictor.step_receptance(unknowns)
-        if predictor.extension.nonlinear:
+
+        def layer_at(commanded: Array) -> LayerResponse:
+            layer = layer_response(predictor, base, commanded, steps.time_s - evidence.origin_s)
+            if not predictor.extension.nonlinear:
+                return layer
             ports = predictor.nonlinear_ports
             amplitude = np.abs(R[:, ports, predictor.model.ports.drive] * steps.force[:, :1])
-            layer = layer.with_stiffness(ports, predictor.local.stiffness(amplitude, omega))
+            return layer.with_stiffness(ports, predictor.local.stiffness(amplitude, omega))
+
         H = predictor.model.response(R, omega)[:, ref, None]
         by_base = predictor.model.sensitivity(R, omega, base)[:, ref] / H
         X = steps.amplitude_m
         guess = unknowns.law.softening_at(X), unknowns.law.loss_at(X)
         measured = steps.response[:, ref, 0] / steps.force[:, 0]
-        return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess)
+        motion = layer_motion(layer_at, steps.omega, -guess[0] + 0j, 1j * guess[1], output=ref)
+        return PolynomialProblem(
+            layer_at(steps.omega), X, measured, ref, base, base_covariance, by_base, guess, motion
+        )  # fmt: skip
 
     def select(self, keep: Array) -> PolynomialProblem:
         """The steps where `keep` is true."""
@@ -161,6 +172,7 @@ class PolynomialProblem:
         return PolynomialProblem(
             self.layer.pick(rows), self.amplitude_m[rows], self.measured[rows], self.reference, self.base,
             self.base_covariance, self.by_base[rows], (self.guess[0][rows], self.guess[1][rows]),
+            self.motion.pick(rows),
         )  # fmt: skip
 
     def evaluate(self, softening: Array, loss: Array) -> tuple[Array, Array, Array]:
@@ -169,8 +181,9 @@ class PolynomialProblem:
         return H[:, self.reference], -by_E[:, self.reference], 1j * by_G[:, self.reference]
 
     def response(self, fit: PolynomialFit, amplitude_m: Array) -> Array:
-        """Response per force (s,) by an identified law, with the moduli at given amplitudes (s,)."""
-        H = self.evaluate(fit.softening_at(amplitude_m), fit.loss_at(amplitude_m))[0]
+        """Response per force (s,) by an identified law, with the moduli at given amplitudes (s,) of the sensor."""
+        opening_m, slip_m = amplitude_m * self.motion.opening, amplitude_m * self.motion.slip
+        H = self.evaluate(fit.softening_at(opening_m), fit.loss_at(slip_m))[0]
         return np.asarray(H * np.exp(self.by_base @ fit.base_change))
 
     def uncertain_base(self, variance: float) -> UncertainBase:
@@ -211,7 +224,11 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.
     """Fit on residuals whose noise has the variance `scatter`; without one the base parameters are taken as exact."""
     uncertain = problem.uncertain_base(scatter)
     span = float(np.max(problem.amplitude_m))
-    powers = [(problem.amplitude_m[:, None] / span) ** np.arange(order + 1) for order in orders]
+    share = problem.amplitude_m / span
+    powers = [
+        (share * moved)[:, None] ** np.arange(order + 1)
+        for moved, order in zip((problem.motion.opening, problem.motion.slip), orders, strict=True)
+    ]
     first = orders[0] + 1
     H, S1, S2 = problem.evaluate(*problem.guess)
     # Constants to begin with, so that the iterations show how the functions of amplitude come about.

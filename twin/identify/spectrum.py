@@ -13,6 +13,7 @@ from scipy import signal
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
+from twin.identify.gaps import fill_gaps
 
 __all__ = ["BroadbandRecord", "FrequencyResponse", "broadband_records", "h1"]
 
@@ -28,7 +29,7 @@ class BroadbandRecord:
     samples : dict of ndarray
         Each channel's samples, all of one length, in its unit.
     lost : int
-        Samples that were missing; they were filled by interpolation and are counted here.
+        Samples that were missing; they were filled in (:mod:`twin.identify.gaps`) and are counted here.
     late_s : dict of float
         How much later than the stretch's start each channel's first sample was taken, by its device's clock.
     """
@@ -107,9 +108,7 @@ def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> lis
                     raise InputError(
                         run.path, place, f"every sample of sweep {sweep.name} was lost", "leave the run out"
                     )
-                if missing.any():
-                    x[missing] = np.interp(np.flatnonzero(missing), np.flatnonzero(~missing), x[~missing])
-                cut[name] = x
+                cut[name] = fill_gaps(x)
             records.append(
                 BroadbandRecord(
                     run=run.path,

@@ -20,7 +20,7 @@ from twin.demo.plan import BROADBAND, SWEEPS
 from twin.diagnose.effects import effects_extension
 from twin.identify.evidence import Evidence, gather_evidence
 from twin.identify.force_levels import Polynomials
-from twin.identify.identified import Identified, identify_rig
+from twin.identify.identified import identify_rig
 from twin.papers.reproduction import NonlinearSweeps
 from twin.papers.tables import Law, Study, Sweeps
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
@@ -59,7 +59,7 @@ def reproduce_sweeps(
         found = identify_rig(evidence, effects_extension(evidence, rig.effect, source=study.name))
         assert found.polynomials is not None
         residual |= _residuals(study.sweeps, preload, found.polynomials)
-        details[preload] = _details(found, found.polynomials, rig, preload, law)
+        details[preload] = _details(found.polynomials, rig, preload, law)
     return NonlinearSweeps(residual, details, list(study.sweeps.note))
 
 
@@ -114,11 +114,11 @@ def _residuals(sweeps: Sweeps, preload: str, found: Polynomials) -> dict[str, di
     return rows
 
 
-def _details(found: Identified, polynomials: Polynomials, rig: Rig, preload: str, law: Law) -> dict[str, Any]:
+def _details(polynomials: Polynomials, rig: Rig, preload: str, law: Law) -> dict[str, Any]:
     fit = polynomials.together
     X = np.linspace(0.05, 1.0, 96) * fit.largest_amplitude_m
     true = rig.joint.preload[preload].normal_modulus - np.polynomial.polynomial.polyval(X, np.array(law.softening))
-    base = found.unknowns.base
+    E = polynomials.base.E * float(np.exp(fit.base_change[0]))
     softest = float(np.ptp(true))
     return {
         "orders_by_force": {name: list(one.orders) for name, one in polynomials.levels.items()},
@@ -126,7 +126,7 @@ def _details(found: Identified, polynomials: Polynomials, rig: Rig, preload: str
         "softening": {"coefficients": fit.softening, "std": fit.std[0], "true": law.softening},
         "loss": {"coefficients": fit.loss, "std": fit.std[1], "true": law.loss},
         "largest_amplitude_m": fit.largest_amplitude_m,
-        "modulus_error_percent": float(100 * np.sqrt(np.mean((base.E - fit.softening_at(X) - true) ** 2)) / softest),
+        "modulus_error_percent": float(100 * np.sqrt(np.mean((E - fit.softening_at(X) - true) ** 2)) / softest),
         "regularisation": {"l_curve": fit.l_curve.corner, "cross_validated": fit.l_curve.cross_validated},
         "history": [{"cost": step.cost, "lambda": step.strength} for step in fit.history],
         "depends_on_force": polynomials.depends_on_force,

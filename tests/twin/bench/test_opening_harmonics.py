@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from full_elements import FullElements
-from scipy.optimize import fsolve
+from scipy.optimize import least_squares
 
 from twin.bench import open_bench
 from twin.papers.nonlinear_sweeps import rig_with_law
@@ -11,18 +11,19 @@ from twin.papers.tables import load_study
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 
-RIG, PRELOAD = load_rig("steel-lap-joint"), "120N"
+RIG = load_rig("steel-lap-joint")
 
 
-@pytest.mark.parametrize("force", [1.0, 3.0, 6.0])
-def test_at_resonance_the_layer_acts_with_the_moduli_of_the_file(force):
+@pytest.mark.parametrize(("preload", "force"), [("120N", 1.0), ("120N", 3.0), ("120N", 6.0), ("540N", 5.0)])
+def test_at_resonance_the_layer_acts_with_the_moduli_of_the_file(preload, force):
     """Of the papers' law, which takes off more than half of E': the moduli that the full elements need are the file's.
 
-    Were the table's describing function the file's own, the softening would act 2.4 % too strongly at 2 mm.
+    Were the table's describing function the file's own, the softening would act 2.4 % too strongly at 2 mm.  Were the
+    loss in one shape of the slip taken for that of the whole layer, it would act 0.4 % too weakly at 540 N and 4 mm.
     """
     study = load_study("steel-lap-joint")
-    law, elements = study.sweeps.law[PRELOAD], FullElements(RIG, PRELOAD)
-    built = open_bench(rig_with_law(RIG, study.sweeps, PRELOAD), drive="force", preload=PRELOAD).built
+    law, elements = study.sweeps.law[preload], FullElements(RIG, preload)
+    built = open_bench(rig_with_law(RIG, study.sweeps, preload), drive="force", preload=preload).built
     first_Hz = elements.omega[0] / (2 * np.pi)
     branch = HarmonicBalance(built, harmonics=9).branch(first_Hz + 0.3, first_Hz - 0.6, force, step=0.1)
     top = max(branch, key=lambda state: abs(state.channels[2, 1]))
@@ -35,4 +36,7 @@ def test_at_resonance_the_layer_acts_with_the_moduli_of_the_file(force):
         ratio = elements.receptance(omega, *(meant * share)) / measured
         return [np.log(ratio).real, np.log(ratio).imag]
 
-    np.testing.assert_allclose(fsolve(miss, [1.0, 1.0]), 1.0, atol=3e-3)
+    # The solution of all elements is good to some 1e-6, which finite differences must stand out of.
+    found = least_squares(miss, [1.0, 1.0], diff_step=1e-3)
+    np.testing.assert_allclose(found.fun, 0.0, atol=1e-5)
+    np.testing.assert_allclose(found.x, 1.0, atol=2e-3)

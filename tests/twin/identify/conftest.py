@@ -39,6 +39,34 @@ class Dense:
         x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
         return -(omega[:, None] ** 2) * (x @ np.array([s.deflection(o.position_m) for o in self.model.outputs]).T)
 
+    def layer_shares(self, omega, base, dE, dG):
+        """The layer's opening and slip (f,) per motion of the last output, over those in the first mode, (2, f)."""
+        s = self.model.structure
+        tip = s.deflection(self.model.outputs[-1].position_m)
+        x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
+        shares = np.zeros((2, len(omega)))
+        for k, w in enumerate(omega):
+            K = s.K0 + (base.E + np.broadcast_to(dE, len(omega))[k]) * s.KE
+            K = K + (base.G + np.broadcast_to(dG, len(omega))[k]) * s.KG
+            mode, value = x[k], w**2
+            for _ in range(8):
+                mode = np.linalg.solve(K - (1 + 1e-9) * value * s.M, s.M @ mode)
+                value = (mode @ K @ mode) / (mode @ s.M @ mode)
+            for row, B in zip(shares, (s.B_E, s.B_G), strict=True):
+                forced, free = (np.linalg.norm(B @ u) / abs(tip @ u) for u in (x[k], mode))
+                # The sensor's X is its acceleration's, at one frequency here and at the mode's there.
+                row[k] = forced / free * abs(value) / w**2
+        return shares
+
+    def moduli(self, omega, X, base, softening, loss):
+        """g1 and g2 (f,) by their coefficients, of what the layer does at the sensor's amplitudes X; and the shares."""
+        shares = np.ones((2, len(omega)))
+        for _ in range(3):
+            laws = zip(shares, (softening, loss), strict=True)
+            g1, g2 = (np.polynomial.polynomial.polyval(X * share, law) for share, law in laws)
+            shares = self.layer_shares(omega, base, -g1, 1j * g2)
+        return g1, g2, shares
+
 
 @pytest.fixture(scope="session")
 def steel_model():

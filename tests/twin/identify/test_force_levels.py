@@ -25,7 +25,7 @@ def problem(build, steel_model, steel_dense):
     X = np.array([5e-4, 1e-3, 2e-3])[LEVELS] * near
 
     def make(stray=1.0):
-        g1, g2 = np.polynomial.polynomial.polyval(X, SOFTENING), np.polynomial.polynomial.polyval(X, LOSS)
+        g1, g2, _ = steel_dense.moduli(omega, X, base, SOFTENING, LOSS)
         H = steel_dense.accelerance(omega, base, -g1 * np.where(LEVELS == 1, stray, 1.0), 1j * g2)
         force = X * reference_omega**2 / np.abs(H[:, 1])
         steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None], reference_omega=reference_omega)

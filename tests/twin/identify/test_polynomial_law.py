@@ -27,7 +27,7 @@ def make(build, steel_model, steel_dense, base):
     reference_omega = float(steel_model.basis.omega[0])
     omega = np.tile(2 * np.pi * np.linspace(25.8, 27.0, 25), 3)
     X = np.repeat([3e-4, 8e-4, 2e-3], 25) * (0.2 + 0.8 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.3) ** 2))
-    g1, g2 = np.polynomial.polynomial.polyval(X, SOFTENING), np.polynomial.polynomial.polyval(X, LOSS)
+    g1, g2, _ = steel_dense.moduli(omega, X, base, SOFTENING, LOSS)
     H = steel_dense.accelerance(omega, base, -g1, 1j * g2)
     force = X * reference_omega**2 / np.abs(H[:, 1])
 

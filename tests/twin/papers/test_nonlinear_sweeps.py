@@ -7,7 +7,10 @@ import pytest
 
 from twin.bench import open_bench
 from twin.cli import main
-from twin.papers.nonlinear_sweeps import rig_with_law
+from twin.diagnose.effects import effects_extension
+from twin.identify.identified import identify_rig
+from twin.papers.nonlinear_sweeps import record_sweeps, rig_with_law
+from twin.papers.steel_lap_joint import believed_rig
 from twin.papers.tables import load_study
 from twin.rigs import load_rig
 
@@ -41,3 +44,33 @@ def test_every_preload_and_force_is_met_and_predicted(name, capsys):
         assert entry["depends_on_force"] is False
         assert max(entry["orders"]) <= 4
         assert {"l_curve", "cross_validated"} == set(entry["regularisation"])
+
+
+def deviations(found, rig, preload, law):
+    """Of the law's own coefficients from those found, in standard deviations; g1's constant with E' that it is off."""
+    fit = found.polynomials.together
+    E = found.polynomials.base.E * np.exp(fit.base_change[0])
+    softening, loss = np.array(law.softening), np.array(law.loss)
+    softening[0] += E - rig.joint.preload[preload].normal_modulus
+    z = []
+    for values, std, true in zip((fit.softening, fit.loss), fit.std, (softening, loss), strict=True):
+        count = len(true)
+        # An order chosen too low says that what it lacks is nothing, and is wrong by all of it.
+        assert len(values) >= count
+        z.append((values[:count] - true) / std[:count])
+    return np.concatenate(z)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preload", ["120N", "540N"])
+def test_true_coefficients_are_inside_the_intervals_of_marched_sweeps(preload):
+    """25 seeds a preload: through shaker, sensors, converter and recording, with the order chosen by evidence."""
+    study, rig = load_study("steel-lap-joint"), believed_rig()
+    z = []
+    for seed in range(1000, 1025):
+        evidence = record_sweeps(study.sweeps, rig, preload, seed=seed)
+        found = identify_rig(evidence, effects_extension(evidence, rig.effect))
+        z.append(deviations(found, rig, preload, study.sweeps.law[preload]))
+    inside = np.abs(np.array(z)) < 1.96
+    print(preload, inside.mean(), inside.mean(axis=0))
+    assert inside.mean() >= 0.9
