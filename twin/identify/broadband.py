@@ -22,7 +22,7 @@ from scipy.signal import find_peaks
 
 from twin.identify.spectrum import BroadbandRecord, h1
 
-__all__ = ["BinnedResponse", "bin_response", "find_resonances", "hidden_resonances"]
+__all__ = ["BinnedResponse", "bin_response", "find_resonances", "hidden_resonances", "response_bins"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
@@ -31,7 +31,8 @@ GRID, SURROUNDINGS = 0.01, 111
 """Step in log frequency, and how many of them are a response's surroundings: a factor of three."""
 BIN_SHARE = 0.12
 """A bin's width beside its distance to the nearest resonance."""
-
+HALF_WIDTH_Hz = 0.02
+"""Least distance to a resonance that is told apart."""
 
 KINKED, AROUND, COARSE_Hz = 2.0, 10, 0.5
 """A bin wider than the last whose lines scatter by this factor more than the bins around it hides a resonance."""
@@ -143,7 +144,7 @@ def bin_response(
     poles: Complex,
     resonances_Hz: Real,
     band_Hz: Real,
-    half_width_Hz: float = 0.02,
+    half_width_Hz: float = HALF_WIDTH_Hz,
 ) -> BinnedResponse:
     """Reduce a record to bins.
 
@@ -163,7 +164,7 @@ def bin_response(
     omega = 2 * np.pi * frequency
     H_reference = reference(omega)
     R = Y - H_reference * U[:, None]
-    edges = _bins(frequency, resonances_Hz, half_width_Hz)
+    edges = response_bins(frequency, resonances_Hz, half_width_Hz)
     starts, counts = edges[:-1], np.diff(edges)
     bin_of = np.repeat(np.arange(len(starts)), counts)
     power = np.abs(U) ** 2
@@ -232,8 +233,8 @@ def _transient(R: Complex, omega: Real, poles: Complex, noise: Complex) -> Compl
     return basis @ solution.reshape(outputs, count).T
 
 
-def _bins(frequency: Real, resonances_Hz: Real, half_width_Hz: float) -> NDArray[np.int64]:
-    """Edges of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
+def response_bins(frequency: Real, resonances_Hz: Real, half_width_Hz: float = HALF_WIDTH_Hz) -> NDArray[np.int64]:
+    """Edges, as places in `frequency`, of bins that are narrow near resonances and at most 8 Hz wide elsewhere."""
     edges = [0]
     step = frequency[1] - frequency[0]
     while edges[-1] < len(frequency):

@@ -11,6 +11,7 @@ from recordings import read_run
 from twin.diagnose.candidate import Blame, fit_candidate
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.next_test import plan_next_test
+from twin.diagnose.next_test.first_noise import first_noise, imagined_bins
 from twin.diagnose.next_test.imagined import imagine
 from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.separation import enough, separation
@@ -150,3 +151,47 @@ def test_a_clear_winner_wants_no_test(learnt, believe, tmp_path):
     other = believe("stiffness-loss", behind=50.0, factor=0.8, position_m=0.2)
     assert plan_next_test(*learnt, (best, other), RIG, tmp_path) is None
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def swept(campaign):
+    """Without a broadband run."""
+    runs = (read_run(campaign / "sweeps.mcap"),)
+    return runs, gather_evidence(runs, RIG)
+
+
+def test_where_there_are_only_sweeps_noise_is_proposed_quieter_than_they_were(swept, learnt):
+    runs, evidence = swept
+    found = list(first_noise(runs, evidence))
+    rate = runs[0].device_of("force").sample_rate_Hz
+    assert len(found) > 1
+    for proposal in found:
+        assert proposal.procedure.rms == pytest.approx(0.5)
+        assert proposal.procedure.band[1] < rate / 2
+    assert list(first_noise(*learnt)) == []
+
+
+def test_the_first_noise_is_imagined_as_it_was_when_it_was_recorded(swept, learnt, believe):
+    """Responses and scatter of the run that the sweeps' model has not seen, away from the modes that it is wrong of."""
+    recorded = learnt[1].broadband[0]
+    model = believe("added-mass", mass_kg=1e-6, position_m=0.3)
+    procedure = Random(band=(5.0, 1000.0), duration=30.0, rms=0.5)
+    imagined = imagined_bins(swept[1], model, procedure, recorded.time_s)
+    assert len(imagined.frequency_Hz) == pytest.approx(len(recorded.frequency_Hz), rel=0.5)
+
+    def differ(row):
+        there, own = (np.log(row(data)) for data in (imagined, recorded))
+        return np.median(np.abs(np.interp(recorded.frequency_Hz, imagined.frequency_Hz, there) - own))
+
+    assert differ(lambda data: np.abs(data.H[:, 1])) < 0.1
+    # Of one line; within a factor of two.
+    assert differ(lambda data: np.sqrt(data.relative_covariance[:, 1, 1].real * data.force_power)) < np.log(2)
+
+
+def test_sweeps_that_two_masses_explain_alike_call_for_noise(swept, believe, tmp_path):
+    best = believe("added-mass", mass_kg=0.009, position_m=0.30)
+    other = believe("stiffness-loss", behind=2.0, factor=0.8, position_m=0.2)
+    found = plan_next_test(*swept, (best, other), RIG, tmp_path)
+    assert found is not None
+    assert isinstance(load_procedure(tmp_path / found.procedure), Random)
+    assert found.separation >= found.needed

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Candidate, Trial, extension_of
+from twin.diagnose.next_test.first_noise import imagined_bins
 from twin.diagnose.next_test.proposal import Proposal
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence, StepArrays
@@ -56,7 +57,11 @@ def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagine
     procedure = proposal.procedure
     if isinstance(procedure, Random):
         middle = last + proposal.rig_time_s / 2
-        data = _noise(evidence, truth, procedure, proposal.longer, middle)
+        if evidence.broadband:
+            data = _noise(evidence, truth, procedure, proposal.longer, middle)
+        else:
+            data = imagined_bins(evidence, truth, procedure, middle)
+        data = _answered(evidence, truth, data)
         return _beside(replace(evidence, broadband=(data,), steps=evidence.steps.select(_none(evidence))), None, truth)
     assert isinstance(procedure, SteppedSine)
     steps = _steps(evidence, truth, procedure, proposal, last)
@@ -82,7 +87,7 @@ def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: floa
     # Distortion grows with the motion, which keeps its rms; white noise does not.
     scatter = np.maximum(data.distortion[inside], 1.0)
     less = (1 / louder + (scatter - 1)) / scatter / longer
-    band = replace(
+    return replace(
         data,
         time_s=time_s,
         frequency_Hz=f[inside],
@@ -91,6 +96,10 @@ def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: floa
         distortion=data.distortion[inside],
         force_power=data.force_power[inside] * louder,
     )
+
+
+def _answered(evidence: Evidence, truth: Candidate, band: BinnedResponse) -> BinnedResponse:
+    """The bins with what the model answers."""
     there = replace(evidence, broadband=(band,), steps=evidence.steps.select(_none(evidence)))
     predictor = Predictor(there, extension_of(there, truth.blames))
     return replace(band, H=predictor.broadband_response(band, truth.unknowns))

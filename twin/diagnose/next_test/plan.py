@@ -10,6 +10,7 @@ from pathlib import Path
 from recordings.run import Run
 from recordings.streams import SampleSource
 from twin.diagnose.candidate import Candidate, extension_of
+from twin.diagnose.next_test.first_noise import first_noise
 from twin.diagnose.next_test.imagined import imagine
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.separation import enough, separation
@@ -105,7 +106,8 @@ def _ranked(runs: Sequence[Run], evidence: Evidence, best: Candidate, rivals: Se
     )
     temper = best.chi2_per_dof
     valued = []
-    for proposal in propose(runs, evidence, drifting=drifting):
+    proposals = [*first_noise(runs, evidence), *propose(runs, evidence, drifting=drifting)]
+    for proposal in proposals:
         if_best = imagine(evidence, best, proposal)
         promises = []
         for rival in rivals:
