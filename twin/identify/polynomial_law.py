@@ -4,7 +4,8 @@ Each step of a stepped sine is linear at its own measured amplitude, so the coef
 its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of receptances (2011 paper, equations 13 to
 16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
 regularised with the strength at the L-curve's corner (equation 17).  The linear parameters come from other data; what
-they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`).  X is scaled by (omega / omega_1)^2 as in
+they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`), and so does what a function of one amplitude
+is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by (omega / omega_1)^2 as in
 :mod:`twin.identify.joint_law`, and by what the layer itself does at each step (:mod:`twin.identify.layer_motion`).
 """
 
@@ -27,6 +28,7 @@ from twin.identify.prediction import Predictor
 from twin.identify.regularisation import LCurve, decompose
 from twin.identify.uncertain_base import UncertainBase
 from twin.identify.unknowns import Unknowns
+from twin.identify.whitening import LAW_ERROR
 
 __all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
 
@@ -186,10 +188,17 @@ class PolynomialProblem:
         H = self.evaluate(fit.softening_at(opening_m), fit.loss_at(slip_m))[0]
         return np.asarray(H * np.exp(self.by_base @ fit.base_change))
 
-    def uncertain_base(self, variance: float) -> UncertainBase:
-        """The base parameters as noise beside a scatter of this variance."""
-        by_base = np.vstack([self.by_base.real, self.by_base.imag])
-        return UncertainBase.of(by_base, self.base_covariance, variance)
+    def law_factors(self, variance: float) -> Array:
+        """Factors (s, 2, 2) that whiten scatter and the law's own error at each step to a scatter of this variance."""
+        factors = np.broadcast_to(np.eye(2), (len(self.measured), 2, 2))
+        if not 0 < variance < np.inf:
+            return factors
+        covariance = variance * factors
+        _, *sensitivities = self.evaluate(*self.guess)
+        for S, law in zip(sensitivities, self.guess, strict=True):
+            error = LAW_ERROR * np.stack([(S * law).real, (S * law).imag], axis=1)
+            covariance = covariance + error[:, :, None] * error[:, None, :]
+        return np.asarray(np.sqrt(variance) * np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
 def fit_polynomials(
@@ -222,7 +231,8 @@ def fit_polynomials(
 
 def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.inf) -> PolynomialFit:
     """Fit on residuals whose noise has the variance `scatter`; without one the base parameters are taken as exact."""
-    uncertain = problem.uncertain_base(scatter)
+    factors = problem.law_factors(scatter)
+    uncertain = UncertainBase.of(_by_step(factors, problem.by_base), problem.base_covariance, scatter)
     span = float(np.max(problem.amplitude_m))
     share = problem.amplitude_m / span
     powers = [
@@ -244,13 +254,11 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.
     def plain(x: Array) -> tuple[Array, Array]:
         a = x * scale
         H, S1, S2 = problem.evaluate(powers[0] @ a[:first], powers[1] @ a[first:])
-        eps = np.log(problem.measured / H)
-        S = np.hstack([S1[:, None] * powers[0], S2[:, None] * powers[1]]) * scale
-        return np.concatenate([eps.real, eps.imag]), np.vstack([S.real, S.imag])
+        return np.log(problem.measured / H), np.hstack([S1[:, None] * powers[0], S2[:, None] * powers[1]]) * scale
 
     def evaluate(x: Array) -> tuple[Array, Array]:
-        eps, S = plain(x)
-        return uncertain.whiten(eps), uncertain.whiten(S)
+        eps, S = (_by_step(factors, part) for part in plain(x))
+        return uncertain.whiten(eps[:, 0]), uncertain.whiten(S)
 
     physical = scale / span ** np.concatenate([np.arange(first), np.arange(orders[1] + 1)])
 
@@ -281,9 +289,9 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.
     rows, count = len(eps), len(x)
     a, inverse = x * physical, np.linalg.pinv(S) * physical[:, None]
     variance = float(eps @ eps) / max(1, rows - count)
-    parts = plain(x)[0]
-    base_change = uncertain.change(parts)
-    left = parts[: rows // 2] + 1j * parts[rows // 2 :] - problem.by_base @ base_change
+    missed = plain(x)[0]
+    base_change = uncertain.change(_by_step(factors, missed)[:, 0])
+    left = missed - problem.by_base @ base_change
     return PolynomialFit(
         softening=a[:first], loss=a[first:], covariance=variance * inverse @ inverse.T,
         base_change=base_change, variance=variance,
@@ -291,6 +299,13 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.
         residual_percent=relative_error_percent(np.exp(-left), np.ones(len(left))),
         l_curve=curve, history=tuple(history),
     )  # fmt: skip
+
+
+def _by_step(factors: Array, values: Array) -> Array:
+    """Real parts of (s,) or (s, n) above imaginary ones, (2 s, n), each step's two times its factor (2, 2)."""
+    columns = values.reshape(len(values), -1)
+    whitened = np.einsum("sij,jsn->isn", factors, np.stack([columns.real, columns.imag]))
+    return np.asarray(whitened.reshape(2 * len(columns), -1))
 
 
 def relative_error_percent(predicted: Array, measured: Array) -> float:

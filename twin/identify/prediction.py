@@ -14,15 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
-from twin.identify.extended_model import extended_model
+from twin.identify.extended_rig import ExtendedRig
 from twin.identify.extension import Extension, JointState
 from twin.identify.linear_fit import base_prior, whiten
-from twin.identify.linear_model import BaseParameters, believed_parameters
-from twin.identify.local_forces import Influence, LocalForces
-from twin.identify.receptance import attach
-from twin.identify.response_amplitude import response_amplitude
+from twin.identify.linear_model import believed_parameters
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
 
@@ -58,7 +54,7 @@ class Prediction:
         return float(self.residual @ self.residual)
 
 
-class Predictor:
+class Predictor(ExtendedRig):
     """Evaluates residuals of `evidence` for an extension of the believed rig."""
 
     def __init__(
@@ -70,19 +66,10 @@ class Predictor:
         slack: Slack = TIGHT,
         step_factor: Array | None = None,
     ) -> None:
-        self.evidence = evidence
-        self.extension = extension or Extension()
+        super().__init__(evidence, extension)
         self.harmonics = harmonics
         self.slack = slack
         self._factor = step_factor
-        self.model = extended_model(evidence, self.extension)
-        self.amplitude_m = response_amplitude(evidence, self.extension)
-        self.local = LocalForces(self.extension.nonlinear)
-        E, G = self.model.reference_E, self.model.reference_G
-        phi = self.model.basis.Phi[:, 0]
-        s = self.model.structure
-        self.shear_share = float(np.sum((s.B_G @ phi) ** 2) / np.sum((s.B_E @ phi) ** 2))
-        self.moduli = (E, G)
 
     def prior(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
@@ -109,58 +96,6 @@ class Predictor:
             precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
         precision[-2, -2] = precision[-1, -1] = 1 / SHARE_STD**2
         return np.concatenate([mean, np.zeros(2 * k + 2)]), precision
-
-    def moduli_changes(self, unknowns: Unknowns, X: Array, time_s: Array) -> tuple[Array, Array]:
-        """Complex changes of E' and G' at amplitudes X and times since the run's first step."""
-        s, loss = unknowns.law.softening_at(X), unknowns.law.loss_at(X)
-        a, b = unknowns.softening_in_shear, unknowns.loss_in_normal
-        base, (more_E, more_G) = unknowns.base, self.extension.moduli_factor
-        linear_E = base.E * (1 + 1j * base.loss_E) * (more_E * (1 - self.extension.layer_drift_per_s * time_s) - 1)
-        linear_G = base.G * (1 + 1j * base.loss_G) * (more_G - 1)
-        dE = linear_E - (1 - a) * s + 1j * b * self.shear_share * loss
-        dG = linear_G - a * s / self.shear_share + 1j * (1 - b) * loss
-        return dE, dG
-
-    def clock(self, omega: Array, time_s: Array) -> Array:
-        """Frequency at which the undrifted model responds as the rig does at commanded `omega` and at `time_s`.
-
-        Moduli that all fall by a part e scale the natural frequencies by sqrt(1 - e); the change of the response's
-        size by e itself is far smaller and left out.
-        """
-        fallen = np.clip(self.extension.beam_drift_per_s * time_s, -0.5, 0.5)
-        return omega * self.extension.frequency_factor / np.sqrt(1 - fallen)
-
-    def channel_factors(self, omega: Array) -> tuple[Array, Array]:
-        """Measured over true: of the outputs (f, o), and of the force (f,)."""
-        factor = self.extension.channel_factor
-        ones = np.ones(len(omega), complex)
-        out = [ones * factor[c](omega) if c in factor else ones for c in self.evidence.channels]
-        force = self.evidence.force
-        return np.stack(out, axis=1), ones * factor[force](omega) if force in factor else ones
-
-    def responses(self, R: Array, omega: Array) -> Array:
-        """Measured response per measured force (f, o) from receptances, with what the channels do to it."""
-        H = self.model.response(R, omega)
-        H = H + self._base_motion(R, omega)
-        outputs, force = self.channel_factors(omega)
-        H = outputs * H / force[:, None]
-        for channel, source, part in self.extension.cross_talk:
-            if channel not in self.evidence.channels:
-                continue
-            read = np.ones(len(omega)) if source == self.evidence.force else H[:, self.evidence.channels.index(source)]
-            H[:, self.evidence.channels.index(channel)] += part * read
-        return H
-
-    def receptance(self, omega: Array, base: BaseParameters, dE: Array, dG: Array, *, inner: bool = True) -> Array:
-        """Receptances between all ports, attachments included; without `inner` ones not those that only they need."""
-        R = self.model.receptance(omega, base, dE=dE, dG=dG, inner=inner)
-        at = self.model.ports.extra.start
-        for attachment in self.extension.attachments:
-            Z = attachment.stiffness(omega)
-            width = Z.shape[1]
-            R = attach(R, slice(at, at + width), Z)
-            at += width
-        return R
 
     def evaluate(self, unknowns: Unknowns, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
@@ -196,56 +131,13 @@ class Predictor:
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(unknowns.vector)))
         if sensitivities:
-            p, into = self.model.ports, self._driven(R, omega)
+            p, into = self.model.ports, self.driven(R, omega)
             time = np.full(len(omega), data.time_s - self.evidence.origin_s)
             change = self._base_change(R, omega, unknowns, time, np.arange(R.shape[1])[p.outputs], into)
-            change = self._measured_change(change, omega)
+            change = self.measured_change(change, omega)
             J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
-
-    def broadband_response(self, data: BinnedResponse, unknowns: Unknowns) -> Array:
-        """Predicted response per force (f, o) of a broadband run."""
-        return self.responses(*self.felt_receptance(data, unknowns))
-
-    def felt_receptance(self, data: BinnedResponse, unknowns: Unknowns, *, inner: bool = False) -> tuple[Array, Array]:
-        """Receptances of a broadband run with what local nonlinear forces do in its noise; and the rig's own omega."""
-        R, omega = self.broadband_receptance(data, unknowns, data.omega, inner=inner)
-        if self.local.act_in_noise:
-            R = self.in_noise(R, omega, self.noise_motion(R, omega, data))
-        return R, omega
-
-    def broadband_receptance(
-        self, data: BinnedResponse, unknowns: Unknowns, omega: Array, *, inner: bool = False
-    ) -> tuple[Array, Array]:
-        """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
-        time = np.full(len(omega), data.time_s - self.evidence.origin_s)
-        omega = self.clock(omega, time)
-        dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
-        return self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega
-
-    def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[Array, Array]:
-        """Rms displacement and velocity (n,) at the ports of local nonlinear forces under a broadband run.
-
-        As with steps, the motion is that of the measured channels, carried to the ports by the model's shapes.
-        """
-        H = self.responses(R, omega)
-        measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
-        motion = self._driven(R, omega)[:, self.nonlinear_ports] * measured[:, None]
-        power = np.abs(motion) ** 2 * data.force_power[:, None]
-        return np.sqrt(power.sum(axis=0)), np.sqrt((omega[:, None] ** 2 * power).sum(axis=0))
-
-    def in_noise(self, R: Array, omega: Array, motion: tuple[Array, Array]) -> Array:
-        """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
-        return attach(R, self.nonlinear_ports, self.local.substitutes(*motion, omega))
-
-    def step_receptance(self, unknowns: Unknowns, *, inner: bool = True) -> tuple[Array, Array]:
-        """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""
-        steps = self.evidence.steps
-        time = steps.time_s - self.evidence.origin_s
-        omega = self.clock(steps.omega, time)
-        dE, dG = self.moduli_changes(unknowns, self.amplitude_m, time)
-        return self.with_nonlinear(self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega), omega
 
     def _steps(
         self, unknowns: Unknowns, R: Array, omega: Array, change: tuple[Array, Array] | None
@@ -279,7 +171,7 @@ class Predictor:
 
     def motion_at_forces(self, unknowns: Unknowns) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
-        return self._port_motion(*self.step_receptance(unknowns))[0]
+        return self.port_motion(*self.step_receptance(unknowns))[0]
 
     def extra_harmonics(self, unknowns: Unknowns, R: Array) -> Array:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
@@ -307,23 +199,6 @@ class Predictor:
         at = self.harmonics.field @ rows.T
         return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 
-    def _driven(self, R: Array, omega: Array) -> Array:
-        """Displacements (f, p) of all ports by a unit drive force, with the inertia load of a clamp that moves."""
-        into, p = R[:, :, self.model.ports.drive], self.model.ports
-        if self.extension.base_receptance == 0.0:
-            return into
-        return into + self.extension.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
-
-    def _measured_change(self, change: Array, omega: Array) -> Array:
-        """Changes (f, o, u) of the outputs' displacements as the channels show them."""
-        outputs, force = self.channel_factors(omega)
-        change = (self.model.to_quantity(omega) * outputs / force[:, None])[:, :, None] * change
-        names = self.evidence.channels
-        for channel, source, part in self.extension.cross_talk:
-            if channel in names and source in names:
-                change[:, names.index(channel)] += part * change[:, names.index(source)]
-        return change
-
     def _base_change(
         self, R: Array, omega: Array, unknowns: Unknowns, time_s: Array, ports: Array, into: Array
     ) -> Array:
@@ -336,7 +211,7 @@ class Predictor:
 
     def _step_changes(self, unknowns: Unknowns, R: Array, omega: Array) -> tuple[Array, Array]:
         """D log / d unknowns of the measured responses (s, o, u), and of the motion at nonlinear ports (s, n, u)."""
-        p, steps, into = self.model.ports, self.evidence.steps, self._driven(R, omega)
+        p, steps, into = self.model.ports, self.evidence.steps, self.driven(R, omega)
         all_ports = np.arange(R.shape[1])
         ports = np.concatenate([all_ports[p.outputs], all_ports[self.nonlinear_ports]])
         base = self._base_change(R, omega, unknowns, steps.time_s - self.evidence.origin_s, ports, into)
@@ -356,50 +231,14 @@ class Predictor:
         ]
         change = np.concatenate(columns, axis=2)
         outputs = len(self.evidence.channels)
-        response = self._log_response_change(change[:, :outputs], R, omega)
+        response = self.log_response_change(change[:, :outputs], R, omega)
         if not self.extension.nonlinear:
             return response, change[:, outputs:]
-        motion, influence = self._port_motion(R, omega)
+        motion, influence = self.port_motion(R, omega)
         moved = change[:, outputs:] / into[:, self.nonlinear_ports, None]
         moved = moved - response[:, self.evidence.reference, None]
         moved, response = self.local.follow(np.abs(motion), omega, influence, moved, response)
         return response, moved
-
-    def _log_response_change(self, change: Array, R: Array, omega: Array) -> Array:
-        """Changes (f, o, u) of the outputs' displacements as changes of the logarithms of what is measured."""
-        change = self._measured_change(change, omega)
-        return change / self.responses(R, omega)[:, :, None]
-
-    @property
-    def nonlinear_ports(self) -> slice:
-        """Where the nonlinear forces' ports are."""
-        stop = self.model.ports.extra.stop - (1 if self.extension.base_receptance else 0)
-        return slice(stop - len(self.extension.nonlinear), stop)
-
-    def _port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
-        """Complex amplitudes (s, n) at the nonlinear forces' ports, m, and how stiffness there changes things.
-
-        The amplitudes follow from the measured motion of the reference channel, as the law's does, not from the force:
-        near a sharp resonance the response to that is far more uncertain than the shape of the motion.
-        """
-        steps, reference, n = self.evidence.steps, self.evidence.reference, self.nonlinear_ports
-        into = self._driven(R, omega)
-        per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
-        motion = per_reference * steps.response[:, reference, 0, None]
-        by_response = self._log_response_change(-R[:, self.model.ports.outputs, n] * into[:, None, n], R, omega)
-        by_motion = -R[:, n, n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
-        return motion, Influence(by_motion, by_response)
-
-    def with_nonlinear(self, R: Array, omega: Array) -> Array:
-        """Receptances with the equivalent stiffness of local nonlinearities at each step's own amplitude."""
-        if not self.extension.nonlinear:
-            return R
-        return self.local.balance(
-            omega,
-            R,
-            attach=lambda stiffness: attach(R, self.nonlinear_ports, stiffness),
-            motion=lambda R: self._port_motion(R, omega),
-        )
 
     def _forced(self, unknowns: Unknowns, R: Array) -> tuple[Array, int, JointState]:
         """Motion at the nonlinear ports, how many harmonics are wanted, and what surrounds the joint."""
@@ -407,7 +246,7 @@ class Predictor:
         steps = self.evidence.steps
         time = steps.time_s - self.evidence.origin_s
         omega = self.clock(steps.omega, time)
-        motion, _ = self._port_motion(R, omega)
+        motion, _ = self.port_motion(R, omega)
         stiffness = unknowns.base.E + self.moduli_changes(unknowns, self.amplitude_m, time)[0].real
         joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance, omega)
         return motion, int(self.harmonics.orders[-1]), joint
@@ -422,11 +261,3 @@ class Predictor:
         change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * law.basis(self.amplitude_m)
         change[:, -2] = law.softening_at(self.amplitude_m)
         return change / self.moduli[0]
-
-    def _base_motion(self, R: Array, omega: Array) -> Array | float:
-        """Response to a clamp that moves with the drive force: rigid motion plus the inertia load it causes."""
-        if self.extension.base_receptance == 0.0:
-            return 0.0
-        p = self.model.ports
-        inertia = R[:, p.outputs, p.extra.stop - 1] * omega[:, None] ** 2
-        return self.extension.base_receptance * (1 + inertia) * self.model.to_quantity(omega)
