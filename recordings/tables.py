@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.reader import open_input
 
-__all__ = ["FrequencyTable", "SweepTable", "read_table"]
+__all__ = ["FrequencyTable", "SweepTable", "csv_rows", "read_table"]
 
 SIZE_LIMIT_BYTES = 64 << 20
 RESPONSES: dict[str, Literal["acceleration", "velocity", "displacement"]] = {
@@ -94,7 +94,7 @@ def read_table(path: str | Path) -> SweepTable | FrequencyTable:
         With line and column, if the file cannot be read or a value is missing or impossible.
     """
     path = Path(path)
-    rows = _rows(path)
+    rows = csv_rows(path)
     if not rows:
         raise InputError(path, "", "is empty")
     line, names = rows[0]
@@ -189,8 +189,14 @@ def _frequencies(table: _Columns) -> FrequencyTable:
     )  # fmt: skip
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows with their lines; empty lines and those that begin with # are left out."""
+def csv_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows of a CSV file with their lines; empty lines and those that begin with # are left out.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is too large or no CSV text.
+    """
     with open_input(path) as stream:
         try:
             data = stream.read(SIZE_LIMIT_BYTES + 1)

@@ -4,7 +4,8 @@ The opening at an amplitude X is not that of linear mode 1 times X: a layer that
 far, and one whose loss modulus is several times its G' slips less.  And where the file means E'(X) and G'(X) for the
 layer as a whole, the bench has one force on each group's rms opening and one on its slip, in the shapes of linear
 mode 1.  So at each X the softening and the loss on the bench's own coordinates are found that give the first mode the
-same frequency and damping; that mode tells opening and slip at X.
+same frequency and damping; that mode tells opening and slip at X.  A loss modulus many times G' hinders the slip that
+it lives on: where more of it hardly damps more, the one coordinate cannot follow the whole layer any further.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ POINTS = 40
 """Amplitudes at which modes are found; between them opening and slip per amplitude are smooth."""
 KEPT_MODES = 10
 TURNS, TOLERANCE = 12, 1e-7
+SATURATED = 0.25
+"""Below this damping by more loss modulus, over that in a layer that hardly loses, its share stays what it was."""
 
 
 @dataclass(frozen=True)
@@ -86,37 +89,33 @@ def local_law(
     reduced = _Reduced.of(matrices, layer, E=E, G=G, tip=tip)
     g1, g2 = (PchipInterpolator(amplitude_m, function) for function in (softening, loss))
     X = np.linspace(amplitude_m[0], amplitude_m[-1], POINTS)
-    per_m, moduli = np.zeros((2, len(X))), np.zeros((2, len(X)))
+    per_m, shares = np.zeros((2, len(X))), np.zeros((2, len(X)))
     state = reduced.start
     for k, x in enumerate(X):
         state = reduced.at(float(g1(x)), float(g2(x)), state)
         # X is the acceleration's amplitude over the square of the file's first natural frequency.
         factor = plain**2 / abs(state.value)
         per_m[:, k] = factor * state.opening, factor * state.slip
-        moduli[:, k] = state.softening, state.loss
+        shares[:, k] = state.softening_share, state.loss_share
     knots = np.asarray(amplitude_m, float)
     opening, slip = (PchipInterpolator(X, row)(knots) * knots for row in per_m)
-
-    def on_the_bench(own: Matrix, file: Matrix, given: Matrix) -> Matrix:
-        # The ratio of the moduli is smooth where the functions themselves may have corners.
-        ratio = np.divide(own, given, out=np.ones_like(X), where=np.abs(given) > 1e-6 * np.max(np.abs(given)))
-        return np.asarray(PchipInterpolator(X, ratio)(knots) * file)
-
+    # The shares are smooth where the functions themselves may have corners.
+    own_softening, own_loss = (
+        PchipInterpolator(X, row)(knots) * file for row, file in zip(shares, (softening, loss), strict=True)
+    )
     if np.any(np.diff(opening) <= 0) or np.any(np.diff(slip) <= 0):
         raise ValueError("joint.law: the layer's opening and slip do not grow with the amplitude")
-    own_softening = on_the_bench(moduli[0], np.asarray(softening), g1(X))
-    own_loss = on_the_bench(moduli[1], np.asarray(loss), g2(X))
     return LocalLaw(opening, slip, own_softening, own_loss, reduced.flexibility(np.array(ORDERS) * plain))
 
 
 @dataclass(frozen=True)
 class _State:
-    """A mode: its eigenvalue omega^2, and the softening and loss on the bench's coordinates."""
+    """A mode: its eigenvalue omega^2, and softening and loss on the bench's coordinates over those of the layer."""
 
     value: complex
     shape: Complex
-    softening: float
-    loss: float
+    softening_share: float
+    loss_share: float
     opening: float
     slip: float
 
@@ -151,7 +150,7 @@ class _Reduced:
         rows = np.array([row for row, _ in layer.openings]) @ V
         weights = np.array([weight for _, weight in layer.openings])
         slip = layer.slip @ V
-        start = _State(complex(own.omega[0] ** 2), np.eye(len(V.T))[0] + 0j, 0.0, 0.0, 0.0, 0.0)
+        start = _State(complex(own.omega[0] ** 2), np.eye(len(V.T))[0] + 0j, 1.0, 1.0, 0.0, 0.0)
         return _Reduced(
             np.diag(own.omega**2), B_E.T @ B_E, B_G.T @ B_G, (rows.T * weights) @ rows,
             layer.slip_weight * np.outer(slip, slip), rows, weights, slip, tip @ V, start,
@@ -160,13 +159,17 @@ class _Reduced:
     def at(self, softening: float, loss: float, near: _State) -> _State:
         """The mode with the bench's softening and loss that is as fast and as damped as with those of the layer."""
         meant, shape = self._mode(self.K - softening * self.K_E + 1j * loss * self.K_G, near.value, near.shape)
-        own = np.array([near.softening or softening, near.loss or loss])
+        own = np.array([near.softening_share * softening, near.loss_share * loss])
+        damps = (near.shape @ self.by_loss @ near.shape) / (self.start.shape @ self.by_loss @ self.start.shape)
+        free = [0] if damps.real < SATURATED else [0, 1]
         for _ in range(TURNS):
             value, shape = self._mode(self.K - own[0] * self.by_softening + 1j * own[1] * self.by_loss, meant, shape)
             slopes = np.array([-(shape @ self.by_softening @ shape), 1j * (shape @ self.by_loss @ shape)])
-            step = np.linalg.solve(np.array([slopes.real, slopes.imag]), [(meant - value).real, (meant - value).imag])
-            own = own + step
-            if np.all(np.abs(step) <= TOLERANCE * np.abs(own)):
+            miss = meant - value
+            both = np.array([slopes.real, slopes.imag])[free][:, free]
+            step = np.linalg.solve(both, np.array([miss.real, miss.imag])[free])
+            own[free] += step
+            if np.all(np.abs(step) <= TOLERANCE * np.abs(own[free])):
                 break
         if not 0.1 < abs(value) / abs(near.value) < 10.0:
             raise ValueError("joint.law: the structure has no mode near its first at some amplitude")
@@ -174,7 +177,8 @@ class _Reduced:
         squares = np.abs(self.opening_rows @ shape) ** 2
         opening = float(np.sqrt(squares @ self.opening_weights / self.opening_weights.sum()) / amplitude)
         slip = float(abs(self.slip_row @ shape) / amplitude)
-        return _State(value, shape, float(own[0]), float(own[1]), opening, slip)
+        softening_share, loss_share = (float(a / b) if b else 1.0 for a, b in zip(own, (softening, loss), strict=True))
+        return _State(value, shape, softening_share, loss_share, opening, slip)
 
     def flexibility(self, omega: Matrix) -> Matrix:
         """Rms opening, in the shape of the linear mode, per unit of a generalised force in that shape; (f,)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
-from recordings.reader import open_input
+from recordings.tables import csv_rows
 
 __all__ = ["DriveTable", "read_drive"]
 
 Array = NDArray[np.float64]
 
-SIZE_LIMIT_BYTES = 32 << 20
 ROW_LIMIT = 200_000
 HELD = ("force_N", "acceleration_m_per_s2")
 
@@ -45,25 +43,7 @@ def read_drive(path: Path) -> DriveTable:
     InputError
         With line and column, if the file cannot be read or a value is missing or not above zero.
     """
-    with open_input(path) as stream:
-        try:
-            data = stream.read(SIZE_LIMIT_BYTES + 1)
-        except OSError as error:
-            raise InputError(path, "", f"cannot read: {(error.strerror or str(error)).lower()}") from error
-    if len(data) > SIZE_LIMIT_BYTES:
-        raise InputError(path, "", f"larger than {SIZE_LIMIT_BYTES} bytes, the limit for tables")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(path, f"byte {error.start}", "not UTF-8 text") from error
-    reader = csv.reader(text.splitlines(keepends=True), strict=True)
-    rows: list[tuple[int, list[str]]] = []
-    try:
-        for row in reader:
-            if any(value.strip() for value in row) and not row[0].lstrip().startswith("#"):
-                rows.append((reader.line_num, row))
-    except csv.Error as error:
-        raise InputError(path, f"line {reader.line_num}", f"not CSV: {error}") from error
+    rows = csv_rows(path)
     if not rows:
         raise InputError(path, "", "is empty", "it needs column names and rows of numbers")
     if not 1 <= len(rows) - 1 <= ROW_LIMIT:

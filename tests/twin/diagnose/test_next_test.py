@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
+from recordings.errors import InputError
 from twin.diagnose.candidate import Blame, fit_candidate
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.next_test import plan_next_test
@@ -195,3 +196,16 @@ def test_sweeps_that_two_masses_explain_alike_call_for_noise(swept, believe, tmp
     assert found is not None
     assert isinstance(load_procedure(tmp_path / found.procedure), Random)
     assert found.separation >= found.needed
+
+
+def test_a_model_that_cannot_be_marched_still_proposes_its_test_and_says_so(learnt, believe, tmp_path, monkeypatch):
+    def refuse(*arguments, **options):
+        raise InputError("extended.toml", "", "joint.law: it is not the law of a passive layer")
+
+    monkeypatch.setattr("twin.diagnose.next_test.plan.open_twin", refuse)
+    best = believe("added-mass", mass_kg=0.009, position_m=0.30)
+    other = believe("stiffness-loss", behind=2.0, factor=0.8, position_m=0.2)
+    found = plan_next_test(*learnt, (best, other), RIG, tmp_path)
+    assert found is not None
+    assert "not rehearsed, for joint.law: it is not the law of a passive layer" in found.why
+    assert load_procedure(tmp_path / found.procedure)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
 from twin.diagnose.candidate import Candidate, extension_of
@@ -82,19 +83,27 @@ def plan_next_test(
         return None
     for valued in ranked[:TRIED]:
         report(f"rehearsing {valued.proposal.what}")
-        rehearsed = _rehearsed(valued.proposal, extended, evidence.preload)
+        try:
+            rehearsed = _rehearsed(valued.proposal, extended, evidence.preload)
+        except InputError as error:
+            # A law that is known badly need be no passive layer's, which could be marched in time.
+            procedure, rig_time_s = valued.proposal.procedure, valued.proposal.rig_time_s
+            told = f"not rehearsed, for {error.reason}"
+            break
         if not rehearsed.must_not_run:
+            procedure, rig_time_s = rehearsed.rehearsal.procedure, rehearsed.rehearsal.result.duration_s
+            told = ", ".join(["as rehearsed", *rehearsed.remaining])
             break
     else:
         return None
-    procedure = rehearsed.rehearsal.procedure
     save_procedure(procedure, out / PROCEDURE)
+    names = [model.blames[-1].cause.name for model in (finalists[0], *rivals)]
     return NextTest(
-        why=_why(valued, rehearsed, [model.blames[-1].cause.name for model in (finalists[0], *rivals)]),
+        why=f"{_promise(valued, names)}; {rig_time_s / 60:.0f} min on the rig, {told}",
         procedure=PROCEDURE,
         separation=valued.separation,
         needed=valued.needed,
-        rig_time_s=rehearsed.rehearsal.result.duration_s,
+        rig_time_s=rig_time_s,
     )
 
 
@@ -134,13 +143,9 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
     return better or first
 
 
-def _why(valued: _Valued, rehearsed: Rehearsed, names: Sequence[str]) -> str:
-    """What it is for, what it promises, what it costs."""
-    minutes = rehearsed.rehearsal.result.duration_s / 60
+def _promise(valued: _Valued, names: Sequence[str]) -> str:
+    """What it is for and what it brings."""
     promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
     gain = f"{valued.separation:.1f}" if valued.separation < FAR else f"over {FAR:.0f}"
     promise += f": expected gain of log evidence {gain}, {valued.needed:.1f} needed"
-    if valued.share < 1:
-        promise += ", so it may not be enough"
-    promise += f"; {minutes:.0f} min on the rig, as rehearsed"
-    return promise + (f" ({', '.join(rehearsed.remaining)})" if rehearsed.remaining else "")
+    return promise if valued.share >= 1 else promise + ", so it may not be enough"
