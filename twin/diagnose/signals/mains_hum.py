@@ -66,13 +66,20 @@ def _lines(run: Run, stretch: Stretch, channel: str) -> NDArray[np.float64] | No
     orders = np.arange(1, int(min(0.45 * rate / drive, 20)) + 1)
     angle = 2 * np.pi * drive * t[:, None] * orders
     basis = np.hstack([np.cos(angle), np.sin(angle), np.ones((len(x), 1)), t[:, None]])
-    residual = x - basis @ np.linalg.solve(basis.T @ basis, basis.T @ x)
+
+    def beside(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(values - basis @ np.linalg.solve(basis.T @ basis, basis.T @ values))
+
+    residual = beside(x)
     out = np.full((len(CANDIDATES_Hz), 2), np.nan)
     for k, frequency in enumerate(CANDIDATES_Hz):
         apart = abs(frequency / drive - round(frequency / drive)) * drive
         if apart * length < 1.5 or frequency > 0.45 * rate:
             continue
         near = frequency + np.array([-7, -6, -5, -4, -3, 3, 4, 5, 6, 7]) / length
-        lines = 2 * np.abs(np.exp(-2j * np.pi * np.array([frequency, *near])[:, None] * t) @ residual) / len(x)
-        out[k] = lines[0], np.sqrt(np.mean(lines[1:] ** 2)) + 1e-300
+        noise = 2 * np.abs(np.exp(-2j * np.pi * near[:, None] * t) @ residual) / len(x)
+        # Some of a line a few bins beside the drive's is in what was taken off: its own columns lose as much.
+        turn = 2 * np.pi * frequency * t
+        own = beside(np.column_stack([np.cos(turn), np.sin(turn)]))
+        out[k] = np.hypot(*np.linalg.lstsq(own, residual, rcond=None)[0]), np.sqrt(np.mean(noise**2)) + 1e-300
     return out

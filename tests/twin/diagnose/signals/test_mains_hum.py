@@ -8,9 +8,9 @@ import pytest
 from twin.diagnose.signals.mains_hum import find_mains_hum
 
 
-def humming(synthetic, seed, frequency_Hz, amplitude):
+def humming(synthetic, seed, frequency_Hz, amplitude, **options):
     """A sweep with hum on the first accelerometer."""
-    samples = synthetic.converted(synthetic.stepped_sine(seed))
+    samples = synthetic.converted(synthetic.stepped_sine(seed, **options))
     t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
     return {
         "force": samples["force"],
@@ -35,6 +35,14 @@ def test_its_amplitude_is_as_uncertain_as_stated(synthetic):
     found = [find_mains_hum([synthetic.run(humming(synthetic, seed, 50.0, amplitude))]) for seed in range(50, 62)]
     errors = np.array([(f.values["amplitude"] - amplitude) / f.std["amplitude"] for (f,) in found])
     assert np.sqrt(np.mean(errors**2)) < 2.0
+
+
+def test_a_line_close_to_the_drives_second_harmonic_loses_nothing_to_it(synthetic):
+    """Less than two bins apart, where what the harmonic's fit takes off has some per cent of the line in it."""
+    frequencies, amplitude = np.linspace(24.05, 24.2, 16), 20 * synthetic.noise["acc1"]
+    samples = humming(synthetic, 44, 50.0, amplitude, frequencies_Hz=frequencies)
+    (finding,) = find_mains_hum([synthetic.run(samples, frequencies)])
+    assert finding.values["amplitude"] == pytest.approx(amplitude, rel=2e-3)
 
 
 def test_sweeps_and_noise_without_hum_are_no_alarm(clean_runs):
