@@ -48,6 +48,8 @@ LEAST_GAIN = 8.0
 """Least rise of the log evidence for a cause: one in some forty candidates, at odds of a hundred to one."""
 SIFTED = 2
 """Place of the slack from which on rivals are compared; with more, those that fit best are not yet the right ones."""
+ASTRAY = 100.0
+"""Mean square of a beginning's residuals beyond which a tight fit does not find back to the resonances."""
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
 Report = Callable[[str], None]
@@ -192,14 +194,26 @@ def _through_slack(
 ) -> tuple[Unknowns, tuple[Blame, ...]]:
     """Where a cause that acts by its amplitude comes to rest as slack is taken away; another stays as it is.
 
-    Its thresholds have false minima even beside a base family that follows the data.
+    Its thresholds have false minima even beside a base family that follows the data.  So has any cause that begins so
+    strong that the resonances are elsewhere: where only one of them was measured, moduli may make up for all of it.
     """
-    if not rival[-1].nonlinear(evidence):
+    if rival[-1].nonlinear(evidence):
+        loosest = SIFTED
+    elif _astray(evidence, harmonics, start, rival):
+        loosest = len(SLACKS) - 1
+    else:
         return start, rival
-    for level in range(SIFTED, 0, -1):
+    for level in range(loosest, 0, -1):
         trial = _less_slack(evidence, harmonics, start, rival, slack=SLACKS[level], tolerance=4.0)
         start, rival = trial.unknowns, trial.blames
     return start, rival
+
+
+def _astray(evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unknowns, rival: tuple[Blame, ...]) -> bool:
+    begin = with_own_law(evidence, harmonics, start, rival, TIGHT)
+    predictor = Predictor(evidence, extension_of(evidence, rival), harmonics, slack=TIGHT)
+    found = predictor.evaluate(begin, sensitivities=False)
+    return found.chi2 > ASTRAY * len(found.residual)
 
 
 def _side_by_side(
