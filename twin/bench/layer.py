@@ -103,7 +103,7 @@ def default_law(E: float) -> JointLaw:
 
 
 def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
-    """The time form of functions of the layer's own amplitudes: constant before their first knots and after the last.
+    """The time form of functions of the layer's own amplitudes: constant before their first knots, the loss also after.
 
     The softening levels off beyond its last knot instead of ending in a corner, which a sine of nearly that amplitude
     already meets with its harmonics, and which no smooth correction of the table undoes.

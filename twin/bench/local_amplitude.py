@@ -89,20 +89,19 @@ def local_law(
     reduced = _Reduced.of(matrices, layer, E=E, G=G, tip=tip)
     g1, g2 = (PchipInterpolator(amplitude_m, function) for function in (softening, loss))
     X = np.linspace(amplitude_m[0], amplitude_m[-1], POINTS)
-    per_m, shares = np.zeros((2, len(X))), np.zeros((2, len(X)))
+    per_m, more, share = np.zeros((2, len(X))), np.zeros(len(X)), np.zeros(len(X))
     state = reduced.start
     for k, x in enumerate(X):
         state = reduced.at(float(g1(x)), float(g2(x)), state)
         # X is the acceleration's amplitude over the square of the file's first natural frequency.
         factor = plain**2 / abs(state.value)
         per_m[:, k] = factor * state.opening, factor * state.slip
-        shares[:, k] = state.softening_share, state.loss_share
+        more[k], share[k] = state.softening_more, state.loss_share
     knots = np.asarray(amplitude_m, float)
     opening, slip = (PchipInterpolator(X, row)(knots) * knots for row in per_m)
-    # The shares are smooth where the functions themselves may have corners.
-    own_softening, own_loss = (
-        PchipInterpolator(X, row)(knots) * file for row, file in zip(shares, (softening, loss), strict=True)
-    )
+    # What differs is smooth where the functions themselves may have corners.
+    own_softening = np.asarray(softening) + PchipInterpolator(X, more)(knots)
+    own_loss = np.asarray(loss) * PchipInterpolator(X, share)(knots)
     if np.any(np.diff(opening) <= 0) or np.any(np.diff(slip) <= 0):
         raise ValueError("joint.law: the layer's opening and slip do not grow with the amplitude")
     return LocalLaw(opening, slip, own_softening, own_loss, reduced.flexibility(np.array(ORDERS) * plain))
@@ -110,11 +109,14 @@ def local_law(
 
 @dataclass(frozen=True)
 class _State:
-    """A mode: its eigenvalue omega^2, and softening and loss on the bench's coordinates over those of the layer."""
+    """A mode: its eigenvalue omega^2, and the bench's softening less the layer's, and its loss over the layer's.
+
+    Any loss moves the frequency a little, whatever the softening is, which may be none.
+    """
 
     value: complex
     shape: Complex
-    softening_share: float
+    softening_more: float
     loss_share: float
     opening: float
     slip: float
@@ -150,7 +152,7 @@ class _Reduced:
         rows = np.array([row for row, _ in layer.openings]) @ V
         weights = np.array([weight for _, weight in layer.openings])
         slip = layer.slip @ V
-        start = _State(complex(own.omega[0] ** 2), np.eye(len(V.T))[0] + 0j, 1.0, 1.0, 0.0, 0.0)
+        start = _State(complex(own.omega[0] ** 2), np.eye(len(V.T))[0] + 0j, 0.0, 1.0, 0.0, 0.0)
         return _Reduced(
             np.diag(own.omega**2), B_E.T @ B_E, B_G.T @ B_G, (rows.T * weights) @ rows,
             layer.slip_weight * np.outer(slip, slip), rows, weights, slip, tip @ V, start,
@@ -159,7 +161,7 @@ class _Reduced:
     def at(self, softening: float, loss: float, near: _State) -> _State:
         """The mode with the bench's softening and loss that is as fast and as damped as with those of the layer."""
         meant, shape = self._mode(self.K - softening * self.K_E + 1j * loss * self.K_G, near.value, near.shape)
-        own = np.array([near.softening_share * softening, near.loss_share * loss])
+        own = np.array([softening + near.softening_more, near.loss_share * loss])
         damps = (near.shape @ self.by_loss @ near.shape) / (self.start.shape @ self.by_loss @ self.start.shape)
         free = [0] if damps.real < SATURATED else [0, 1]
         for _ in range(TURNS):
@@ -177,8 +179,8 @@ class _Reduced:
         squares = np.abs(self.opening_rows @ shape) ** 2
         opening = float(np.sqrt(squares @ self.opening_weights / self.opening_weights.sum()) / amplitude)
         slip = float(abs(self.slip_row @ shape) / amplitude)
-        softening_share, loss_share = (float(a / b) if b else 1.0 for a, b in zip(own, (softening, loss), strict=True))
-        return _State(value, shape, softening_share, loss_share, opening, slip)
+        loss_share = float(own[1] / loss) if loss else 1.0
+        return _State(value, shape, float(own[0]) - softening, loss_share, opening, slip)
 
     def flexibility(self, omega: Matrix) -> Matrix:
         """Rms opening, in the shape of the linear mode, per unit of a generalised force in that shape; (f,)."""

@@ -27,6 +27,8 @@ ORDER = 96
 TURNS = 2
 MOST = 2048
 """Missing samples of one gap, or of several that the prediction couples; across more of them lines are drawn."""
+STRAIGHT = 1e-6
+"""Deviation from a straight line, over the largest sample, of a signal that is one."""
 SELF_NOISE = 1e-10
 """Relative to the power: what keeps the prediction of a signal without noise finite."""
 
@@ -46,9 +48,9 @@ def fill_gaps(samples: Array) -> Array:
     sound = np.flatnonzero(~missing)
     filled[missing] = np.interp(np.flatnonzero(missing), sound, filled[sound])
     order = min(ORDER, len(sound) // 4)
-    mean = float(np.mean(filled[sound]))
-    if order < 2 or np.ptp(filled[sound]) == 0.0:
+    if order < 2 or _straight(sound, filled[sound]):
         return filled
+    mean = float(np.mean(filled[sound]))
     gaps = [gap for gap in _gaps(missing, order) if len(gap) <= MOST]
     for _ in range(TURNS):
         B = _prediction_products(filled - mean, order)
@@ -62,6 +64,12 @@ def fill_gaps(samples: Array) -> Array:
             B_mm = np.where(lag <= order, B[np.minimum(lag, order)], 0.0)
             filled[gap] = mean - solve(B_mm, pull, assume_a="pos")
     return filled
+
+
+def _straight(positions: Array, values: Array) -> bool:
+    """Whether a straight line is all that there is to predict."""
+    left = values - np.polynomial.Polynomial.fit(positions, values, 1)(positions)
+    return bool(np.ptp(left) <= STRAIGHT * np.max(np.abs(values)))
 
 
 def _gaps(missing: NDArray[np.bool_], order: int) -> list[Array]:

@@ -45,14 +45,22 @@ class LayerMotion:
 
 
 def layer_motion(
-    layer_at: Callable[[Array], LayerResponse], omega: Array, dE: Array, dG: Array, *, output: int
+    layer: LayerResponse,
+    layer_at: Callable[[Array], LayerResponse],
+    omega: Array,
+    dE: Array,
+    dG: Array,
+    *,
+    output: int,
 ) -> LayerMotion:
     """Compare the layer's motion per motion of a sensor at the steps with that in the first mode.
 
     Parameters
     ----------
+    layer
+        The rig's receptances at the steps' own frequencies.
     layer_at
-        From commanded frequencies (s,) of the steps to the rig's receptances there.
+        From any commanded frequencies (s,) of the steps to those there.
     omega : ndarray, (s,)
         The steps' own.
     dE, dG : ndarray, (s,)
@@ -60,16 +68,15 @@ def layer_motion(
     output
         The sensor's place among the outputs.
     """
-    response, resonance = _per_output(layer_at(omega), dE, dG, output), omega
-    beside, near = omega, response
-    for turn in range(TURNS):
+    response = _per_output(layer, dE, dG, output)
+    beside, near, resonance = omega, response, omega * (1 + APART)
+    for _ in range(TURNS):
         # Near a resonance the inverse of a receptance falls linearly with omega^2, by a complex constant.
-        other = beside * (1 + APART) if turn == 0 else resonance
-        there = _per_output(layer_at(other), dE, dG, output)
-        inverse, inverse_there = 1 / near.receptance, 1 / there.receptance
-        fall = (inverse_there - inverse) / (other**2 - beside**2)
-        resonance = np.sqrt(np.real(beside**2 - inverse / fall))
-        beside, near = other, there
+        there = _per_output(layer_at(resonance), dE, dG, output)
+        inverse = 1 / near.receptance
+        fall = (1 / there.receptance - inverse) / (resonance**2 - beside**2)
+        found = np.sqrt(np.real(beside**2 - inverse / fall))
+        beside, near, resonance = resonance, there, found
     mode = _per_output(layer_at(resonance), dE, dG, output)
     scale = (resonance / omega) ** 2
     return LayerMotion(response.opening / mode.opening * scale, response.slip / mode.slip * scale)

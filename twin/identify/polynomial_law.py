@@ -163,10 +163,9 @@ class PolynomialProblem:
         X = steps.amplitude_m
         guess = unknowns.law.softening_at(X), unknowns.law.loss_at(X)
         measured = steps.response[:, ref, 0] / steps.force[:, 0]
-        motion = layer_motion(layer_at, steps.omega, -guess[0] + 0j, 1j * guess[1], output=ref)
-        return PolynomialProblem(
-            layer_at(steps.omega), X, measured, ref, base, base_covariance, by_base, guess, motion
-        )  # fmt: skip
+        layer = layer_at(steps.omega)
+        motion = layer_motion(layer, layer_at, steps.omega, -guess[0] + 0j, 1j * guess[1], output=ref)
+        return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess, motion)
 
     def select(self, keep: Array) -> PolynomialProblem:
         """The steps where `keep` is true."""
@@ -188,13 +187,15 @@ class PolynomialProblem:
         H = self.evaluate(fit.softening_at(opening_m), fit.loss_at(slip_m))[0]
         return np.asarray(H * np.exp(self.by_base @ fit.base_change))
 
-    def law_factors(self, variance: float) -> Array:
-        """Factors (s, 2, 2) that whiten scatter and the law's own error at each step to a scatter of this variance."""
+    def law_factors(self, variance: float, sensitivities: tuple[Array, Array]) -> Array:
+        """Factors (s, 2, 2) that whiten scatter and the law's own error at each step to a scatter of this variance.
+
+        With the logarithm's sensitivities to g1 and g2 (s,) at the guess.
+        """
         factors = np.broadcast_to(np.eye(2), (len(self.measured), 2, 2))
         if not 0 < variance < np.inf:
             return factors
         covariance = variance * factors
-        _, *sensitivities = self.evaluate(*self.guess)
         for S, law in zip(sensitivities, self.guess, strict=True):
             error = LAW_ERROR * np.stack([(S * law).real, (S * law).imag], axis=1)
             covariance = covariance + error[:, :, None] * error[:, None, :]
@@ -231,7 +232,8 @@ def fit_polynomials(
 
 def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.inf) -> PolynomialFit:
     """Fit on residuals whose noise has the variance `scatter`; without one the base parameters are taken as exact."""
-    factors = problem.law_factors(scatter)
+    H, S1, S2 = problem.evaluate(*problem.guess)
+    factors = problem.law_factors(scatter, (S1, S2))
     uncertain = UncertainBase.of(_by_step(factors, problem.by_base), problem.base_covariance, scatter)
     span = float(np.max(problem.amplitude_m))
     share = problem.amplitude_m / span
@@ -240,7 +242,6 @@ def _fit(problem: PolynomialProblem, orders: Sequence[int], scatter: float = np.
         for moved, order in zip((problem.motion.opening, problem.motion.slip), orders, strict=True)
     ]
     first = orders[0] + 1
-    H, S1, S2 = problem.evaluate(*problem.guess)
     # Constants to begin with, so that the iterations show how the functions of amplitude come about.
     starts = [np.zeros(order + 1) for order in orders]
     for start, guess, sensitivity in zip(starts, problem.guess, (S1, S2), strict=True):

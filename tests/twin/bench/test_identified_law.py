@@ -63,6 +63,17 @@ def test_a_softened_layer_opens_farther_than_its_linear_mode(built, modes):
     assert np.all(-linear.real < G1[1:]), "taken at the linear mode's opening the law would be softer than the table"
 
 
+def test_a_softening_that_passes_through_zero_under_a_large_loss_is_taken_as_it_is(built):
+    """The loss moves the frequency a little there too: as a share of no softening, that would be beyond all bounds."""
+    amplitude = np.linspace(0.0, 4e-3, 30)
+    softening = -5.1282e7 * (1 + 1e-7) + 1e8 * amplitude / 4e-3
+    table = {"amplitude_m": list(amplitude), "softening": list(softening), "loss": [4e8] * 30}
+    law = open_bench(with_law(**table)).built.law
+    found = -describing_function(law.normal.path, amplitude[1:] * built.opening_per_m).real
+    assert np.min(found) > -6e7
+    assert 3e7 < np.max(found) < 6e7
+
+
 def test_amplitudes_are_those_of_the_named_channel(built):
     middle = open_bench(with_law(channel="acc1")).built
     o = 1e-3 * built.opening_per_m

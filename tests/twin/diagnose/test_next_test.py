@@ -12,8 +12,8 @@ from recordings.errors import InputError
 from twin.diagnose.candidate import Blame, fit_candidate
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.next_test import plan_next_test
-from twin.diagnose.next_test.first_noise import first_noise, imagined_bins
 from twin.diagnose.next_test.imagined import imagine
+from twin.diagnose.next_test.imagined_noise import imagined_bins
 from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.verdict import RIVAL
@@ -163,13 +163,14 @@ def swept(campaign):
 
 def test_where_there_are_only_sweeps_noise_is_proposed_quieter_than_they_were(swept, learnt):
     runs, evidence = swept
-    found = list(first_noise(runs, evidence))
+    found = noise(propose(runs, evidence, drifting=False))
     rate = runs[0].device_of("force").sample_rate_Hz
     assert len(found) > 1
     for proposal in found:
         assert proposal.procedure.rms == pytest.approx(0.5)
         assert proposal.procedure.band[1] < rate / 2
-    assert list(first_noise(*learnt)) == []
+    whole = {p.procedure.band for p in noise(propose(*learnt, drifting=False))}
+    assert not whole & {p.procedure.band for p in found}
 
 
 def test_the_first_noise_is_imagined_as_it_was_when_it_was_recorded(swept, learnt, believe):

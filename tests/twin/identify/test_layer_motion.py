@@ -27,7 +27,7 @@ def shares(build, steel_model, steel_dense):
     def layer_at(omega):
         return layer_response(predictor, base, omega, np.zeros(len(omega)))
 
-    found = layer_motion(layer_at, OMEGA, dE, dG, output=1)
+    found = layer_motion(layer_at(OMEGA), layer_at, OMEGA, dE, dG, output=1)
     return np.array([found.opening, found.slip]), steel_dense.layer_shares(OMEGA, base, dE, dG)
 
 

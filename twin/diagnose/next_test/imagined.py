@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Candidate, Trial, extension_of
-from twin.diagnose.next_test.first_noise import imagined_bins
+from twin.diagnose.next_test.imagined_noise import imagined_bins
 from twin.diagnose.next_test.proposal import Proposal
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence, StepArrays

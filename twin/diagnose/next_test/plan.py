@@ -11,7 +11,6 @@ from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
 from twin.diagnose.candidate import Candidate, extension_of
-from twin.diagnose.next_test.first_noise import first_noise
 from twin.diagnose.next_test.imagined import imagine
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.separation import enough, separation
@@ -115,8 +114,7 @@ def _ranked(runs: Sequence[Run], evidence: Evidence, best: Candidate, rivals: Se
     )
     temper = best.chi2_per_dof
     valued = []
-    proposals = [*first_noise(runs, evidence), *propose(runs, evidence, drifting=drifting)]
-    for proposal in proposals:
+    for proposal in propose(runs, evidence, drifting=drifting):
         if_best = imagine(evidence, best, proposal)
         promises = []
         for rival in rivals:

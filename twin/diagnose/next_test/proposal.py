@@ -10,6 +10,7 @@ import numpy as np
 
 from recordings.run import Run
 from twin.identify.evidence import Evidence
+from twin.identify.linear_model import DAMPED_MODES
 from twin.procedures import Procedure, Random, SteppedSine
 from twin.procedures.tables import Limits, Measure, Settle
 from twin.rigs import Rig
@@ -22,6 +23,11 @@ HARDER = (0.5, 1.0, 1.3)
 """Largest forces of a sweep over the largest of the recordings; beyond these the joint's law is not known."""
 MOST_RMS = 4.0
 """Largest rms force of a band of noise over that of the recordings."""
+LOWEST_Hz, ABOVE_LAST, OVERSAMPLED = 5.0, 1.2, 4.0
+"""Of a first noise: its band's lower edge, the upper one over the last damped mode, samples a period of it."""
+QUIET = 1 / 3
+"""Its rms force over the smallest sine's amplitude: the joint is to act as in the smallest sweep or less."""
+FIRST_DURATION_s = 60.0
 CREST = 5.0
 """Peaks of noise over its rms."""
 HEADROOM = 0.8
@@ -74,6 +80,7 @@ def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
     to it.
     """
     if not evidence.broadband:
+        yield from _first_noise(runs, evidence)
         return
     data = evidence.broadband[0]
     run = next(run for run in runs if run.path == data.run)
@@ -93,16 +100,34 @@ def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
             MOST_RMS * rms,
             HEADROOM * evidence.rig.force_sensor.range / CREST,
         )
-        for longer in LONGER:
-            duration = float(np.round(longer * lasted))
-            yield Proposal(
-                what=f"noise of {size:.2g} N rms from {band[0]:.0f} to {band[1]:.0f} Hz for {duration:.0f} s",
-                procedure=Random(
-                    band=band, rms=float(np.round(size, 3)), duration=duration, sample_rate=float(device.sample_rate_Hz)
-                ),
-                longer=longer,
-                rig_time_s=duration,
-            )
+        yield from _each_length(band, size, lasted, float(device.sample_rate_Hz))
+
+
+def _first_noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
+    """Noise over the modes that the model has, at a force below the sweeps'.
+
+    About one resonance many causes look alike that others part.
+    """
+    forces = [s.target_amplitude for s in evidence.steps.states if s.target_channel == evidence.force]
+    if not forces:
+        return
+    run = next(run for run in runs if run.path == evidence.steps.states[0].run)
+    rate = float(run.device_of(evidence.force).sample_rate_Hz)
+    highest = ABOVE_LAST * float(evidence.model.basis.omega[DAMPED_MODES - 1]) / (2 * np.pi)
+    band = (LOWEST_Hz, float(np.floor(min(highest, rate / OVERSAMPLED))))
+    rms = min(QUIET * min(forces), HEADROOM * evidence.rig.force_sensor.range / CREST)
+    yield from _each_length(band, rms, FIRST_DURATION_s, rate)
+
+
+def _each_length(band: tuple[float, float], rms: float, lasted: float, sample_rate: float) -> Iterator[Proposal]:
+    for longer in LONGER:
+        duration = float(np.round(longer * lasted))
+        yield Proposal(
+            what=f"noise of {rms:.2g} N rms from {band[0]:.0f} to {band[1]:.0f} Hz for {duration:.0f} s",
+            procedure=Random(band=band, rms=float(np.round(rms, 3)), duration=duration, sample_rate=sample_rate),
+            longer=longer,
+            rig_time_s=duration,
+        )
 
 
 def _bands(evidence: Evidence, whole: tuple[float, float]) -> list[tuple[float, float]]:

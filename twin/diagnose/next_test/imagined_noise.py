@@ -1,52 +1,22 @@
-"""A first broadband run where there are only sweeps: about one resonance many causes look alike that others part.
+"""What a first broadband run would bring where there are only sweeps.
 
-What it would bring is imagined from the sweeps' own noise, and from the model's responses in bins as narrow near its
-resonances as a real run's.
+It is imagined from the sweeps' own noise, and from the model's responses in bins as narrow near its resonances as a
+real run's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from recordings.run import Run
 from twin.diagnose.candidate import Candidate, extension_of
-from twin.diagnose.next_test.proposal import CREST, HEADROOM, LONGER, Proposal
 from twin.identify.broadband import BinnedResponse, response_bins
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
 from twin.procedures import Random
 
-__all__ = ["first_noise", "imagined_bins"]
-
-LOWEST_Hz, ABOVE_LAST, OVERSAMPLED = 5.0, 1.2, 4.0
-"""The band's lower edge; the upper one over the last mode whose damping is identified; samples a period of it."""
-QUIET = 1 / 3
-"""Rms force over the smallest sine's amplitude: the joint is to act as in the smallest sweep or less."""
-DURATION_s = 60.0
-
-
-def first_noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
-    """Noise over the modes that the model has, at a force below the sweeps'; none if a broadband run is there."""
-    forces = [s.target_amplitude for s in evidence.steps.states if s.target_channel == evidence.force]
-    if evidence.broadband or not forces:
-        return
-    run = next(run for run in runs if run.path == evidence.steps.states[0].run)
-    rate = float(run.device_of(evidence.force).sample_rate_Hz)
-    modes = len(evidence.model.ports.rows[evidence.model.ports.modal])
-    highest = ABOVE_LAST * float(evidence.model.basis.omega[modes - 1]) / (2 * np.pi)
-    band = (LOWEST_Hz, float(np.floor(min(highest, rate / OVERSAMPLED))))
-    rms = float(np.round(min(QUIET * min(forces), HEADROOM * evidence.rig.force_sensor.range / CREST), 3))
-    for longer in LONGER:
-        duration = DURATION_s * longer
-        yield Proposal(
-            what=f"noise of {rms:.2g} N rms from {band[0]:.0f} to {band[1]:.0f} Hz for {duration:.0f} s",
-            procedure=Random(band=band, rms=rms, duration=duration, sample_rate=rate),
-            longer=longer,
-            rig_time_s=duration,
-        )
+__all__ = ["imagined_bins"]
 
 
 def imagined_bins(evidence: Evidence, truth: Candidate, procedure: Random, time_s: float) -> BinnedResponse:
