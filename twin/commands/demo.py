@@ -197,11 +197,12 @@ def _addresses(instruments: Path) -> str:
 
 def _diagnose(runs: dict[str, Run], believed: Rig, out: Path, stages: Stages) -> Diagnosis:
     from twin.demo import HELD_OUT
-    from twin.diagnose import diagnose
+    from twin.diagnose import diagnose, in_processes, usual_processes
 
     stages.begin("diagnose", "Identifying the rig from the recordings, and looking for what its model gets wrong")
     learn = [run for name, run in runs.items() if name != HELD_OUT]
-    return diagnose(learn, believed, held_out=[runs[HELD_OUT]], out=out, report=stages.update)
+    with in_processes(usual_processes()):
+        return diagnose(learn, believed, held_out=[runs[HELD_OUT]], out=out, report=stages.update)
 
 
 def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:

@@ -45,6 +45,7 @@ def command(
     acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the
     name and the channel's are taken.
     """
+    from twin.diagnose import usual_processes
     from twin.lab import load_rig
     from twin.lab.files import are_tables
 
@@ -52,7 +53,9 @@ def command(
     again = _again(runs, held_out, rig_name, preloads, out)
     rig = load_rig(rig_name)
     with staged_folder(out) as folder, working("reading", usual_s=USUAL_TABLE_s if tables else USUAL_s) as say:
-        found = rig.diagnose(runs, held_out=held_out, preload=preloads, out=folder, report=say)
+        found = rig.diagnose(
+            runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=say
+        )
         say("writing the report and the pictures")
         found.report(folder / REPORT, commands=[again])
         data = found.save(folder)

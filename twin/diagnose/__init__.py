@@ -3,5 +3,6 @@
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.diagnose import diagnose
 from twin.diagnose.result import Diagnosis, NamedCause
+from twin.diagnose.side_by_side import in_processes, usual_processes
 
-__all__ = ["CAUSES", "Diagnosis", "NamedCause", "diagnose"]
+__all__ = ["CAUSES", "Diagnosis", "NamedCause", "diagnose", "in_processes", "usual_processes"]

@@ -17,6 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.cause import Cause, Parameter, main_strength
+from twin.diagnose.side_by_side import side_by_side
 from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.gauss_newton import not_held_back
@@ -70,35 +71,56 @@ def score_causes(
     # An unknown at its limit, which the residual pushes outwards, cannot take over anything.
     lower, upper = (unknowns_bounds(model.unknowns, side) for side in (0, 1))
     J = J[:, not_held_back(model.unknowns.vector, J.T @ r, lower, upper)]
-    factor = cho_factor(J.T @ J)
+    outside = _Outside(J, cho_factor(J.T @ J))
+    common = (evidence, harmonics, model, slack, r, outside)
+    scores = side_by_side(_scores_of, common, [(cause,) for cause in causes.values()])
+    return sorted((score for each in scores for score in each), key=lambda score: -score.gain)
 
-    def project(column: Array) -> Array:
-        return np.asarray(column - J @ cho_solve(factor, J.T @ column))
 
+@dataclass(frozen=True)
+class _Outside:
+    """Projects a signature on what the unknowns cannot imitate."""
+
+    J: Array
+    factor: tuple[Array, bool]
+
+    def __call__(self, column: Array) -> Array:
+        return np.asarray(column - self.J @ cho_solve(self.factor, self.J.T @ column))
+
+
+def _scores_of(
+    evidence: Evidence,
+    harmonics: HarmonicResiduals | None,
+    model: Candidate,
+    slack: Slack,
+    r: Array,
+    outside: _Outside,
+    cause: Cause,
+) -> list[Score]:
+    """Scores of every label and starting place of one cause, with the residual r and the prior's rows behind it."""
     scores = []
-    for cause in causes.values():
-        for label in cause.labels(evidence):
-            parameters = cause.parameters(evidence, label)
-            for start in _starts(parameters):
-                values, strength = _at_small_strength(parameters, start)
-                blame = Blame(cause, label, values, {})
-                extension = extension_of(evidence, (*model.blames, blame))
-                extended = Predictor(evidence, extension, harmonics, slack=slack)
-                changed = extended.evaluate(model.unknowns, sensitivities=False).residual
-                changed = np.concatenate([changed, r[len(changed) :]])
-                scores.append(_score(blame, parameters, strength, r, changed, project))
-    return sorted(scores, key=lambda score: -score.gain)
+    for label in cause.labels(evidence):
+        parameters = cause.parameters(evidence, label)
+        for start in _starts(parameters):
+            values, strength = _at_small_strength(parameters, start)
+            blame = Blame(cause, label, values, {})
+            extension = extension_of(evidence, (*model.blames, blame))
+            extended = Predictor(evidence, extension, harmonics, slack=slack)
+            changed = extended.evaluate(model.unknowns, sensitivities=False).residual
+            changed = np.concatenate([changed, r[len(changed) :]])
+            scores.append(_score(blame, parameters, strength, r, changed, outside))
+    return scores
 
 
 def _score(
-    blame: Blame, parameters: tuple[Parameter, ...], strength: float, r: Array, changed: Array, project: Any
+    blame: Blame, parameters: tuple[Parameter, ...], strength: float, r: Array, changed: Array, outside: _Outside
 ) -> Score:
     if not np.isfinite(changed).all():
         return Score(blame, 0.0, np.zeros(len(r)))
     main = main_strength(parameters)
     if main is None:
         return Score(blame, float(r @ r - changed @ changed), np.zeros(len(r)))
-    column = project((r - changed) * main.scale / strength)
+    column = outside((r - changed) * main.scale / strength)
     length2 = float(column @ column)
     amount = float(column @ r) / (length2 + 1.0)
     estimate = float(np.clip(main.null + amount * main.scale, main.lower, main.upper))

@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause, main_strength
 from twin.diagnose.footing import FOLLOWS, Footing, base_footing
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.shortlist import shortlist
+from twin.diagnose.side_by_side import side_by_side
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.thresholds import refined
 from twin.diagnose.tournament import (
@@ -222,13 +225,12 @@ def _finalists(
     """The best models with one more cause than `model`, fitted to all evidence, the most probable first."""
     best = [(*model.blames, blame) for blame in shortlist(thin[0], scores)]
     trials = at_the_best_place(*thin, tournament(*thin, start, best, slack, report), scores)
-    finalists = []
-    for trial in trials:
-        # Where not even the best follows the data, any may be the first of two.
-        if trials[0].chi2_per_dof < FOLLOWS and trial.chi2_per_dof > RIVAL * trials[0].chi2_per_dof:
-            continue
-        report(f"refitting {trial.blames[-1].key} to all evidence")
-        finalists.append(fitted_to_the_end(evidence, harmonics, trial.unknowns, trial.blames))
+    # Where not even the best follows the data, any may be the first of two.
+    largest = np.inf if not trials or trials[0].chi2_per_dof >= FOLLOWS else RIVAL * trials[0].chi2_per_dof
+    field = [(trial.unknowns, trial.blames) for trial in trials if trial.chi2_per_dof <= largest]
+    if field:
+        report(f"refitting {', '.join(blames[-1].key for _, blames in field)} to all evidence")
+    finalists = side_by_side(fitted_to_the_end, (evidence, harmonics), field)
     finalists.sort(key=lambda c: -c.log_evidence)
     if finalists:
         begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import main_strength
 from twin.diagnose.score import Score
+from twin.diagnose.side_by_side import side_by_side
 from twin.identify.base_fit import starting_unknowns, stepwise_law
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
@@ -32,8 +31,6 @@ __all__ = [
 FINALISTS = 3
 FAVOURITES = 2
 """Causes with the best scores that are fitted to the end, whatever becomes of them on the way."""
-THREADS = 2
-"""More would wait for the interpreter."""
 LEAST_SCORE = 8.0
 """First-order gain of chi2 below which a cause is not tried."""
 SLACKS = tuple(
@@ -53,7 +50,6 @@ ASTRAY = 100.0
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
 Report = Callable[[str], None]
-Found = TypeVar("Found")
 
 
 def tournament(
@@ -73,15 +69,15 @@ def tournament(
     field = [(_beginning(evidence, start, rival), rival) for rival in blames]
     report(f"comparing {len(field)} models, {SLACKS[loosest].detuning_std:g} of natural frequencies left open")
     if loosest == 0:
-        field = _side_by_side(partial(_through_slack, evidence, harmonics), field)
+        field = side_by_side(_through_slack, (evidence, harmonics), field)
     for level in range(loosest, -1, -1):
         if level < loosest:
             report(f"comparing {len(field)} models, {SLACKS[level].detuning_std:g} of natural frequencies left open")
         tolerance = 4.0 if level else 2.0
         # While detunings explain nearly everything, a place would stray from where the scores saw it.
         held = "position_m" if level > SIFTED + 1 else ""
-        fit = partial(_less_slack, evidence, harmonics, slack=SLACKS[level], tolerance=tolerance, held=held)
-        trials = _side_by_side(fit, field)
+        fit = partial(_less_slack, slack=SLACKS[level], tolerance=tolerance, held=held)
+        trials = side_by_side(fit, (evidence, harmonics), field)
         trials.sort(key=lambda c: -c.log_evidence)
         # With all slack a rival may still be on its way; after that, one that does not follow at all never will.
         stay = len(trials)
@@ -94,7 +90,7 @@ def tournament(
         best = _best_of_each(trials, siblings)
         field = [(c.unknowns, c.blames) for c in _with_favourites(best, max(stay, FINALISTS), blames)]
     finalists = [(c.unknowns, c.blames) for c in _with_favourites(_best_of_each(trials), 2 * FINALISTS, blames)]
-    ended = _side_by_side(partial(fitted_to_the_end, evidence, harmonics, tolerance=2.0), finalists)
+    ended = side_by_side(partial(fitted_to_the_end, tolerance=2.0), (evidence, harmonics), finalists)
     return sorted(ended, key=lambda c: -c.log_evidence)[:FINALISTS]
 
 
@@ -124,13 +120,10 @@ def at_the_best_place(
             rival = nearest.setdefault(key, score)
             if abs(values["position_m"] - place) < abs(rival.blame.values["position_m"] - place):
                 nearest[key] = score
-    there = list(trials)
-    for score in nearest.values():
-        blame = replace(score.blame, values={**score.blame.values, "position_m": place})
-        start = with_own_law(evidence, harmonics, trials[0].unknowns, (*before, blame), STIFF)
-        fit = fit_candidate(evidence, harmonics, start, (*before, blame), slack=STIFF, iterations=6, tolerance=2.0)
-        there.append(fit)
-    there.sort(key=lambda c: -c.log_evidence)
+    moved = [replace(score.blame, values={**score.blame.values, "position_m": place}) for score in nearest.values()]
+    field = [(trials[0].unknowns, (*before, blame)) for blame in moved]
+    fit = partial(_less_slack, slack=STIFF, tolerance=2.0)
+    there = sorted([*trials, *side_by_side(fit, (evidence, harmonics), field)], key=lambda c: -c.log_evidence)
     chosen = {trial.blames[-1].key for trial in trials}
     return [c for rank, c in enumerate(_best_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
 
@@ -214,14 +207,6 @@ def _astray(evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unkn
     predictor = Predictor(evidence, extension_of(evidence, rival), harmonics, slack=TIGHT)
     found = predictor.evaluate(begin, sensitivities=False)
     return found.chi2 > ASTRAY * len(found.residual)
-
-
-def _side_by_side(
-    fit: Callable[[Unknowns, tuple[Blame, ...]], Found], field: list[tuple[Unknowns, tuple[Blame, ...]]]
-) -> list[Found]:
-    """The fit of every rival; threads gain what the compiled kernels take, for these let go of the interpreter."""
-    with ThreadPoolExecutor(THREADS) as pool:
-        return list(pool.map(lambda each: fit(*each), field))
 
 
 def _with_favourites(trials: list[Candidate], count: int, blames: list[tuple[Blame, ...]]) -> list[Candidate]:

@@ -17,6 +17,8 @@ __all__ = ["ChangedModels", "changed_structure"]
 KEPT = 16
 
 Factors = tuple[tuple[str, float], ...]
+StructureKey = tuple[Factors, Factors, float, float]
+"""Young's moduli and shear ratios of the beams, the clamp's compliance, the layer's gradient."""
 
 
 class ChangedModels:
@@ -24,19 +26,24 @@ class ChangedModels:
 
     def __init__(self, rig: Rig, preload: str) -> None:
         self._built = lru_cache(maxsize=KEPT)(partial(_build, rig, preload))
+        self._placed = lru_cache(maxsize=KEPT)(self._place)
 
     def model(self, extension: Extension, outputs: tuple[Output, ...]) -> LinearModel:
         """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
         places = extension.output_position_m
         moved = tuple(Output(o.channel, o.quantity, places.get(o.channel, o.position_m), o.sign) for o in outputs)
-        return self._built(
+        structure = (
             tuple(sorted(extension.beam_modulus.items())),
             tuple(sorted(extension.beam_shear_ratio.items())),
             extension.clamp_rad_per_Nm,
             extension.layer_gradient,
-            extension.drive_position_m,
-            moved,
         )
+        return self._placed(structure, moved, extension.drive_position_m)
+
+    def _place(
+        self, structure: StructureKey, outputs: tuple[Output, ...], drive_position_m: float | None
+    ) -> LinearModel:
+        return self._built(*structure).with_places(outputs, drive_position_m)
 
 
 def _build(
@@ -46,8 +53,6 @@ def _build(
     beam_shear_ratio: Factors,
     clamp_rad_per_Nm: float,
     layer_gradient: float,
-    drive_position_m: float | None,
-    outputs: tuple[Output, ...],
 ) -> LinearModel:
     changed = Extension(
         beam_modulus=dict(beam_modulus),
@@ -55,10 +60,7 @@ def _build(
         clamp_rad_per_Nm=clamp_rad_per_Nm,
         layer_gradient=layer_gradient,
     )
-    structure = changed_structure(rig, changed)
-    return build_linear_model(
-        rig, list(outputs), preload=preload, structure=structure, drive_position_m=drive_position_m
-    )
+    return build_linear_model(rig, [], preload=preload, structure=changed_structure(rig, changed))
 
 
 def changed_structure(rig: Rig, extension: Extension) -> Structure:

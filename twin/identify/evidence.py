@@ -94,6 +94,11 @@ class Evidence:
     runs: tuple[Run, ...]
     dropped: int = 0
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process fits to: all but the samples, from which this one reduced it."""
+        kept = {name: value for name, value in vars(self).items() if name != "changed_models"}
+        return kept | {"runs": (), "origin_s": self.origin_s}
+
     @cached_property
     def changed_models(self) -> ChangedModels:
         """Models of the rig with another structure than believed."""

@@ -131,6 +131,14 @@ class LinearModel:
         extra = slice(self.ports.extra.start, len(stacked))
         return replace(self, ports=replace(self.ports, rows=stacked, extra=extra))
 
+    def with_places(self, outputs: tuple[Output, ...], drive_position_m: float | None = None) -> LinearModel:
+        """The same structure with these outputs and no extra ports; driven elsewhere, if a position is given."""
+        p, s = self.ports, self.structure
+        drive = p.rows[p.drive] if drive_position_m is None else s.deflection(drive_position_m)
+        rows = np.vstack([p.rows[: p.drive], drive, *(s.deflection(output.position_m) for output in outputs)])
+        ports = replace(p, rows=rows, outputs=slice(p.drive + 1, len(rows)), extra=slice(len(rows), len(rows)))
+        return replace(self, ports=ports, outputs=outputs)
+
     def receptance(
         self,
         omega: Real,
@@ -242,7 +250,6 @@ def build_linear_model(
     *,
     preload: str | None = None,
     structure: Structure | None = None,
-    drive_position_m: float | None = None,
 ) -> LinearModel:
     """Set up the model of `rig` at one preload.
 
@@ -252,22 +259,20 @@ def build_linear_model(
         The response channels to predict.
     structure
         Other than the one `rig` describes: a cause that changes the beams, say.
-    drive_position_m
-        Other than the rig's.
     """
     structure = structure or assemble(rig)
     moduli = rig.joint.preload[rig.preload_name(preload)]
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     QE, QG = layer_ports(structure)
-    drive = structure.deflection(rig.drive.position if drive_position_m is None else drive_position_m)
-    out = np.array([structure.deflection(output.position_m) for output in outputs])
     modal = basis.Phi[:, :DAMPED_MODES].T @ structure.M
-    rows = np.vstack([QE, QG, modal, drive[None], out])
+    rows = np.vstack([QE, QG, modal, structure.deflection(rig.drive.position)])
     a, b = len(QE), len(QE) + len(QG)
     c = b + DAMPED_MODES
-    ports = Ports(rows, slice(0, a), slice(a, b), slice(b, c), c, slice(c + 1, len(rows)), slice(len(rows), len(rows)))
-    return LinearModel(structure, basis, moduli.normal_modulus, moduli.shear_modulus, ports, tuple(outputs))
+    none = slice(c + 1, c + 1)
+    ports = Ports(rows, slice(0, a), slice(a, b), slice(b, c), c, outputs=none, extra=none)
+    model = LinearModel(structure, basis, moduli.normal_modulus, moduli.shear_modulus, ports, ())
+    return model.with_places(tuple(outputs))
 
 
 def believed_parameters(rig: Rig, preload: str | None = None) -> BaseParameters:

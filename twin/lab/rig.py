@@ -179,6 +179,7 @@ class LabRig(Shown):
         held_out: Runs = (),
         preload: str | Sequence[str] | None = None,
         out: str | Path | None = None,
+        processes: int = 1,
         report: Report = _silent,
     ) -> DiagnosedRecordings | DiagnosedTables:
         """Say what the rig's model gets wrong about what was measured.
@@ -193,6 +194,9 @@ class LabRig(Shown):
             State of the joint: of the recordings, or of tables that do not say it, one for all or one each.
         out
             Folder for the extended model of recordings and, where the answer is ambiguous, the next procedure.
+        processes
+            How many fit causes to recordings side by side.  With more than one a script must guard its main part by
+            ``if __name__ == "__main__"``.
         report
             Told what is being done.
 
@@ -225,13 +229,14 @@ class LabRig(Shown):
                 self.source, f"preload {preloads[0]}", "no such preload", f"it has {', '.join(rig.joint.preload)}"
             )
         report("reading")
-        from twin.diagnose import diagnose
+        from twin.diagnose import diagnose, in_processes
         from twin.lab.diagnosed import DiagnosedRecordings
 
-        result = diagnose(
-            as_runs(learnt), rig, preload=preloads[0] if preloads else None, held_out=as_runs(kept),
-            out=None if out is None else Path(out), report=report,
-        )  # fmt: skip
+        with in_processes(processes):
+            result = diagnose(
+                as_runs(learnt), rig, preload=preloads[0] if preloads else None, held_out=as_runs(kept),
+                out=None if out is None else Path(out), report=report,
+            )  # fmt: skip
         return DiagnosedRecordings(result)
 
     def predict(

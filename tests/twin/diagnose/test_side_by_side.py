@@ -1,0 +1,84 @@
+"""Work that is shared among processes: the same answers, in their order, whatever happens to the others."""
+
+import multiprocessing
+import operator
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from recordings import read_run
+from twin.diagnose import in_processes
+from twin.diagnose.candidate import Blame, fit_candidate
+from twin.diagnose.causes import CAUSES
+from twin.diagnose.side_by_side import side_by_side
+from twin.identify.base_fit import fit_base
+from twin.identify.evidence import gather_evidence
+from twin.rigs import load_rig
+
+
+@pytest.fixture(scope="module", params=[1, 2, 3])
+def processes(request):
+    with in_processes(request.param):
+        yield request.param
+
+
+def test_answers_come_in_the_order_of_the_questions(processes):
+    assert side_by_side(operator.mul, (7,), [(n,) for n in range(40)]) == [7 * n for n in range(40)]
+    assert side_by_side(operator.mul, (7,), []) == []
+
+
+def test_what_is_common_may_change_from_call_to_call(processes):
+    answers = [side_by_side(operator.add, (np.full(3, c),), [(1,), (2,)])[1][0] for c in range(9)]
+    assert answers == [c + 2 for c in range(9)]
+
+
+def test_an_error_anywhere_is_raised_and_nothing_hangs(processes):
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(operator.truediv, (1.0,), [(n - 5.0,) for n in range(11)])
+    assert side_by_side(operator.truediv, (1.0,), [(2.0,), (4.0,)]) == [0.5, 0.25]
+
+
+def test_a_process_that_is_killed_leaves_its_work_to_this_one():
+    with in_processes(2):
+        side_by_side(operator.mul, (7,), [(n,) for n in range(4)])
+
+        def kill():
+            time.sleep(0.3)
+            for process in multiprocessing.active_children():
+                process.kill()
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        slept = side_by_side(time.sleep, (), [(0.1,) for _ in range(12)])
+        killer.join()
+        assert slept == [None] * 12
+        assert side_by_side(operator.mul, (7,), [(n,) for n in range(4)]) == [0, 7, 14, 21]
+
+
+def test_processes_that_are_done_with_are_gone():
+    before = set(multiprocessing.active_children())
+    with in_processes(2):
+        side_by_side(operator.mul, (7,), [(1,), (2,)])
+    deadline = time.monotonic() + 10
+    while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not set(multiprocessing.active_children()) - before
+
+
+def test_a_fit_elsewhere_is_the_fit_here(campaign):
+    """With the evidence sent without its samples, and causes that build structures of their own."""
+    evidence = gather_evidence([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
+    unknowns, _ = fit_base(evidence)
+    field = [
+        (unknowns, (Blame(CAUSES["beam-modulus"], {"beam": beam}, {"factor": factor}, {}),))
+        for beam in ("lower", "upper")
+        for factor in (0.99, 1.01)
+    ]
+    alone = side_by_side(fit_candidate, (evidence, None), field)
+    with in_processes(2):
+        together = side_by_side(fit_candidate, (evidence, None), field)
+    for one, other in zip(alone, together, strict=True):
+        assert one.log_evidence == pytest.approx(other.log_evidence, rel=1e-6)
+        assert one.blames[0].values["factor"] == pytest.approx(other.blames[0].values["factor"], abs=1e-6)

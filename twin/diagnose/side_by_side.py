@@ -1,0 +1,148 @@
+"""Fits that do not need each other, side by side on the processor's cores.
+
+Between the compiled kernels a fit is the interpreter's work, of which a process does one at a time; so the others are
+processes of their own.  They outlive a single call, and are sent the evidence once.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from itertools import count
+from operator import is_
+from typing import Any, TypeVar
+
+__all__ = ["in_processes", "side_by_side", "usual_processes"]
+
+Found = TypeVar("Found")
+
+MOST = 4
+"""Each process takes some 300 MB, and there are seldom more fits than would keep these busy."""
+REMEMBERED = 4
+"""Most sets of common arguments that a process keeps."""
+
+
+@dataclass
+class _Team:
+    """Processes beside this one, and what they were sent."""
+
+    pool: ProcessPoolExecutor
+    processes: int
+    packed: dict[int, tuple[tuple[Any, ...], bytes]] = field(default_factory=dict)
+    numbers: Iterator[int] = field(default_factory=count)
+
+    def pack(self, common: tuple[Any, ...]) -> tuple[int, bytes]:
+        """A number for these very objects, and how they travel."""
+        for number, (known, sent) in self.packed.items():
+            if len(known) == len(common) and all(map(is_, known, common)):
+                return number, sent
+        if len(self.packed) == REMEMBERED:
+            del self.packed[min(self.packed)]
+        number = next(self.numbers)
+        self.packed[number] = (common, pickle.dumps(common))
+        return number, self.packed[number][1]
+
+
+_team: ContextVar[_Team | None] = ContextVar("_team", default=None)
+_known: dict[int, tuple[Any, ...]] = {}
+
+
+def usual_processes() -> int:
+    """One for each core, up to a few."""
+    return min(os.cpu_count() or 1, MOST)
+
+
+@contextmanager
+def in_processes(number: int) -> Iterator[None]:
+    """Within this context, let :func:`side_by_side` use `number` processes, this one among them.
+
+    They are spawned: a program that is run as a script must guard its main part by ``if __name__ == "__main__"``.
+    """
+    if number < 2:
+        yield
+        return
+    # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(number - 1, mp_context=context, initializer=_become_helper) as pool:
+        for _ in range(number - 1):
+            pool.submit(_wake)  # they import while the recordings are being read
+        token = _team.set(_Team(pool, number - 1))
+        try:
+            yield
+        finally:
+            _team.reset(token)
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def side_by_side(work: Callable[..., Found], common: tuple[Any, ...], each: Sequence[tuple[Any, ...]]) -> list[Found]:
+    """``work(*common, *arguments)`` for the arguments of each, in their order.
+
+    Parameters
+    ----------
+    work
+        A function that can be pickled; so can its arguments and what it returns.
+    common
+        Objects that many calls share; they must not change.
+    """
+    team = _team.get()
+    if team is None or len(each) < 2:
+        return [work(*common, *arguments) for arguments in each]
+    number, packed = team.pack(common)
+    todo = iter(range(len(each)))
+    found: dict[int, Found] = {}
+
+    def here() -> None:
+        for index in todo:
+            found[index] = work(*common, *each[index])
+
+    def elsewhere() -> None:
+        for index in todo:
+            try:
+                found[index] = team.pool.submit(_work, work, number, packed, each[index]).result()
+            except BrokenProcessPool:  # one was killed, perhaps for want of memory
+                found[index] = work(*common, *each[index])
+
+    with ThreadPoolExecutor(team.processes) as waiting:
+        others = [waiting.submit(elsewhere) for _ in range(team.processes)]
+        try:
+            here()
+            for other in others:
+                other.result()
+        finally:
+            list(todo)  # after an error or an interrupt nothing more is begun
+    return [found[index] for index in range(len(each))]
+
+
+def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tuple[Any, ...]) -> Found:
+    if number not in _known:
+        if len(_known) == REMEMBERED:
+            del _known[min(_known)]
+        _known[number] = pickle.loads(packed)
+    return work(*_known[number], *arguments)
+
+
+def _wake() -> None:
+    """What a fit needs, imported ahead of the first one."""
+    import twin.diagnose.tournament  # noqa: F401
+
+
+def _become_helper() -> None:
+    """Leave interrupts to the parent, and end with it, whatever ended that."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
