@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -14,6 +14,7 @@ from scipy.linalg import solve_triangular
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances, hidden_resonances
 from twin.identify.gauss_newton import minimise
 from twin.identify.linear_model import DAMPED_MODES, BaseParameters, LinearModel
+from twin.identify.poles import poles_near
 from twin.identify.spectrum import BroadbandRecord
 
 DETUNING_STD = 1e-4
@@ -169,9 +170,9 @@ def reduce_broadband(
     upright = signs = np.ones(len(model.outputs))
 
     def reduced(base: BaseParameters, signs: Real) -> tuple[BinnedResponse, LinearFit]:
-        response, *modes = _reference(model, base)
+        response, omega, zeta = _reference(model, base)
         data = _binned(
-            model, record, modes,
+            model, record, _within(band, (-zeta + 1j) * omega),
             force=force, resonances=told_apart, band=band, reference=lambda omega: signs * response(omega),
         )  # fmt: skip
         return data, _follow(model, replace(data, H=signs * data.H), base, believed)
@@ -233,15 +234,17 @@ def bin_broadband(
     Parameters
     ----------
     base
-        Detuned to the record's resonances here: for the decays of the record's ends.
+        What the linear model has of the reference: its poles, detuned to the record's resonances, are near that one's.
     reference
         Responses (f, o) at omega.
     resonances_Hz
         Of an earlier binning: what showed only then stays told apart.
     """
     resonances, band = _resonances_and_band(model, record, force)
-    _, *modes = _reference(model, _on_the_resonances(model, base, resonances))
-    return _binned(model, record, modes, force=force, resonances=resonances_Hz, band=band, reference=reference)
+    _, omega, zeta = _reference(model, _on_the_resonances(model, base, resonances))
+    # The decays of the record's ends are as narrow as the resonances, and those shown are told to a line or two.
+    poles = poles_near(reference, _within(band, (-zeta + 1j) * omega))
+    return _binned(model, record, poles, force=force, resonances=resonances_Hz, band=band, reference=reference)
 
 
 def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str) -> tuple[Real, Real]:
@@ -255,24 +258,27 @@ def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str
 def _binned(
     model: LinearModel,
     record: BroadbandRecord,
-    modes: Sequence[Real],
+    poles: Complex,
     *,
     force: str,
     resonances: Real,
     band: Real,
     reference: Callable[[Real], Complex],
 ) -> BinnedResponse:
-    omega, zeta = modes
-    inside = omega < 2 * np.pi * 1.3 * band[1]
     return bin_response(
         record,
         force=force,
         channels=tuple(output.channel for output in model.outputs),
         reference=reference,
-        poles=((-zeta + 1j) * omega)[inside],
-        resonances_Hz=np.concatenate([resonances, omega[inside] / (2 * np.pi)]),
+        poles=poles,
+        resonances_Hz=np.concatenate([resonances, poles.imag / (2 * np.pi)]),
         band_Hz=band,
     )
+
+
+def _within(band_Hz: Real, poles: Complex) -> Complex:
+    """Those poles whose decays show in the band."""
+    return poles[poles.imag < 2 * np.pi * 1.3 * band_Hz[1]]
 
 
 def _aligned(values: Complex, resonances_Hz: Real) -> Real:
