@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances, hidden_resonances
+from twin.identify.driven_gaps import driven_through
 from twin.identify.gauss_newton import minimise
 from twin.identify.linear_model import DAMPED_MODES, BaseParameters, LinearModel
 from twin.identify.poles import poles_near
@@ -265,10 +266,11 @@ def _binned(
     band: Real,
     reference: Callable[[Real], Complex],
 ) -> BinnedResponse:
+    channels = tuple(output.channel for output in model.outputs)
     return bin_response(
-        record,
+        driven_through(record, reference, force=force, channels=channels, up_to_Hz=float(band[1])),
         force=force,
-        channels=tuple(output.channel for output in model.outputs),
+        channels=channels,
         reference=reference,
         poles=poles,
         resonances_Hz=np.concatenate([resonances, poles.imag / (2 * np.pi)]),

@@ -30,6 +30,8 @@ class BroadbandRecord:
         Each channel's samples, all of one length, in its unit.
     lost : int
         Samples that were missing; they were filled in (:mod:`twin.identify.gaps`) and are counted here.
+    missing : dict of ndarray
+        Positions of the samples that were missing, of each channel that lacks some.
     late_s : dict of float
         How much later than the stretch's start each channel's first sample was taken, by its device's clock.
     """
@@ -40,6 +42,7 @@ class BroadbandRecord:
     sample_rate_Hz: float
     samples: dict[str, NDArray[np.float64]]
     lost: int
+    missing: dict[str, NDArray[np.intp]] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -98,12 +101,13 @@ def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> lis
             length = min(len(x) for x in cut.values())
             if length < 64:
                 continue
-            lost = 0
+            missing: dict[str, NDArray[np.intp]] = {}
             for name, x in cut.items():
                 x = x[:length]
-                missing = ~np.isfinite(x)
-                lost += int(missing.sum())
-                if missing.all():
+                absent = np.flatnonzero(~np.isfinite(x))
+                if len(absent):
+                    missing[name] = absent
+                if len(absent) == length:
                     place = f"channel {name}"
                     raise InputError(
                         run.path, place, f"every sample of sweep {sweep.name} was lost", "leave the run out"
@@ -116,7 +120,8 @@ def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> lis
                     time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
                     sample_rate_Hz=rate,
                     samples=cut,
-                    lost=lost,
+                    lost=sum(map(len, missing.values())),
+                    missing=missing,
                     late_s=late,
                 )
             )
