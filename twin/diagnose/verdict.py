@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate
+from twin.diagnose.climb import Stage
 from twin.diagnose.result import Estimate, NamedCause, Verdict
-from twin.diagnose.search import Search, Stage
+from twin.diagnose.search import Search
 from twin.diagnose.signals import Finding
 
 __all__ = ["RIVAL", "THRESHOLD", "close_rivals", "decide", "last_stage", "named_causes"]

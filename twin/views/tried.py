@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from twin.diagnose.search import Stage
+from twin.diagnose.climb import Stage
 from twin.views.table import Table
 
 __all__ = ["fitted_table", "scores_table"]

@@ -13,7 +13,8 @@ from twin.diagnose.cause import along_beam
 from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
-from twin.diagnose.search import LEAST_SHARE, Search, search_causes
+from twin.diagnose.paying import LEAST_SHARE
+from twin.diagnose.search import Search, search_causes
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.tournament import LEAST_GAIN, Report
 from twin.identify.estimate import Estimate

@@ -1,0 +1,226 @@
+"""One ascent: the best cause is added to the model again and again while the data pay for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from twin.diagnose.candidate import Candidate, extension_of, fit_candidate
+from twin.diagnose.cause import Cause
+from twin.diagnose.footing import FOLLOWS, Footing
+from twin.diagnose.paying import FALSE, left_behind, paying, pruned
+from twin.diagnose.score import Score, score_causes
+from twin.diagnose.shortlist import shortlist
+from twin.diagnose.side_by_side import side_by_side
+from twin.diagnose.thin import thin_evidence
+from twin.diagnose.thresholds import refined
+from twin.diagnose.tournament import (
+    LEAST_GAIN,
+    SLACKS,
+    Report,
+    at_the_best_place,
+    fitted_to_the_end,
+    tournament,
+    with_own_law,
+)
+from twin.identify.base_fit import starting_unknowns
+from twin.identify.evidence import Evidence
+from twin.identify.harmonics import harmonic_residuals
+from twin.identify.prediction import Predictor
+from twin.identify.rebinning import rebinned
+from twin.identify.unknowns import LOOSE, TIGHT, Unknowns
+from twin.identify.whitening import HarmonicResiduals
+
+__all__ = ["EXPLAINED", "Climb", "Stage"]
+
+RIVAL = 1.5
+"""Chi2 over the best finalist's up to which another is fitted to all evidence."""
+EXPLAINED = 1.25
+"""Chi2 per degree of freedom at which an extended model needs no other reduction of the recordings, nor beginning."""
+PROMISING = 16.0
+"""First-order gain of chi2 from which on a further cause is looked for: beside the right one, clean rigs' best is five.
+Whatever is left may be small on the whole, as broadband runs count most, and yet all there is of a second cause."""
+REDUCED_ANEW = 2
+"""Times that the recordings are reduced against a model and it is fitted to them, while it does not explain them."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One turn of the search: the models that were tried, best evidence first, and the first-order scores.
+
+    `paying` are those of them that the data would pay for.
+    """
+
+    finalists: tuple[Candidate, ...]
+    scores: tuple[Score, ...]
+    paying: tuple[Candidate, ...]
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the first model was taken: the data pay for one."""
+        return bool(self.paying)
+
+
+class Climb:
+    """Where an ascent stands.
+
+    Attributes
+    ----------
+    base : Candidate
+        The base family alone, in the best minimum that was found.
+    model : Candidate
+        The base family with the causes so far.
+    stages : list of Stage
+        The turns that were taken.
+    evidence : Evidence
+        The recordings, as they were reduced against what was found last.
+    harmonics : HarmonicResiduals, optional
+        Of the steps, likewise.
+    """
+
+    def __init__(self, evidence: Evidence, causes: Mapping[str, Cause], footing: Footing, report: Report) -> None:
+        self.base = self.model = footing.base
+        self.stages: list[Stage] = []
+        self._causes, self._report = causes, report
+        # Where the next cause is scored from, and the slack with which its rivals begin.
+        self._start, self._slack = footing.start, footing.slack
+        # How many causes the model had that was last fitted anew; and what of chi2 the causes so far leave anyway.
+        self._settled, self._left_behind = -1, 0.0
+        self._use(evidence, footing.harmonics)
+
+    def _use(self, evidence: Evidence, harmonics: HarmonicResiduals | None) -> None:
+        self.evidence, self.harmonics = evidence, harmonics
+        self._thin = thin_evidence(evidence, harmonics)
+
+    def add_causes(self, most: int, *, first: Stage | None = None) -> None:
+        """Add up to `most` causes; what `first` has found already is taken."""
+        while len(self.model.blames) < most:
+            stage = self._look_further() if first is None or self.stages else first
+            if stage is None:
+                break
+            self.stages.append(stage)
+            if not stage.accepted:
+                break
+            self._take(stage.finalists[0])
+        if len(self.model.blames) > 1:
+            self._report("asking whether every cause is needed")
+            self.model = pruned(self.evidence, self.harmonics, self.model)
+
+    def _look_further(self) -> Stage | None:
+        """Rivals for the next cause; None where nothing promises one."""
+        while True:
+            scores = self._scores()
+            if self.model.blames and max((score.gain for score in scores), default=0.0) < self._least_promise():
+                return None
+            finalists = self._finalists(scores)
+            pay = paying(self.evidence, finalists, self.model, self._left_behind)
+            if finalists and self._settled < len(self.model.blames) and (pay or not self.model.blames):
+                self._settled = len(self.model.blames)
+                anew = _anew(self.evidence, self.harmonics, self.model, finalists[0].unknowns)
+                if anew.log_evidence > self.model.log_evidence + LEAST_GAIN:
+                    pay = paying(self.evidence, finalists, anew, self._left_behind)
+                    if not pay or anew.solution.chi2 < FALSE * self.model.solution.chi2:
+                        # The model had come to rest in a false minimum, and was scored there.
+                        self._begin_from(anew)
+                        continue
+            if pay:
+                finalists = finalists[finalists.index(pay[0]) :]
+            return Stage(tuple(finalists), tuple(scores), pay)
+
+    def _scores(self) -> list[Score]:
+        blamed = {blame.cause.name for blame in self.model.blames}
+        further = f"looking for a further cause beside {self.model.blames[-1].key}" if blamed else "scoring causes"
+        self._report(further)
+        left = {name: cause for name, cause in self._causes.items() if name not in blamed}
+        return score_causes(*self._thin, replace(self.model, unknowns=self._start), left)
+
+    def _least_promise(self) -> float:
+        """First-order gain below which no further cause is looked for."""
+        return max(PROMISING, self._left_behind * _count(self._thin[0]) / _count(self.evidence))
+
+    def _finalists(self, scores: list[Score]) -> list[Candidate]:
+        """The best models with one more cause, fitted to all evidence, the most probable first."""
+        evidence, harmonics = self.evidence, self.harmonics
+        rivals = [(*self.model.blames, blame) for blame in shortlist(self._thin[0], scores)]
+        trials = tournament(*self._thin, self._start, rivals, self._slack, self._report)
+        trials = at_the_best_place(*self._thin, trials, scores)
+        # Where not even the best follows the data, any may be the first of two.
+        largest = np.inf if not trials or trials[0].chi2_per_dof >= FOLLOWS else RIVAL * trials[0].chi2_per_dof
+        field = [(trial.unknowns, trial.blames) for trial in trials if trial.chi2_per_dof <= largest]
+        if not field:
+            return []
+        self._report(f"refitting {', '.join(blames[-1].key for _, blames in field)} to all evidence")
+        finalists = side_by_side(fitted_to_the_end, (evidence, harmonics), field)
+        finalists.sort(key=lambda c: -c.log_evidence)
+        begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)
+        finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
+        temper = finalists[0].chi2_per_dof
+        return sorted(finalists, key=lambda c: -c.weight(temper))
+
+    def _begin_from(self, anew: Candidate) -> None:
+        """Go on from a better minimum of the same model."""
+        if not self.model.blames:
+            self.base = anew
+        self.model, self._start = anew, anew.unknowns
+        if anew.chi2_per_dof < FOLLOWS:
+            self._slack = TIGHT
+
+    def _take(self, found: Candidate) -> None:
+        """Make a finalist the model, and reduce the recordings against it until it explains them."""
+        before, self.model = self.model, found
+        self._left_behind += left_behind(self.evidence, found.blames[-1], before.solution.chi2 - found.solution.chi2)
+        for turn in range(REDUCED_ANEW):
+            # What was reduced against a model far off also has that model's errors in it.
+            if self.model.chi2_per_dof < EXPLAINED and (turn or before.chi2_per_dof < FOLLOWS):
+                break
+            self._report("reducing the recordings anew, against the model found")
+            self._use(*_reduced_anew(self.evidence, self.harmonics, self.model))
+            self.model = self._fit(self.model)
+        chi2 = self.model.chi2_per_dof
+        self._slack = next((slack for slack in SLACKS if chi2 < FOLLOWS * slack.error_scale**2), SLACKS[-1])
+        self._start = self.model.unknowns
+        if self._slack is not TIGHT:
+            loose = fit_candidate(
+                self.evidence, self.harmonics, self._start, self.model.blames, slack=LOOSE, iterations=8
+            )
+            self._start = loose.unknowns
+
+    def _fit(self, model: Candidate) -> Candidate:
+        return fit_candidate(self.evidence, self.harmonics, model.unknowns, model.blames, tolerance=0.3)
+
+
+def _anew(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate, start: Unknowns) -> Candidate:
+    """The model fitted again as thoroughly as its rivals with a further cause: from where the best of them ended.
+
+    With causes, also from the beginning: they were found beside a base family that had to make up for them.
+    """
+    best = fit_candidate(evidence, harmonics, start, model.blames, tolerance=0.3)
+    if not model.blames:
+        return best
+    unknowns, blames = starting_unknowns(evidence, extension=extension_of(evidence, model.blames)), model.blames
+    for slack in reversed(SLACKS):
+        trial = fit_candidate(evidence, harmonics, unknowns, blames, slack=slack, tolerance=0.3)
+        unknowns, blames = trial.unknowns, trial.blames
+    trial = fitted_to_the_end(evidence, harmonics, unknowns, blames)
+    return max(best, trial, key=lambda candidate: candidate.log_evidence)
+
+
+def _reduced_anew(
+    evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate
+) -> tuple[Evidence, HarmonicResiduals | None]:
+    """Broadband runs binned, and the force's own harmonics carried to the channels, with the model found so far."""
+    extension = extension_of(evidence, model.blames)
+    if evidence.broadband:
+        evidence = rebinned(evidence, extension, model.unknowns)
+    if harmonics is not None:
+        # What local nonlinear forces add is the prediction's matter.
+        harmonics = harmonic_residuals(Predictor(evidence, replace(extension, nonlinear=())), model.unknowns)
+    return evidence, harmonics
+
+
+def _count(evidence: Evidence) -> int:
+    """Measured responses."""
+    return sum(data.H.size for data in evidence.broadband) + evidence.steps.response[:, :, :1].size

@@ -1,0 +1,92 @@
+"""Whether a cause is worth its parameters: what the data must gain before one is added, and when one has gone."""
+
+from __future__ import annotations
+
+from twin.diagnose.candidate import Blame, Candidate, fit_candidate
+from twin.diagnose.cause import main_strength
+from twin.diagnose.footing import FOLLOWS
+from twin.diagnose.tournament import LEAST_GAIN
+from twin.identify.evidence import Evidence
+from twin.identify.whitening import HarmonicResiduals
+
+__all__ = ["FALSE", "LEAST_SHARE", "left_behind", "paying", "pruned"]
+
+LEAST_SHARE = 0.08
+"""Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
+noise, and there is always something that would follow a twentieth of that."""
+LEAST_SHARE_OF_HARMONICS = 0.15
+"""The same of the steps' higher harmonics, where a stop or a slap shows while the broadband runs know nothing of it."""
+FALSE = 0.5
+"""Share of chi2 that is left from another start where the first one had led into a false minimum."""
+CLEAR = 2.0
+"""Standard deviations from nothing."""
+OWN_ERROR = 0.1
+"""Largest model error of a cause that counts as leaving chi2 behind: larger ones say that strength and place are known
+only together, not that the cause fits badly."""
+
+
+def paying(
+    evidence: Evidence, finalists: list[Candidate], model: Candidate, excused: float
+) -> tuple[Candidate, ...]:
+    """The finalists that the data would pay for, beside a model whose causes leave `excused` of chi2 anyway.
+
+    One that follows the noise best may yet be too slight to be a cause; the next may not.
+    """
+    alone = not model.blames
+    return tuple(
+        finalist for finalist in finalists
+        if _pays(evidence, finalist, model, by_strain=alone)
+        and (alone or model.solution.chi2 - finalist.solution.chi2 > excused)
+    )  # fmt: skip
+
+
+def left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:
+    """Chi2 that a cause whose model is wrong by a known share leaves of its own effect: no sign of a further cause."""
+    errors = [p.model_error for p in blame.cause.parameters(evidence, blame.label)]
+    return min(max(errors, default=0.0), OWN_ERROR) ** 2 * max(gain, 0.0)
+
+
+def pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate) -> Candidate:
+    """Drop causes that the others have made superfluous, the earliest first: it was found when least was known."""
+    for blame in model.blames:
+        rest = tuple(b for b in model.blames if b is not blame and b.key != blame.key)
+        if len(model.blames) < 2:
+            break
+        without = fit_candidate(evidence, harmonics, model.unknowns, rest, tolerance=0.3)
+        if not _pays(evidence, model, without, blame):
+            model = without
+    return model
+
+
+def _pays(
+    evidence: Evidence, candidate: Candidate, model: Candidate, blame: Blame | None = None, *, by_strain: bool = True
+) -> bool:
+    """Whether a cause, the last one by default, is worth its parameters beside the model without it.
+
+    What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.  A new cause may
+    pay `by_strain` alone, not beside another: the base family also makes up for what the other's model has wrong.
+    """
+    blame = blame or candidate.blames[-1]
+    temper = candidate.chi2_per_dof
+    gain = candidate.weight(temper) - model.weight(temper)
+    relief = 0.5 * (model.solution.penalty - candidate.solution.penalty)
+    strained = by_strain and relief > LEAST_GAIN and _clear(evidence, blame)
+    enough = (
+        strained
+        or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
+        or candidate.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
+    )
+    # While neither follows the data, how far either strains the base family says little beside the share it explains.
+    far = candidate.chi2_per_dof > FOLLOWS and candidate.solution.cost < FALSE * model.solution.cost
+    return (gain > LEAST_GAIN or far) and enough and not _negligible(evidence, blame)
+
+
+def _clear(evidence: Evidence, blame: Blame) -> bool:
+    """Whether a cause's strength is known to be there: one that only takes strain off the base family must be."""
+    main = main_strength(blame.cause.parameters(evidence, blame.label))
+    return main is None or abs(blame.values[main.name] - main.null) > CLEAR * blame.std[main.name]
+
+
+def _negligible(evidence: Evidence, blame: Blame) -> bool:
+    strengths = [p for p in blame.cause.parameters(evidence, blame.label) if not p.places]
+    return bool(strengths) and all(abs(blame.values[p.name] - p.null) < p.negligible * p.scale for p in strengths)
