@@ -178,7 +178,9 @@ class Climb:
                 break
             self._report("reducing the recordings anew, against the model found")
             self._use(*_reduced_anew(self.evidence, self.harmonics, self.model))
-            self.model = self._fit(self.model)
+            self.model = fit_candidate(
+                self.evidence, self.harmonics, self.model.unknowns, self.model.blames, tolerance=0.3
+            )
         chi2 = self.model.chi2_per_dof
         self._slack = next((slack for slack in SLACKS if chi2 < FOLLOWS * slack.error_scale**2), SLACKS[-1])
         self._start = self.model.unknowns
@@ -187,9 +189,6 @@ class Climb:
                 self.evidence, self.harmonics, self._start, self.model.blames, slack=LOOSE, iterations=8
             )
             self._start = loose.unknowns
-
-    def _fit(self, model: Candidate) -> Candidate:
-        return fit_candidate(self.evidence, self.harmonics, model.unknowns, model.blames, tolerance=0.3)
 
 
 def _anew(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate, start: Unknowns) -> Candidate:

@@ -25,9 +25,7 @@ OWN_ERROR = 0.1
 only together, not that the cause fits badly."""
 
 
-def paying(
-    evidence: Evidence, finalists: list[Candidate], model: Candidate, excused: float
-) -> tuple[Candidate, ...]:
+def paying(evidence: Evidence, finalists: list[Candidate], model: Candidate, excused: float) -> tuple[Candidate, ...]:
     """The finalists that the data would pay for, beside a model whose causes leave `excused` of chi2 anyway.
 
     One that follows the noise best may yet be too slight to be a cause; the next may not.
