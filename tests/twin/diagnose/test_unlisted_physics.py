@@ -42,11 +42,7 @@ def diagnose_unlisted(name: str, seed: int, folder: Path, strength: float = 1.0)
     [
         ("quintic-spring", "quintic spring"),
         ("quadratic-spring", "one-sided spring"),
-        pytest.param(
-            "fractional-damper",
-            None,
-            marks=pytest.mark.xfail(reason="a mass and a resonator together imitate one of this size", strict=True),
-        ),
+        ("fractional-damper", None),
     ],
 )
 def test_a_force_that_no_cause_knows_is_found_at_its_place(tmp_path, name, term, seed):
