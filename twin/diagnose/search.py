@@ -16,6 +16,9 @@ from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Search", "search_causes"]
 
+LESS = 0.8
+"""Share of chi2 that another beginning must leave at most to be the better one, with no more causes."""
+
 
 @dataclass(frozen=True)
 class Search:
@@ -72,22 +75,21 @@ def search_causes(
             break
         report(f"beginning again with {stage.finalists[0].blames[-1].key}")
         other = _climb(evidence, causes, footing, most, report, first=stage)
-        if other.model.chi2_per_dof < FALSE * found.model.chi2_per_dof:
+        no_more = len(other.model.blames) <= len(found.model.blames)
+        if other.model.chi2_per_dof < (LESS if no_more else FALSE) * found.model.chi2_per_dof:
             found = other
     return found
 
 
 def _other_beginnings(found: Search) -> list[Stage]:
-    """The first stage with each other finalist that paid in the place of the first.
+    """The first stage with each other finalist that paid, alone: how they compared holds beside no further cause.
 
     Of two causes that act at once, either may look less like the data than a third one does.
     """
     if not found.stages:
         return []
     first = found.stages[0]
-    return [
-        replace(first, finalists=(rival, *(f for f in first.finalists if f is not rival))) for rival in first.paying[1:]
-    ]
+    return [replace(first, finalists=(rival,), paying=(rival,)) for rival in first.paying[1:]]
 
 
 def _climb(

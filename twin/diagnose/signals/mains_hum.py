@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.hum_in_noise import line_in_noise
 
 __all__ = ["find_mains_hum"]
 
@@ -19,15 +20,15 @@ LEAST_POWER = 12.0
 """Mean power of the line over the steps, in units of the noise beside it."""
 
 
+LEAST_POWER_IN_NOISE = 36.0
+"""The same of a line in one broadband run, whose noise is that of a few lines beside it."""
+
+
 def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
-    """Channels with a mains line in their sine steps; needs a dozen steps."""
-    stretches = [
-        (run, stretch)
-        for run in runs
-        for sweep in sweeps(run)
-        for stretch in sweep.stretches
-        if stretch.step.frequency_Hz > 0
-    ]
+    """Channels with a mains line in their sine steps; where too few of these can tell, in the broadband runs."""
+    stretches = [(run, stretch) for run in runs for sweep in sweeps(run) for stretch in sweep.stretches]
+    noise = [(run, stretch) for run, stretch in stretches if not stretch.step.frequency_Hz > 0]
+    stretches = [(run, stretch) for run, stretch in stretches if stretch.step.frequency_Hz > 0]
     stretches = stretches[:: max(1, len(stretches) // MOST_STEPS)]
     findings = []
     for channel in runs[0].channels:
@@ -35,13 +36,9 @@ def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
         best: tuple[float, float, float] | None = None
         for k, frequency in enumerate(CANDIDATES_Hz):
             pairs = np.array([lines[k] for lines in seen if lines is not None and np.isfinite(lines[k]).all()])
-            if len(pairs) < LEAST_STEPS:
-                continue
-            # The median of an exponential variable is ln 2 times its mean.
-            power = float(np.median((pairs[:, 0] / pairs[:, 1]) ** 2) / np.log(2))
-            amplitude = float(np.median(pairs[:, 0]))
-            if power > LEAST_POWER and (best is None or amplitude > best[1]):
-                best = (frequency, amplitude, amplitude / np.sqrt(power * len(pairs)))
+            found = _in_steps(pairs) if len(pairs) >= LEAST_STEPS else _in_noise(noise, channel, frequency)
+            if found is not None and (best is None or found[0] > best[1]):
+                best = (frequency, *found)
         if best is not None:
             frequency, amplitude, std = best
             findings.append(
@@ -54,6 +51,23 @@ def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
                 )
             )
     return findings
+
+
+def _in_steps(pairs: NDArray[np.float64]) -> tuple[float, float] | None:
+    """Amplitude and standard deviation of a line from its amplitude and noise in each step; None if there is none."""
+    # The median of an exponential variable is ln 2 times its mean.
+    power = float(np.median((pairs[:, 0] / pairs[:, 1]) ** 2) / np.log(2))
+    amplitude = float(np.median(pairs[:, 0]))
+    return (amplitude, amplitude / np.sqrt(power * len(pairs))) if power > LEAST_POWER else None
+
+
+def _in_noise(
+    stretches: Sequence[tuple[Run, Stretch]], channel: str, frequency_Hz: float
+) -> tuple[float, float] | None:
+    """The same from the broadband run in which it is surest."""
+    seen = [line_in_noise(run, stretch, channel, frequency_Hz) for run, stretch in stretches]
+    clear = [line for line in seen if line is not None and line[0] ** 2 > LEAST_POWER_IN_NOISE * 2 * line[1] ** 2]
+    return min(clear, key=lambda line: line[1]) if clear else None
 
 
 def _lines(run: Run, stretch: Stretch, channel: str) -> NDArray[np.float64] | None:

@@ -57,6 +57,21 @@ def test_a_sweep_about_the_mains_frequency_is_no_hum(synthetic):
     assert find_mains_hum([synthetic.run(samples, frequencies)]) == []
 
 
-def test_broadband_runs_alone_say_nothing_of_hum(synthetic):
-    samples = synthetic.converted(synthetic.random(43))
+@pytest.mark.parametrize("seed", range(40, 52))
+def test_noise_alone_is_no_hum(synthetic, seed):
+    samples = synthetic.converted(synthetic.random(seed))
     assert find_mains_hum([synthetic.run(samples, [0.0], step_s=12.0)]) == []
+
+
+def test_hum_in_a_broadband_run_is_found_beside_what_the_force_makes(synthetic):
+    """Where there are no sines, or all are too close to half the mains' frequency."""
+    errors = []
+    for seed in range(60, 68):
+        samples = synthetic.converted(synthetic.random(seed))
+        t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
+        humming = {**samples, "acc1": samples["acc1"] + 0.5 * np.cos(2 * np.pi * 60.0 * t + seed)}
+        (finding,) = find_mains_hum([synthetic.run(humming, [0.0], step_s=12.0)])
+        assert finding.names == {"channel": "acc1"}
+        assert finding.values["frequency_Hz"] == 60.0
+        errors.append((finding.values["amplitude"] - 0.5) / finding.std["amplitude"])
+    assert np.sqrt(np.mean(np.square(errors))) < 2.0
