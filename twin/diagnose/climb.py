@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from twin.diagnose.candidate import Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.footing import FOLLOWS, Footing
@@ -148,11 +146,12 @@ class Climb:
         rivals = [(*self.model.blames, blame) for blame in shortlist(self._thin[0], scores)]
         trials = tournament(*self._thin, self._start, rivals, self._slack, self._report)
         trials = at_the_best_place(*self._thin, trials, scores)
-        # Where not even the best follows the data, any may be the first of two.
-        largest = np.inf if not trials or trials[0].chi2_per_dof >= FOLLOWS else RIVAL * trials[0].chi2_per_dof
-        field = [(trial.unknowns, trial.blames) for trial in trials if trial.chi2_per_dof <= largest]
-        if not field:
+        if not trials:
             return []
+        # Where not even the best follows the data, any may be the first of two.
+        if (least := trials[0].chi2_per_dof) < FOLLOWS:
+            trials = [trial for trial in trials if trial.chi2_per_dof <= RIVAL * least]
+        field = [(trial.unknowns, trial.blames) for trial in trials]
         self._report(f"refitting {', '.join(blames[-1].key for _, blames in field)} to all evidence")
         finalists = side_by_side(fitted_to_the_end, (evidence, harmonics), field)
         finalists.sort(key=lambda c: -c.log_evidence)

@@ -23,7 +23,7 @@ WIDTHS, PLACES, TURNS = 1.0, 9, 8
 def poles_near(response: Callable[[Real], Complex], guesses: Complex) -> Complex:
     """The poles next to guesses.
 
-    Near a pole p each response is a residue over (j omega - p) and a rest that is straight, so that
+    Near a pole p each response is a residue over (j omega - p) and a rest that hardly bends, so that
     j omega H = p H + a + b omega + c omega^2: linear in p, which all responses share.
 
     Parameters

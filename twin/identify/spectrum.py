@@ -28,10 +28,9 @@ class BroadbandRecord:
         Of the stretch's middle, on the recording's own time base.
     samples : dict of ndarray
         Each channel's samples, all of one length, in its unit.
-    lost : int
-        Samples that were missing; they were filled in (:mod:`twin.identify.gaps`) and are counted here.
     missing : dict of ndarray
-        Positions of the samples that were missing, of each channel that lacks some.
+        Positions of the samples that were missing, of each channel that lacks some; they were filled in
+        (:mod:`twin.identify.gaps`).
     late_s : dict of float
         How much later than the stretch's start each channel's first sample was taken, by its device's clock.
     """
@@ -41,9 +40,13 @@ class BroadbandRecord:
     time_s: float
     sample_rate_Hz: float
     samples: dict[str, NDArray[np.float64]]
-    lost: int
     missing: dict[str, NDArray[np.intp]] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def lost(self) -> int:
+        """Samples that were missing, of all channels."""
+        return sum(map(len, self.missing.values()))
 
     @property
     def duration_s(self) -> float:
@@ -120,7 +123,6 @@ def broadband_records(run: Run, *, channels: Sequence[str] | None = None) -> lis
                     time_s=(stretch.start_ns + stretch.stop_ns) / 2 * 1e-9,
                     sample_rate_Hz=rate,
                     samples=cut,
-                    lost=sum(map(len, missing.values())),
                     missing=missing,
                     late_s=late,
                 )

@@ -62,7 +62,7 @@ class TwoModes:
         if noisy:
             for name, density in {"force": FORCE_NOISE, **NOISE}.items():
                 samples[name] += density * np.sqrt(RATE / 2) * rng.standard_normal(count)
-        return BroadbandRecord(run="r", sweep="s", time_s=1.0, sample_rate_Hz=RATE, samples=samples, lost=0)
+        return BroadbandRecord(run="r", sweep="s", time_s=1.0, sample_rate_Hz=RATE, samples=samples)
 
 
 TRUE = TwoModes()
@@ -218,7 +218,7 @@ def test_h1_and_coherence_are_those_of_the_noise():
 def test_lines_are_peak_amplitudes():
     n = 2048
     x = 1.7 * np.cos(2 * np.pi * 64 * np.arange(n) / RATE + 0.4)
-    record = BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples={"x": x}, lost=0)
+    record = BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples={"x": x})
     frequency, amplitude = record.lines("x", (60.0, 70.0))
     assert (frequency[0], frequency[-1], record.duration_s) == (60.0, 70.0, 2.0)
     assert amplitude[frequency == 64.0][0] == pytest.approx(1.7 * np.exp(0.4j))

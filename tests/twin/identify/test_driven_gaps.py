@@ -1,5 +1,7 @@
 """Broadband responses that were cut off or torn, filled in by what the force makes of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,7 +37,7 @@ def record():
         "acc2": np.fft.irfft(H[:, 1] * U * np.exp(2j * np.pi * frequency * late), COUNT),
     }
     return BroadbandRecord(
-        run="a run", sweep="noise", time_s=8.0, sample_rate_Hz=RATE_Hz, samples=samples, lost=0, late_s={"acc2": late}
+        run="a run", sweep="noise", time_s=8.0, sample_rate_Hz=RATE_Hz, samples=samples, late_s={"acc2": late}
     )
 
 
@@ -43,13 +45,8 @@ def torn(record, channel, where):
     """The record without the samples of one channel there, as it is read."""
     x = record.samples[channel].copy()
     x[where] = np.nan
-    return BroadbandRecord(
-        **{
-            **vars(record),
-            "samples": {**record.samples, channel: fill_gaps(x)},
-            "missing": {channel: np.flatnonzero(where)},
-        }
-    )
+    samples, missing = {**record.samples, channel: fill_gaps(x)}, {channel: np.flatnonzero(where)}
+    return replace(record, samples=samples, missing=missing)
 
 
 def gain_error(record, true, channel):

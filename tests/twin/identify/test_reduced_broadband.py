@@ -45,7 +45,7 @@ def recorded(response, rng, *, turned=()):
         density = FORCE_NOISE if name == "force" else NOISE
         samples[name] = samples[name] + density * np.sqrt(RATE / 2) * rng.standard_normal(cut)
     samples |= {name: -samples[name] for name in turned}
-    return BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples, lost=0)
+    return BroadbandRecord(run="r", sweep="s", time_s=0.0, sample_rate_Hz=RATE, samples=samples)
 
 
 @pytest.fixture(scope="module")

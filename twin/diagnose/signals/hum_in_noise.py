@@ -27,7 +27,7 @@ def line_in_noise(run: Run, stretch: Stretch, channel: str, frequency_Hz: float)
     count = min(len(x), len(u))
     line = round(frequency_Hz * count / rate)
     alike = run.device_of(force).sample_rate_Hz == rate
-    if not alike or not AROUND < line < count / 2 - AROUND or not np.isfinite([*x[:count], *u[:count]]).all():
+    if not alike or not AROUND < line < count / 2 - AROUND or not np.isfinite(x[:count] + u[:count]).all():
         return None
     away = np.arange(-AROUND, AROUND + 1)
     window = np.hanning(count + 1)[:-1]
