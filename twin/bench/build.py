@@ -104,7 +104,7 @@ class Built:
     def differentiable(self) -> NDArray[np.bool_]:
         """Which channels are plain accelerations, that may be had from velocities."""
         instruments = self.plan.instruments.values()
-        return np.array([i.quantity == "acceleration" and i.resonance is None for i in instruments])
+        return np.array([i.quantity == "acceleration" and not i.resonances for i in instruments])
 
     def rig(self, time_s: float, internal_rate_Hz: float, *, velocities: bool = False) -> LinearRig:
         """Linear rig; outputs are local coordinates, auxiliary rows, channels.
@@ -134,8 +134,7 @@ class Built:
             outputs=outputs,
         )
         for n, instrument in enumerate(instruments):
-            if instrument.resonance:
-                frequency_Hz, ratio = instrument.resonance
+            for frequency_Hz, ratio in instrument.resonances:
                 n_out = self.locals + self.auxiliaries + n
                 rig = with_resonance(rig, n_out, frequency_Hz=frequency_Hz, damping_ratio=ratio)
         return rig
@@ -192,7 +191,7 @@ class Built:
 
     @property
     def _others(self) -> int:
-        resonances = sum(i.resonance is not None for i in self.plan.instruments.values())
+        resonances = sum(len(i.resonances) for i in self.plan.instruments.values())
         followers = sum(velocity for _, velocity in self.rows)
         return followers + (3 if self.shaker else 0) + 2 * resonances
 
@@ -259,9 +258,9 @@ def _matrices(plan: Plan, free: Structure) -> Matrices:
     """Clamp the root, rigidly or on a rotational spring, and let the effects change the matrices."""
     keep = np.arange(2 if plan.clamp_compliance else 3, len(free.M))
     B_E, B_G = free.B_E[:, keep], free.B_G[:, keep]
-    if plan.layer_profile:
-        B_E = B_E * np.sqrt(plan.layer_profile(_along(plan, free.layer_x)))[:, None]
-        B_G = B_G * np.sqrt(plan.layer_profile(_along(plan, free.shear_x)))[:, None]
+    if plan.layer_gradient:
+        B_E = B_E * np.sqrt(1.0 + plan.layer_gradient * (0.5 - _along(plan, free.layer_x)))[:, None]
+        B_G = B_G * np.sqrt(1.0 + plan.layer_gradient * (0.5 - _along(plan, free.shear_x)))[:, None]
     box = np.ix_(keep, keep)
     structure = replace(free, M=free.M[box], K0=free.K0[box], B_E=B_E, B_G=B_G, free=free.free[keep])
     K_beam = structure.K0.copy()

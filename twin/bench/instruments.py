@@ -40,7 +40,7 @@ class InstrumentChannel:
     step: float = 0.0
     cross_talk: list[tuple[str, float]] = field(default_factory=list)
     hum: list[tuple[float, float]] = field(default_factory=list)
-    resonance: tuple[float, float] | None = None
+    resonances: list[tuple[float, float]] = field(default_factory=list)
     transverse: float = 0.0
     freezes_per_s: float = 0.0
     freeze_s: float = 0.0
@@ -50,10 +50,10 @@ class InstrumentChannel:
         """A channel as the rig file describes it."""
         unit = {"force": "N", "acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[sensor.quantity]
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
-        resonance = (sensor.mounting_frequency, sensor.mounting_damping) if sensor.mounting_frequency else None
+        resonances = [(sensor.mounting_frequency, sensor.mounting_damping)] if sensor.mounting_frequency else []
         return cls(
             sensor.channel, sensor.quantity, unit, sensor.position, sensor.range, sensor.noise_density, bits, corners,
-            resonance=resonance, transverse=sensor.transverse_sensitivity,
+            resonances=resonances, transverse=sensor.transverse_sensitivity,
         )  # fmt: skip
 
     @property

@@ -90,8 +90,8 @@ class Plan:
         Rotation of the root per moment, rad/(N m).
     base_receptance
         Motion of the clamp per drive force, m/N.
-    layer_profile
-        Factor on E' and G' over the position along the overlap (0 at the clamp's end, 1 at the tip's).
+    layer_gradient
+        How much E' and G' fall along the overlap, evenly about its middle, as a share of their value there.
     layer_rate_per_s, moduli_rate_per_s
         Relative loss per second of E', and of all moduli.
     clock_error
@@ -111,7 +111,7 @@ class Plan:
     instruments: dict[str, InstrumentChannel]
     clamp_compliance: float = 0.0
     base_receptance: float = 0.0
-    layer_profile: Callable[[Matrix], Matrix] | None = None
+    layer_gradient: float = 0.0
     layer_rate_per_s: float = 0.0
     moduli_rate_per_s: float = 0.0
     clock_error: float = 0.0

@@ -9,4 +9,4 @@ __all__ = ["base_motion"]
 
 def base_motion(plan: Plan, *, receptance_m_per_N: float) -> None:
     """Move the clamp by receptance times the drive force, in the drive's direction."""
-    plan.base_receptance = receptance_m_per_N
+    plan.base_receptance += receptance_m_per_N

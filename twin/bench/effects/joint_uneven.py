@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from twin.bench.plan import Plan
 
 __all__ = ["joint_uneven"]
@@ -11,6 +9,6 @@ __all__ = ["joint_uneven"]
 
 def joint_uneven(plan: Plan, *, gradient: float) -> None:
     """Make E' and G' fall evenly along the overlap, from 1 + gradient/2 of their value to 1 - gradient/2 at its end."""
-    if abs(gradient) >= 2:
+    plan.layer_gradient += gradient
+    if abs(plan.layer_gradient) >= 2:
         raise ValueError(f"a gradient of {gradient} would make the modulus negative; it must be between -2 and 2")
-    plan.layer_profile = lambda along: 1.0 + gradient * (0.5 - np.asarray(along))

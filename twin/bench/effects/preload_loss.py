@@ -9,4 +9,4 @@ __all__ = ["preload_loss"]
 
 def preload_loss(plan: Plan, *, rate_per_s: float) -> None:
     """Let E' fall as 1 - rate t from the bench's start."""
-    plan.layer_rate_per_s = rate_per_s
+    plan.layer_rate_per_s += rate_per_s

@@ -9,4 +9,4 @@ __all__ = ["sample_clock"]
 
 def sample_clock(plan: Plan, *, error_ppm: float) -> None:
     """Sample faster than nominal by `error_ppm`; rates and time stamps stay nominal."""
-    plan.clock_error = error_ppm * 1e-6
+    plan.clock_error += error_ppm * 1e-6

@@ -11,5 +11,6 @@ __all__ = ["transverse_shear"]
 
 
 def transverse_shear(plan: Plan, *, beam: Literal["lower", "upper"], modulus_ratio: float) -> None:
-    """Give one beam the ratio E / (kappa G)."""
-    change_beam(plan, beam, chosen(plan, beam).model_copy(update={"shear_ratio": modulus_ratio}))
+    """Give one beam the ratio E / (kappa G), beside what it has of it."""
+    believed = chosen(plan, beam)
+    change_beam(plan, beam, believed.model_copy(update={"shear_ratio": believed.shear_ratio + modulus_ratio}))
