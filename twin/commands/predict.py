@@ -52,7 +52,7 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
 
 
 def _rig_response(model: str, drive: Path, preload: str | None) -> tuple[ModalResponse, list[str]]:
-    from twin.diagnose.effects import effects_extension, unmodelled_effects
+    from twin.diagnose.effects import unmodelled_effects, with_effects
     from twin.identify.drive_table import read_drive
     from twin.identify.predict import RigResponse, blank_evidence
     from twin.rigs import load_rig
@@ -73,7 +73,7 @@ def _rig_response(model: str, drive: Path, preload: str | None) -> tuple[ModalRe
     if law is None:
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
     asked = read_drive(drive)
-    response = RigResponse(evidence, effects_extension(evidence, rig.effect, source=model))
+    response = RigResponse(with_effects(evidence, source=model))
     if asked.force_N is not None:
         return response.forced(asked.frequency_Hz, asked.force_N), warnings
     assert asked.acceleration_m_per_s2 is not None

@@ -40,9 +40,13 @@ class Blame:
         """Name and label, such as ``channel-gain acc1``."""
         return " ".join([self.cause.name, *self.label.values()])
 
+    def extension(self, evidence: Evidence) -> Extension:
+        """How it acts in a prediction."""
+        return self.cause.extension(evidence, self.label, self.values)
+
     def nonlinear(self, evidence: Evidence) -> bool:
         """Whether its effect depends on the amplitude of the place where it acts."""
-        return bool(self.cause.extension(evidence, self.label, self.values).nonlinear)
+        return bool(self.extension(evidence).nonlinear)
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ def extension_of(evidence: Evidence, blames: tuple[Blame, ...]) -> Extension:
     """All extensions at once."""
     whole = Extension()
     for blame in blames:
-        whole = whole.merged(blame.cause.extension(evidence, blame.label, blame.values))
+        whole = whole.merged(blame.extension(evidence))
     return whole
 
 

@@ -15,12 +15,13 @@ from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
+from twin.diagnose.effects import unmodelled_effects, with_effects
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes
-from twin.diagnose.signals import find_unsettled, foreign_lines, inspect_signals, mended
+from twin.diagnose.signals import Finding, as_known, find_unsettled, foreign_lines, inspect_signals, mended
 from twin.diagnose.tournament import Report
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
 from twin.identify.evidence import Evidence, common_preload, gather_evidence
@@ -40,6 +41,7 @@ def diagnose(
     *,
     preload: str | None = None,
     held_out: Sequence[Run] = (),
+    source: str = "rig",
     out: Path | None = None,
     causes: Mapping[str, Cause] = CAUSES,
     most: int = 3,
@@ -52,9 +54,12 @@ def diagnose(
     runs
         Recordings to learn from: broadband runs, stepped sines, or both.
     rig
-        What the experimenter believes.
+        What the experimenter believes.  Its effects, if it has any, act in every prediction; what is found is found
+        beside them.
     held_out
         Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set aside.
+    source
+        The rig file's name, for errors.
     out
         Folder for the extended model; none is written without it.
     causes
@@ -67,32 +72,26 @@ def diagnose(
     Raises
     ------
     InputError
-        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`).
+        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`), or an effect of the rig
+        file is none (:func:`~twin.diagnose.effects.with_effects`).
     """
     started = time.perf_counter()
     asked_for = preload is not None
     preload = preload or common_preload([*runs, *held_out], rig)
+    runs, held_out = ([as_known(run, rig) for run in some] for some in (runs, held_out))
     report("looking at the samples")
     findings = inspect_signals(runs)
     report("reducing recordings to harmonics and frequency responses")
-    evidence = gather_evidence(
-        [mended(run, findings) for run in runs], rig, preload=preload, lines=foreign_lines(findings)
-    )
+    evidence = _evidence([(run, findings) for run in runs], rig, preload, source)
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled], force=evidence.force)
     unseen: Evidence | None
     if held_out:
-        shown = [(run, inspect_signals([run])) for run in held_out]
-        unseen = gather_evidence(
-            [mended(run, found) for run, found in shown],
-            rig,
-            preload=preload,
-            lines=foreign_lines([finding for _, found in shown for finding in found]),
-        )
+        unseen = _evidence([(run, inspect_signals([run])) for run in held_out], rig, preload, source)
         aside: tuple[str, ...] = ()
     else:
         kept, unseen, aside = _set_aside(evidence)
         evidence = kept
-    notes = _notes(evidence)
+    notes = (*_notes(evidence), *_notes_on(rig))
     if (foreign := foreign_preload(rig, runs[0].info)) and not asked_for:
         notes = (foreign, *notes)
     if unseen is not None and len(evidence.steps):
@@ -138,6 +137,13 @@ def diagnose(
         extended_model=extended,
         missing_force=missing,
     )
+
+
+def _evidence(shown: Sequence[tuple[Run, Sequence[Finding]]], rig: Rig, preload: str, source: str) -> Evidence:
+    """The runs, each without what its samples showed, against the rig with all that its file says."""
+    lines = foreign_lines([finding for _, found in shown for finding in found])
+    evidence = gather_evidence([mended(run, found) for run, found in shown], rig, preload=preload, lines=lines)
+    return with_effects(evidence, source=source)
 
 
 def _gain(
@@ -239,4 +245,18 @@ def _notes(evidence: Evidence) -> tuple[str, ...]:
         notes.append("no broadband run: E', G' and causes away from the first mode are weakly determined")
     if not len(evidence.steps):
         notes.append("no stepped sines: the joint's nonlinear law cannot be seen")
+    return tuple(notes)
+
+
+def _notes_on(rig: Rig) -> tuple[str, ...]:
+    """What of the rig file the predictions have, and what they have not."""
+    known = [effect.cause for effect in rig.effect if effect.cause in CAUSES]
+    notes = [f"the rig file's effects act already, and any cause is beside them: {', '.join(known)}"] if known else []
+    for cause in unmodelled_effects(rig.effect):
+        notes.append(f"the rig file's effect {cause} is left out: it acts on recordings")
+    if rig.drift.temperature_K_per_h or rig.drift.preload_loss_per_h:
+        notes.append("the rig file's drift is left out: a drift is found whole")
+    leaning = [sensor.channel for sensor in rig.response_sensors if sensor.transverse_sensitivity]
+    if leaning:
+        notes.append(f"the transverse sensitivity of {', '.join(leaning)} is left out")
     return tuple(notes)

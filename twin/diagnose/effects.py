@@ -1,22 +1,29 @@
-"""Effects that a rig file carries, acting in the forward model."""
+"""Effects that a rig file carries: what an earlier diagnosis found acts in every later prediction."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
 
 from recordings.errors import InputError
+from twin.diagnose.candidate import Blame
 from twin.diagnose.causes import CAUSES
+from twin.identify.base_fit import fit_base
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
+from twin.identify.rebinning import rebinned
+from twin.identify.unknowns import LOOSE
 from twin.rigs import Effect
 
-__all__ = ["effects_extension", "unmodelled_effects"]
+__all__ = ["acting_effects", "unmodelled_effects", "with_effects"]
 
 
-def effects_extension(evidence: Evidence, effects: Iterable[Effect], *, source: str = "rig") -> Extension:
-    """What the effects of a rig file change, all at once.
+def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str = "rig") -> tuple[Blame, ...]:
+    """The effects as the forward model has them.
 
-    Effects without a forward model, see :func:`unmodelled_effects`, change nothing.
+    Effects without a forward model, see :func:`unmodelled_effects`, change nothing and are left out.
 
     Parameters
     ----------
@@ -28,7 +35,7 @@ def effects_extension(evidence: Evidence, effects: Iterable[Effect], *, source: 
     InputError
         If an effect lacks a parameter, has one that its cause does not know, or names what the rig does not have.
     """
-    whole = Extension()
+    acting = []
     for number, effect in enumerate(effects):
         cause = CAUSES.get(effect.cause)
         if cause is None:
@@ -44,8 +51,36 @@ def effects_extension(evidence: Evidence, effects: Iterable[Effect], *, source: 
         expected = sorted(cause.reported(likely, {})[0])
         if sorted(values) != expected:
             raise InputError(source, place, f"has the numbers {sorted(values)}", f"it takes {expected}")
-        whole = whole.merged(cause.extension(evidence, label, cause.from_reported(values)))
-    return whole
+        acting.append(Blame(cause, label, cause.from_reported(values), {}))
+    return tuple(acting)
+
+
+def with_effects(evidence: Evidence, *, source: str = "rig") -> Evidence:
+    """The evidence, every prediction of which has the effects of its rig file.
+
+    Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters
+    that lacked them is left out.
+
+    Parameters
+    ----------
+    source
+        The rig file's name, for errors.
+
+    Raises
+    ------
+    InputError
+        As :func:`acting_effects`.
+    """
+    effects = acting_effects(evidence, evidence.rig.effect, source=source)
+    if not effects:
+        return evidence
+    evidence = replace(evidence, effects=effects)
+    if not evidence.broadband:
+        return evidence
+    evidence = replace(evidence, linear=None)
+    alone = replace(evidence, steps=evidence.steps.select(np.zeros(len(evidence.steps), bool)))
+    unknowns, _ = fit_base(alone, slacks=(LOOSE,))
+    return rebinned(evidence, Extension(), unknowns)
 
 
 def unmodelled_effects(effects: Iterable[Effect]) -> list[str]:

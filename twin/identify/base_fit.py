@@ -92,7 +92,6 @@ def fit_base(
     start: Unknowns | None = None,
     slacks: Sequence[Slack] = (LOOSE, TIGHT),
     iterations: int = 30,
-    extension: Extension | None = None,
     held_at_zero: Sequence[int] = (),
 ) -> tuple[Unknowns, Solution]:
     """Fit base parameters and law.
@@ -103,12 +102,10 @@ def fit_base(
         Where to begin; read off the evidence by default.
     slacks
         How much the model may be wrong, one fit after the other.
-    extension
-        What is known to differ from the believed rig.
     held_at_zero
         Places in the unknowns' vector that are not free.
     """
-    unknowns = start or starting_unknowns(evidence, extension=extension)
+    unknowns = start or starting_unknowns(evidence)
     held = np.asarray(held_at_zero, int)
     if len(held):
         vector = unknowns.vector
@@ -116,8 +113,8 @@ def fit_base(
         unknowns = unknowns.with_vector(vector)
     # With slack the weights hardly depend on the law.
     for slack in (each for each in slacks for _ in range(REWEIGHTED if each is TIGHT else 1)):
-        factor = Predictor(evidence, extension, slack=slack).step_factor(unknowns)
-        predictor = Predictor(evidence, extension, slack=slack, step_factor=factor)
+        factor = Predictor(evidence, slack=slack).step_factor(unknowns)
+        predictor = Predictor(evidence, slack=slack, step_factor=factor)
         mean, precision = predictor.prior(unknowns)
         mean[held], precision[held, held] = 0.0, HELD_PRECISION
 

@@ -5,6 +5,7 @@ The latest are kept: a fit moves the parameters that leave the structure alone f
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache, partial
 
 from twin.identify.extension import Extension
@@ -25,25 +26,32 @@ class ChangedModels:
     """Builds models of `rig` at `preload`."""
 
     def __init__(self, rig: Rig, preload: str) -> None:
+        self._rig = rig
         self._built = lru_cache(maxsize=KEPT)(partial(_build, rig, preload))
         self._placed = lru_cache(maxsize=KEPT)(self._place)
 
     def model(self, extension: Extension, outputs: tuple[Output, ...]) -> LinearModel:
         """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
-        places = extension.output_position_m
-        moved = tuple(Output(o.channel, o.quantity, places.get(o.channel, o.position_m), o.sign) for o in outputs)
+        offset = extension.output_offset_m
+        moved = tuple(
+            replace(output, position_m=self._place_m(output.position_m + offset.get(output.channel, 0.0)))
+            for output in outputs
+        )
+        drive_m = self._place_m(self._rig.drive.position + extension.drive_offset_m)
         structure = (
             tuple(sorted(extension.beam_modulus.items())),
             tuple(sorted(extension.beam_shear_ratio.items())),
             extension.clamp_rad_per_Nm,
             extension.layer_gradient,
         )
-        return self._placed(structure, moved, extension.drive_position_m)
+        return self._placed(structure, moved, drive_m)
 
-    def _place(
-        self, structure: StructureKey, outputs: tuple[Output, ...], drive_position_m: float | None
-    ) -> LinearModel:
+    def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drive_position_m: float) -> LinearModel:
         return self._built(*structure).with_places(outputs, drive_position_m)
+
+    def _place_m(self, position_m: float) -> float:
+        """Nothing sits beyond the structure's ends."""
+        return min(max(position_m, 0.0), self._rig.length)
 
 
 def _build(
@@ -69,7 +77,7 @@ def changed_structure(rig: Rig, extension: Extension) -> Structure:
     for name in ("lower", "upper"):
         beam = getattr(rig, name)
         modulus = beam.youngs_modulus * extension.beam_modulus.get(name, 1.0)
-        shear = extension.beam_shear_ratio.get(name, beam.shear_ratio)
+        shear = beam.shear_ratio + extension.beam_shear_ratio.get(name, 0.0)
         beams[name] = beam.model_copy(update={"youngs_modulus": modulus, "shear_ratio": shear})
     spring = 1 / extension.clamp_rad_per_Nm if extension.clamp_rad_per_Nm else None
     structure = assemble(rig.model_copy(update=beams), clamp_rotation_stiffness=spring)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,20 +13,30 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
+from twin.identify.believed_instruments import believed_instruments
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
+from twin.identify.extension import Extension
 from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Rig, nearest_preload, recorded_preload
 
-__all__ = ["Evidence", "StepArrays", "common_preload", "gather_evidence"]
+__all__ = ["Evidence", "Known", "StepArrays", "common_preload", "gather_evidence"]
 
 Array = NDArray[Any]
 
 UNSETTLED_SIGMA, UNSETTLED_SHARE = 8.0, 2e-3
 """A step whose fundamental changes by more than both within its measurement is not used as a steady state."""
+
+
+class Known(Protocol):
+    """Something that a rig file knows to differ from its structure and joint."""
+
+    def extension(self, evidence: Evidence) -> Extension:
+        """How it acts in a prediction."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,8 @@ class Evidence:
         Steps that were still changing; left out of the fits, and told.
     linear : LinearFit or None
         Base parameters from the broadband runs alone.
+    effects : tuple of Known
+        Of the rig file; every prediction has them.
     """
 
     rig: Rig
@@ -93,11 +105,20 @@ class Evidence:
     linear: LinearFit | None
     runs: tuple[Run, ...]
     dropped: int = 0
+    effects: tuple[Known, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
-        kept = {name: value for name, value in vars(self).items() if name != "changed_models"}
+        kept = {name: value for name, value in vars(self).items() if name not in ("changed_models", "known")}
         return kept | {"runs": (), "origin_s": self.origin_s}
+
+    @cached_property
+    def known(self) -> Extension:
+        """What the rig file says beside its structure and joint: its instruments, then its effects one by one."""
+        whole = believed_instruments(self.rig)
+        for number, effect in enumerate(self.effects):
+            whole = whole.merged(effect.extension(replace(self, effects=self.effects[:number])))
+        return whole
 
     @cached_property
     def changed_models(self) -> ChangedModels:
@@ -123,6 +144,16 @@ class Evidence:
     def channels(self) -> tuple[str, ...]:
         """Names of the response channels."""
         return tuple(output.channel for output in self.outputs)
+
+    @property
+    def drive_position_m(self) -> float:
+        """Where the shaker is known to drive."""
+        return self.rig.drive.position + self.known.drive_offset_m
+
+    def position_m(self, channel: str) -> float:
+        """Where a response channel is known to measure."""
+        believed = next(output.position_m for output in self.outputs if output.channel == channel)
+        return believed + self.known.output_offset_m.get(channel, 0.0)
 
 
 HARMONICS = 7

@@ -13,9 +13,8 @@ __all__ = ["extended_model"]
 
 def extended_model(evidence: Evidence, extension: Extension) -> LinearModel:
     """The linear model with the extension's structure, positions and ports."""
-    moved = extension.output_position_m or extension.drive_position_m is not None
     model = evidence.model
-    if extension.changes_structure or moved:
+    if extension.changes_structure or extension.output_offset_m or extension.drive_offset_m:
         model = evidence.changed_models.model(extension, evidence.outputs)
     rows = [attachment.rows(model.structure) for attachment in extension.attachments]
     rows += [force.row(model.structure)[None] for force in extension.nonlinear]

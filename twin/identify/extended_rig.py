@@ -27,7 +27,7 @@ Array = NDArray[Any]
 
 
 class ExtendedRig:
-    """The believed rig of `evidence` with an extension.
+    """The believed rig of `evidence` with an extension beside what is known of it.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class ExtendedRig:
 
     def __init__(self, evidence: Evidence, extension: Extension | None = None) -> None:
         self.evidence = evidence
-        self.extension = extension or Extension()
+        self.extension = evidence.known.merged(extension) if extension else evidence.known
         self.model = extended_model(evidence, self.extension)
         self.amplitude_m = response_amplitude(evidence, self.extension)
         self.local = LocalForces(self.extension.nonlinear)

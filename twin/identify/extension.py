@@ -88,14 +88,14 @@ class Extension:
     beam_modulus : mapping
         True over believed Young's modulus of a beam.
     beam_shear_ratio : mapping
-        E / (kappa G) of a beam.
+        E / (kappa G) of a beam beside what it is believed to have.
     clamp_rad_per_Nm : float
         Rotation of the clamp per moment.
     layer_gradient : float
         Relative fall of the layer's moduli along the overlap.
-    drive_position_m : float, optional
-    output_position_m : mapping
-        Positions of response channels that are not where they are believed to be.
+    drive_offset_m : float
+    output_offset_m : mapping
+        How far towards the tip the drive, and response channels, are from where they are believed to be.
     attachments : tuple of Attachment
     nonlinear : tuple of NonlinearForce
     channel_factor : mapping of callables
@@ -116,8 +116,8 @@ class Extension:
     beam_shear_ratio: Mapping[str, float] = field(default_factory=dict)
     clamp_rad_per_Nm: float = 0.0
     layer_gradient: float = 0.0
-    drive_position_m: float | None = None
-    output_position_m: Mapping[str, float] = field(default_factory=dict)
+    drive_offset_m: float = 0.0
+    output_offset_m: Mapping[str, float] = field(default_factory=dict)
     attachments: tuple[Attachment, ...] = ()
     nonlinear: tuple[NonlinearForce, ...] = ()
     channel_factor: Mapping[str, Callable[[Array], Array]] = field(default_factory=dict)
@@ -129,18 +129,18 @@ class Extension:
     beam_drift_per_s: float = 0.0
 
     def merged(self, other: Extension) -> Extension:
-        """Both at once; a position or shear ratio that both set is the other's."""
+        """Both at once."""
         factors = dict(self.channel_factor)
         for channel, factor in other.channel_factor.items():
             mine = factors.get(channel)
             factors[channel] = factor if mine is None else _product(mine, factor)
         return Extension(
             beam_modulus=_products(self.beam_modulus, other.beam_modulus),
-            beam_shear_ratio={**self.beam_shear_ratio, **other.beam_shear_ratio},
+            beam_shear_ratio=_sums(self.beam_shear_ratio, other.beam_shear_ratio),
             clamp_rad_per_Nm=self.clamp_rad_per_Nm + other.clamp_rad_per_Nm,
             layer_gradient=self.layer_gradient + other.layer_gradient,
-            drive_position_m=self.drive_position_m if other.drive_position_m is None else other.drive_position_m,
-            output_position_m={**self.output_position_m, **other.output_position_m},
+            drive_offset_m=self.drive_offset_m + other.drive_offset_m,
+            output_offset_m=_sums(self.output_offset_m, other.output_offset_m),
             attachments=self.attachments + other.attachments,
             nonlinear=self.nonlinear + other.nonlinear,
             channel_factor=factors,
@@ -163,6 +163,10 @@ class Extension:
 
 def _products(one: Mapping[str, float], two: Mapping[str, float]) -> dict[str, float]:
     return {key: one.get(key, 1.0) * two.get(key, 1.0) for key in {**one, **two}}
+
+
+def _sums(one: Mapping[str, float], two: Mapping[str, float]) -> dict[str, float]:
+    return {key: one.get(key, 0.0) + two.get(key, 0.0) for key in {**one, **two}}
 
 
 def _product(one: Callable[[Array], Array], two: Callable[[Array], Array]) -> Callable[[Array], Array]:

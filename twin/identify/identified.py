@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from twin.identify.base_fit import fit_base
 from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
 from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level, steps_by_sweep
 from twin.identify.gauss_newton import Solution
 from twin.identify.linear_model import DAMPED_MODES
@@ -63,32 +62,28 @@ class Identified:
     warnings: tuple[str, ...]
 
 
-def identify_rig(
-    evidence: Evidence, extension: Extension | None = None, *, report: Callable[[str], None] = lambda text: None
-) -> Identified:
+def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda text: None) -> Identified:
     """Identify moduli, damping and the joint's law.
 
     Parameters
     ----------
-    extension
-        What the rig file's effects change.
     report
         Told what is being done.
     """
     report("fitting moduli, damping and the joint's law")
-    free, free_solution = fit_base(evidence, extension=extension)
+    free, free_solution = fit_base(evidence)
     held = _held(free)
-    model, solution = fit_base(evidence, start=free, extension=extension, held_at_zero=held)
+    model, solution = fit_base(evidence, start=free, held_at_zero=held)
     dof = max(1, len(solution.residual) - len(solution.x) + len(held))
     polynomials, residual = None, {}
-    predictor = Predictor(evidence, extension)
+    predictor = Predictor(evidence)
     if len(evidence.steps):
         residual = _spline_residuals(predictor, model)
         base = (model.base, solution.covariance)
         if evidence.broadband:
             report("fitting the broadband runs alone")
             alone = replace(evidence, steps=evidence.steps.select(np.zeros(len(evidence.steps), bool)))
-            linear, linear_solution = fit_base(alone, extension=extension)
+            linear, linear_solution = fit_base(alone)
             base = (linear.base, linear_solution.covariance)
         report("identifying the papers' polynomials")
         polynomials = polynomials_by_level(predictor, *base)

@@ -131,10 +131,10 @@ class LinearModel:
         extra = slice(self.ports.extra.start, len(stacked))
         return replace(self, ports=replace(self.ports, rows=stacked, extra=extra))
 
-    def with_places(self, outputs: tuple[Output, ...], drive_position_m: float | None = None) -> LinearModel:
-        """The same structure with these outputs and no extra ports; driven elsewhere, if a position is given."""
+    def with_places(self, outputs: tuple[Output, ...], drive_position_m: float) -> LinearModel:
+        """The same structure driven there, with these outputs and no extra ports."""
         p, s = self.ports, self.structure
-        drive = p.rows[p.drive] if drive_position_m is None else s.deflection(drive_position_m)
+        drive = s.deflection(drive_position_m)
         rows = np.vstack([p.rows[: p.drive], drive, *(s.deflection(output.position_m) for output in outputs)])
         ports = replace(p, rows=rows, outputs=slice(p.drive + 1, len(rows)), extra=slice(len(rows), len(rows)))
         return replace(self, ports=ports, outputs=outputs)
@@ -272,7 +272,7 @@ def build_linear_model(
     none = slice(c + 1, c + 1)
     ports = Ports(rows, slice(0, a), slice(a, b), slice(b, c), c, outputs=none, extra=none)
     model = LinearModel(structure, basis, moduli.normal_modulus, moduli.shear_modulus, ports, ())
-    return model.with_places(tuple(outputs))
+    return model.with_places(tuple(outputs), rig.drive.position)
 
 
 def believed_parameters(rig: Rig, preload: str | None = None) -> BaseParameters:

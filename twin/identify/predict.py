@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from twin.identify.evidence import Evidence, StepArrays
-from twin.identify.extension import Extension
 from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.modal_prediction import ModalResponse
@@ -101,13 +100,11 @@ class RigResponse:
     ----------
     evidence
         As from :func:`blank_evidence`.
-    extension
-        What the rig's effects change.
     """
 
-    def __init__(self, evidence: Evidence, extension: Extension | None = None) -> None:
+    def __init__(self, evidence: Evidence) -> None:
         rig = evidence.rig
-        self._predictor = Predictor(evidence, extension)
+        self._predictor = Predictor(evidence)
         self._law = _Law.of(rig)
         self._base = believed_parameters(rig, evidence.preload)
         names = evidence.channels

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from recordings import Run, whole_file
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.effects import effects_extension, unmodelled_effects
+from twin.diagnose.effects import unmodelled_effects, with_effects
+from twin.diagnose.signals import as_known
 from twin.identify.evidence import Evidence, gather_evidence
-from twin.identify.extension import Extension
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.polynomial_law import PolynomialFit
 from twin.lab.preload import known_preload
@@ -51,7 +51,6 @@ class IdentifiedJoint(Shown):
 
     found: Identified
     evidence: Evidence
-    extension: Extension
     warnings: tuple[str, ...]
 
     @property
@@ -79,9 +78,7 @@ class IdentifiedJoint(Shown):
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_identified_report(
-            self.found, self.evidence, Path(path), extension=self.extension, warnings=self.warnings, commands=commands
-        )
+        write_identified_report(self.found, self.evidence, Path(path), warnings=self.warnings, commands=commands)
 
     def plot_law(self) -> Figure:
         """Softening and loss against amplitude, with one standard deviation and the papers' polynomials."""
@@ -99,7 +96,7 @@ class IdentifiedJoint(Shown):
         """Measured and modelled responses of one broadband run, and the error beside the noise."""
         if not 0 <= index < len(self.evidence.broadband):
             raise ValueError(f"there are {len(self.evidence.broadband)} broadband runs, none is number {index}")
-        return broadband_figure(self.evidence, {"model": self.found}, index, extension=self.extension)
+        return broadband_figure(self.evidence, {"model": self.found}, index)
 
     def plot_modes(self) -> Figure:
         """Mode shapes of the identified structure."""
@@ -112,7 +109,7 @@ class IdentifiedJoint(Shown):
         return strength_figure(self.found.polynomials.together)
 
     def _sweeps(self) -> tuple[SweepComparison, ...]:
-        sweeps = fitted_sweeps(self.found, self.evidence, self.extension)
+        sweeps = fitted_sweeps(self.found, self.evidence)
         if not sweeps:
             raise ValueError("nothing was measured by stepped sines")
         return sweeps
@@ -149,9 +146,9 @@ def identify_recordings(
     if preload is not None:
         known_preload(rig, preload)
     report("reducing the runs to responses")
-    evidence = gather_evidence(runs, rig, preload=preload)
-    extension = effects_extension(evidence, rig.effect, source=source)
-    found = identify_rig(evidence, extension, report=report)
+    evidence = gather_evidence([as_known(run, rig) for run in runs], rig, preload=preload)
+    evidence = with_effects(evidence, source=source)
+    found = identify_rig(evidence, report=report)
     warnings = [f"the effect {name} acts on recordings only and is left out" for name in unmodelled_effects(rig.effect)]
     try:
         open_bench(found.rig)
@@ -159,7 +156,7 @@ def identify_recordings(
         warnings.append(f"the model predicts, but 'twin rehearse' cannot march it in time: {error}")
     if (foreign := foreign_preload(rig, runs[0].info)) and preload is None:
         warnings.append(foreign)
-    return IdentifiedJoint(found=found, evidence=evidence, extension=extension, warnings=(*warnings, *found.warnings))
+    return IdentifiedJoint(found=found, evidence=evidence, warnings=(*warnings, *found.warnings))
 
 
 def _fit_dict(fit: PolynomialFit) -> dict[str, Any]:

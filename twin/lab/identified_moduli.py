@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from recordings import FrequencyTable, InputError, read_table, whole_file
-from twin.diagnose.effects import effects_extension
+from twin.diagnose.effects import with_effects
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import update_moduli
 from twin.identify.predict import blank_evidence
@@ -131,8 +131,7 @@ def identify_moduli(path: str | Path, rig: Rig, *, source: str, preload: str | N
     if (state := table.preload[0]) and preload not in (None, state):
         raise InputError("--preload", "", f"is {preload}, {path} holds {state}")
     name = known_preload(rig, preload or state or None)
-    evidence = blank_evidence(rig, name)
-    structure = Predictor(evidence, effects_extension(evidence, rig.effect, source=source)).model.structure
+    structure = Predictor(with_effects(blank_evidence(rig, name), source=source)).model.structure
     for effect in rig.effect:
         if effect.cause == "added-mass":
             position, mass = effect.parameters["position_m"], effect.parameters["mass_kg"]

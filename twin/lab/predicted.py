@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from recordings import InputError
-from twin.diagnose.effects import effects_extension, unmodelled_effects
+from twin.diagnose.effects import unmodelled_effects, with_effects
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.identify.predict import RigResponse, blank_evidence
 from twin.lab.preload import known_preload
@@ -127,6 +127,6 @@ def predict_response(
     ]
     if law is None:
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
-    model = RigResponse(evidence, effects_extension(evidence, rig.effect, source=source))
+    model = RigResponse(with_effects(evidence, source=source))
     found = model.held(frequency, level) if held else model.forced(frequency, level)
     return PredictedResponse(response=found, given=name, warnings=tuple(warnings))

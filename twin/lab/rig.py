@@ -235,7 +235,7 @@ class LabRig(Shown):
         with in_processes(processes):
             result = diagnose(
                 as_runs(learnt), rig, preload=preloads[0] if preloads else None, held_out=as_runs(kept),
-                out=None if out is None else Path(out), report=report,
+                source=self.source, out=None if out is None else Path(out), report=report,
             )  # fmt: skip
         return DiagnosedRecordings(result)
 

@@ -17,7 +17,7 @@ from recordings import RunWriter, read_run
 from twin.bench import open_bench
 from twin.demo import broadband, first_resonance, planned_sweeps
 from twin.demo.plan import BROADBAND, SWEEPS
-from twin.diagnose.effects import effects_extension
+from twin.diagnose.effects import with_effects
 from twin.identify.evidence import Evidence, gather_evidence
 from twin.identify.force_levels import Polynomials
 from twin.identify.identified import identify_rig
@@ -56,7 +56,7 @@ def reproduce_sweeps(
         report(f"{study.name}, {preload}: recording sweeps")
         evidence = record_sweeps(study.sweeps, rig, preload, seed=seed + 10 * number)
         report(f"{study.name}, {preload}: identifying the joint's law")
-        found = identify_rig(evidence, effects_extension(evidence, rig.effect, source=study.name))
+        found = identify_rig(with_effects(evidence, source=study.name))
         assert found.polynomials is not None
         residual |= _residuals(study.sweeps, preload, found.polynomials)
         details[preload] = _details(found.polynomials, rig, preload, law)

@@ -13,7 +13,6 @@ from recordings.run import Run
 from twin.diagnose.candidate import Candidate, extension_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution
 from twin.identify.prediction import Predictor
 from twin.identify.sine_fit import SteadyState, steady_states
@@ -219,14 +218,10 @@ def shown_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
     return models if len(models) > 1 else {"model": models["before"]}
 
 
-def broadband_responses(evidence: Evidence, model: Fitted, index: int, *, extension: Extension | None = None) -> Array:
-    """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N.
-
-    `extension` is what differs from the believed rig: what a candidate blames, if not given.
-    """
+def broadband_responses(evidence: Evidence, model: Fitted, index: int) -> Array:
+    """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N."""
     data = evidence.broadband[index]
-    if extension is None and isinstance(model, Candidate):
-        extension = extension_of(evidence, model.blames)
+    extension = extension_of(evidence, model.blames) if isinstance(model, Candidate) else None
     predictor = Predictor(evidence, extension)
     time_s = np.full(len(data.omega), data.time_s - evidence.origin_s)
     omega = predictor.clock(data.omega, time_s)

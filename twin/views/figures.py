@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
 from twin.views.curves import Fitted, broadband_responses, law_band, mode_shapes
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
@@ -175,18 +174,11 @@ def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure
     return figure
 
 
-def broadband_figure(
-    evidence: Evidence, models: Mapping[str, Fitted], index: int = 0, *, extension: Extension | None = None
-) -> Figure:
-    """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise.
-
-    `extension` as :func:`~twin.views.curves.broadband_responses` has it.
-    """
+def broadband_figure(evidence: Evidence, models: Mapping[str, Fitted], index: int = 0) -> Figure:
+    """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise."""
     data = evidence.broadband[index]
     units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
-    predicted = {
-        kind: broadband_responses(evidence, model, index, extension=extension) for kind, model in models.items()
-    }
+    predicted = {kind: broadband_responses(evidence, model, index) for kind, model in models.items()}
     count = len(data.channels)
     figure = Drawing(figsize=(WIDTH_IN, 4.8), layout="constrained")
     grid = figure.subplots(2, count, sharex=True, sharey="row", squeeze=False, height_ratios=[3, 2])

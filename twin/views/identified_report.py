@@ -9,7 +9,6 @@ import numpy as np
 
 from twin.diagnose.comparison import SweepComparison, sweeps_beside
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
 from twin.identify.force_levels import Polynomials
 from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.polynomial_law import PolynomialFit
@@ -32,13 +31,11 @@ from twin.views.style import AFTER, CAUTION
 __all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
 
 
-def fitted_sweeps(
-    found: Identified, evidence: Evidence, extension: Extension | None = None
-) -> tuple[SweepComparison, ...]:
+def fitted_sweeps(found: Identified, evidence: Evidence) -> tuple[SweepComparison, ...]:
     """Every sweep beside the identified model, which stands for both models of the comparison."""
     if not len(evidence.steps):
         return ()
-    predictor = Predictor(evidence, extension)
+    predictor = Predictor(evidence)
     R, omega = predictor.step_receptance(found.unknowns)
     H = predictor.responses(R, omega)
     return sweeps_beside(evidence, H, H)
@@ -71,7 +68,6 @@ def write_identified_report(
     evidence: Evidence,
     path: Path,
     *,
-    extension: Extension | None = None,
     warnings: Sequence[str] | None = None,
     commands: Sequence[str] = (),
 ) -> None:
@@ -83,8 +79,6 @@ def write_identified_report(
         What was identified, and from what.
     path
         The HTML file to write; replaced if it exists.
-    extension
-        What the rig file's effects change, as the identification had it.
     warnings
         What to tell beside what is uncertain by itself; the identification's own if not given.
     commands
@@ -102,9 +96,7 @@ def write_identified_report(
         title="Identification of a bolted joint",
         answer=identified_sentence(found, evidence),
         facts=f"Rig {evidence.rig.name}, preload {found.preload}; recordings {runs}.",
-        sections=list(
-            _sections(found, evidence, extension, found.warnings if warnings is None else warnings, commands)
-        ),
+        sections=list(_sections(found, evidence, found.warnings if warnings is None else warnings, commands)),
         accent=CAUTION if found.chi2_per_dof > POOR_FIT else AFTER,
     )
 
@@ -112,22 +104,21 @@ def write_identified_report(
 def _sections(
     found: Identified,
     evidence: Evidence,
-    extension: Extension | None,
     warnings: Sequence[str],
     commands: Sequence[str],
 ) -> Iterator[Section]:
     rows = determined(found, evidence)
     yield _parameters(found, rows)
     if len(evidence.steps):
-        yield _sweeps(found, evidence, fitted_sweeps(found, evidence, extension))
+        yield _sweeps(found, evidence, fitted_sweeps(found, evidence))
     if evidence.broadband:
-        yield _broadband(found, evidence, extension)
+        yield _broadband(found, evidence)
     yield _determined(rows)
     if found.polynomials is not None:
         yield _levels(found.polynomials)
         yield _regularisation(found.polynomials.together)
     yield _modes(found, evidence)
-    yield _assumed(evidence, extension)
+    yield _assumed(evidence)
     yield _uncertain(rows, warnings)
     if commands:
         yield Section(title="To get this again", commands=commands)
@@ -186,13 +177,12 @@ def _sweeps(found: Identified, evidence: Evidence, sweeps: Sequence[SweepCompari
     )
 
 
-def _broadband(found: Identified, evidence: Evidence, extension: Extension | None) -> Section:
-    acting = extension or Extension()
+def _broadband(found: Identified, evidence: Evidence) -> Section:
     return Section(
         title="Broadband responses",
         pictures=[
             picture(
-                broadband_figure(evidence, {"model": found}, i, extension=acting),
+                broadband_figure(evidence, {"model": found}, i),
                 alt=f"Broadband responses of {', '.join(data.channels)} from {data.frequency_Hz[0]:.0f} to "
                 f"{data.frequency_Hz[-1]:.0f} Hz, logarithmic, measured and by the model, with relative errors below.",
                 caption=f"Broadband run {Path(data.run).name}: responses per force, and the model's relative error "
@@ -268,10 +258,10 @@ def _modes(found: Identified, evidence: Evidence) -> Section:
     )
 
 
-def _assumed(evidence: Evidence, extension: Extension | None) -> Section:
+def _assumed(evidence: Evidence) -> Section:
     places = ", ".join(f"{o.channel} at {o.position_m:g} m" for o in evidence.outputs)
     rig = evidence.rig
-    effects = ", ".join(effect.cause for effect in rig.effect) if extension is not None else ""
+    effects = ", ".join(effect.cause for effect in rig.effect)
     return Section(
         title="What was assumed",
         items=[

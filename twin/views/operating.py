@@ -97,7 +97,7 @@ def operating_motions(
     sweeps
         Of this evidence; others are left out.
     extension
-        What the model adds to the believed rig.
+        What the model adds to what is known of the rig.
     """
     steps = evidence.steps
     names = np.array([f"{state.run}\n{state.sweep}" for state in steps.states])
@@ -110,8 +110,9 @@ def operating_motions(
     if not tops:
         return []
     # The clamp's own motion is left out, and a sensor that sits elsewhere than believed moves no beam.
-    structural = replace(extension or Extension(), output_position_m={}, nonlinear=(), base_receptance=0.0)
-    predictor = Predictor(evidence, structural)
+    acting = evidence.known.merged(extension or Extension())
+    structural = replace(acting, output_offset_m={}, nonlinear=(), base_receptance=0.0)
+    predictor = Predictor(replace(evidence, effects=()), structural)
     s, attached = predictor.model.structure, predictor.model.ports
     mesh, looked = s.mesh, _looked_at(s)
     predictor.model = predictor.model.with_ports(np.vstack([attached.rows[attached.extra], *looked]))

@@ -292,11 +292,14 @@ def _assumed(diagnosis: Diagnosis) -> Section:
     evidence = diagnosis.evidence
     places = ", ".join(f"{o.channel} at {o.position_m:g} m" for o in evidence.outputs)
     rig = evidence.rig
+    effects = ", ".join(effect.cause for effect in rig.effect)
     return Section(
         title="What was assumed",
         items=[
             f"The rig file: two beams with an overlap of {1e3 * rig.joint.overlap:g} mm, clamped at one end, driven at "
-            f"{rig.drive.position:g} m; {places}. Anything else than the named causes is as it says.",
+            f"{rig.drive.position:g} m; {places}. "
+            + (f"Its effects act: {effects}. " if effects else "")
+            + "Anything else than the named causes is as it says.",
             "The joint is a thin layer with moduli E′ − s(X) and G′ + j l(X), smooth functions of one amplitude X.",
             "The force is what the force cell reads; the steps used were settled.",
             "The noise is estimated from the recordings themselves, and is Gaussian.",

@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from twin.bench import open_bench
-from twin.diagnose.effects import effects_extension
+from twin.diagnose.effects import with_effects
 from twin.identify.predict import RigResponse, blank_evidence
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LawTable, load_rig
@@ -41,7 +41,7 @@ def test_three_solutions_where_harmonic_balance_has_three():
     rig, force_N, folded = with_law(np.zeros(60), np.zeros(60), [HARDENING]), 3.0, [26.76, 26.80]
     frequencies = np.array([26.05, *folded, 27.4])
     evidence = blank_evidence(rig)
-    response = RigResponse(evidence, effects_extension(evidence, rig.effect))
+    response = RigResponse(with_effects(evidence))
     found = response.forced(frequencies, np.full(len(frequencies), force_N))
     expected = balance_crossings(rig, frequencies, force_N)
     assert max(len(solutions) for solutions in expected) == 3 == found.branches

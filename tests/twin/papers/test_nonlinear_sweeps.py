@@ -7,7 +7,7 @@ import pytest
 
 from twin.bench import open_bench
 from twin.cli import main
-from twin.diagnose.effects import effects_extension
+from twin.diagnose.effects import with_effects
 from twin.identify.identified import identify_rig
 from twin.papers.nonlinear_sweeps import record_sweeps, rig_with_law
 from twin.papers.steel_lap_joint import believed_rig
@@ -69,7 +69,7 @@ def test_true_coefficients_are_inside_the_intervals_of_marched_sweeps(preload):
     z = []
     for seed in range(1000, 1025):
         evidence = record_sweeps(study.sweeps, rig, preload, seed=seed)
-        found = identify_rig(evidence, effects_extension(evidence, rig.effect))
+        found = identify_rig(with_effects(evidence))
         z.append(deviations(found, rig, preload, study.sweeps.law[preload]))
     inside = np.abs(np.array(z)) < 1.96
     print(preload, inside.mean(), inside.mean(axis=0))

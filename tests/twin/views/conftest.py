@@ -19,7 +19,6 @@ from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
-from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution
 from twin.identify.identified import identify_rig
 from twin.identify.joint_law import SplineLaw
@@ -111,7 +110,7 @@ def identified(unmeasured: tuple[Evidence, Unknowns]) -> IdentifiedJoint:
     blank, unknowns = unmeasured
     evidence = _measured(blank, _candidate(unknowns, (), (100.0,)))
     found = identify_rig(evidence)
-    return IdentifiedJoint(found=found, evidence=evidence, extension=Extension(), warnings=found.warnings)
+    return IdentifiedJoint(found=found, evidence=evidence, warnings=found.warnings)
 
 
 @pytest.fixture(scope="session")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
+from twin.identify.believed_instruments import high_pass
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 
@@ -31,5 +30,4 @@ class AcCoupling(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """J omega / (j omega + omega_c)."""
-        corner = 2 * np.pi * values["corner_Hz"]
-        return Extension(channel_factor={label["channel"]: lambda omega: 1j * omega / (1j * omega + corner)})
+        return Extension(channel_factor={label["channel"]: high_pass(values["corner_Hz"])})

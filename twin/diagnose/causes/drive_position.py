@@ -23,7 +23,7 @@ class DrivePosition(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
-        x, L = evidence.rig.drive.position, evidence.rig.length
+        x, L = evidence.drive_position_m, evidence.rig.length
         return (
             Parameter(
                 name="offset_m",
@@ -38,4 +38,4 @@ class DrivePosition(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The same structure, driven elsewhere."""
-        return Extension(drive_position_m=evidence.rig.drive.position + values["offset_m"])
+        return Extension(drive_offset_m=values["offset_m"])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, response_channels
+from twin.identify.believed_instruments import mount
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 
@@ -52,12 +52,7 @@ class MountingResonance(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """Base excitation of a single degree of freedom."""
-        inverse, z = np.sqrt(values["compliance_s2"]), values["damping_ratio"]
-
-        def factor(omega: Any) -> Any:
-            r = omega * inverse
-            return 1 / (1 - r**2 + 2j * z * r)
-
+        factor = mount(values["compliance_s2"], values["damping_ratio"])
         return Extension(channel_factor={label["channel"]: factor})
 
 

@@ -30,7 +30,7 @@ class SensorPosition(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
-        x, L = _position(evidence, label), evidence.rig.length
+        x, L = evidence.position_m(label["channel"]), evidence.rig.length
         return (
             Parameter(
                 name="offset_m", scale=0.01, lower=-0.5 * x, upper=L - x, null=0.0, starts=(-0.001,), model_error=0.001
@@ -48,7 +48,7 @@ class SensorPosition(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The channel read elsewhere, and the inertia of its sensor taken from here to there."""
-        here = _position(evidence, label)
+        here = evidence.position_m(label["channel"])
         there = here + values["offset_m"]
         mass = values["carried"] * _mass(evidence, label) * np.array([-1.0, -1.0, 1.0, 1.0])
 
@@ -56,12 +56,10 @@ class SensorPosition(Cause):
             return np.array([s.deflection(here), s.axial(here), s.deflection(there), s.axial(there)])
 
         moved = Attachment(rows, lambda omega: -mass * omega[:, None] ** 2)
-        return Extension(output_position_m={label["channel"]: there}, attachments=(moved,) if mass.any() else ())
+        return Extension(
+            output_offset_m={label["channel"]: values["offset_m"]}, attachments=(moved,) if mass.any() else ()
+        )
 
 
 def _mass(evidence: Evidence, label: Mapping[str, str]) -> float:
     return next((s.mass for s in evidence.rig.response_sensors if s.channel == label["channel"]), 0.0)
-
-
-def _position(evidence: Evidence, label: Mapping[str, str]) -> float:
-    return next(o.position_m for o in evidence.outputs if o.channel == label["channel"])

@@ -226,7 +226,7 @@ def _at_each_level(evidence: Evidence, model: Candidate) -> tuple[ForceAtLevel, 
     if not len(evidence.steps):
         return ()
     blame = model.blames[-1]
-    motion = Predictor(evidence, extension_of(evidence, model.blames)).motion_at_forces(model.unknowns)[:, 0]
+    motion = Predictor(evidence, extension_of(evidence, model.blames)).motion_at_forces(model.unknowns)[:, -1]
     amplitude, omega = np.abs(motion), evidence.steps.omega
     largest: dict[str, int] = {}
     for i, state in enumerate(evidence.steps.states):

@@ -13,11 +13,11 @@ from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.lost_samples import find_lost_samples
 from twin.diagnose.signals.mains_hum import find_mains_hum
 from twin.diagnose.signals.quantisation import find_quantisation
-from twin.diagnose.signals.sample_clock import find_clock_error, with_clock
+from twin.diagnose.signals.sample_clock import as_known, find_clock_error, with_clock
 from twin.diagnose.signals.unsettled import find_unsettled
 from twin.identify.sine_fit import Line
 
-__all__ = ["Finding", "find_unsettled", "foreign_lines", "inspect_signals", "mended"]
+__all__ = ["Finding", "as_known", "find_unsettled", "foreign_lines", "inspect_signals", "mended"]
 
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:

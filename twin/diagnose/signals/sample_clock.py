@@ -10,8 +10,9 @@ import numpy as np
 from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.identify.sine_fit import SteadyState, steady_states
+from twin.rigs import Rig
 
-__all__ = ["find_clock_error", "with_clock"]
+__all__ = ["as_known", "find_clock_error", "with_clock"]
 
 LEAST_STEPS = 8
 LEAST_PPM, LEAST_SIGMA = 50.0, 6.0
@@ -42,6 +43,12 @@ def find_clock_error(runs: Sequence[Run]) -> list[Finding]:
             std={"error_ppm": float(np.hypot(std, OWN_ERROR_ppm))},
         )
     ]
+
+
+def as_known(run: Run, rig: Rig) -> Run:
+    """The run with what the rig file says of the converter's clock taken off, so that only the rest can be found."""
+    error_ppm = rig.acquisition.clock_error_ppm
+    return with_clock(run, error_ppm=error_ppm) if error_ppm else run
 
 
 def with_clock(run: Run, *, error_ppm: float) -> Run:

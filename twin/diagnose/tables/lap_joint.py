@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.causes import CAUSES
-from twin.diagnose.effects import effects_extension
+from twin.diagnose.effects import with_effects
 from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.identify.changed_model import changed_structure
@@ -73,7 +73,7 @@ class LapJointFrequencies:
 
     def matrices(self, active: Active) -> Matrices:
         """The structure with the rig file's own effects and `active`."""
-        whole = self._believed
+        whole = self._evidence.known
         for change, values in active:
             whole = whole.merged(self._extension(change, values))
         structure, KE, KG = self._plain
@@ -105,17 +105,13 @@ class LapJointFrequencies:
 
     @cached_property
     def _evidence(self) -> Evidence:
-        return blank_evidence(self.rig, self.preloads[0])
+        return with_effects(blank_evidence(self.rig, self.preloads[0]), source=self.source)
 
     @cached_property
     def _plain(self) -> tuple[Structure, Matrix, Matrix]:
         """The structure that nothing changes, and its layer's stiffness per unit of each modulus."""
         structure = self._evidence.model.structure
         return structure, structure.KE, structure.KG
-
-    @cached_property
-    def _believed(self) -> Extension:
-        return effects_extension(self._evidence, self.rig.effect, source=self.source)
 
     def _extension(self, change: Change, values: Mapping[str, float]) -> Extension:
         return CAUSES[change.cause].extension(self._evidence, change.label, values)

@@ -7,8 +7,9 @@ import pytest
 from contract_causes import CONTRACT, SEEN_IN_SAMPLES
 
 from twin.bench import draw_case
+from twin.diagnose.candidate import extension_of
 from twin.diagnose.causes import CAUSES
-from twin.diagnose.effects import effects_extension
+from twin.diagnose.effects import acting_effects
 from twin.identify.extension import Extension
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
@@ -64,7 +65,7 @@ def test_what_is_reported_is_enough_to_rebuild_the_effect(evidence):
 def test_an_effect_in_a_rig_file_acts_in_the_forward_model(evidence, name):
     """Whatever the bench can hide under a contract's name, the model's extension takes from a rig file."""
     case = draw_case(np.random.default_rng(7), rig=evidence.rig, causes=[name])
-    extension = effects_extension(evidence, case.effects)
+    extension = extension_of(evidence, acting_effects(evidence, case.effects))
     assert extension != Extension()
 
 

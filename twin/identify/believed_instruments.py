@@ -1,0 +1,61 @@
+"""What a rig file says of its sensors' own responses: their high-passes, and how they sit on their mounts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.extension import Extension
+from twin.rigs import Rig, Sensor
+
+__all__ = ["believed_instruments", "high_pass", "mount"]
+
+Array = NDArray[Any]
+
+
+def high_pass(corner_Hz: float) -> Callable[[Array], Array]:
+    """First order, j omega / (j omega + omega_c): measured over true at omega (f,)."""
+    corner = 2 * np.pi * corner_Hz
+    return lambda omega: 1j * omega / (1j * omega + corner)
+
+
+def mount(compliance_s2: float, damping_ratio: float) -> Callable[[Array], Array]:
+    """A transducer that rides on its mount, as the base excitation of one degree of freedom.
+
+    Parameters
+    ----------
+    compliance_s2
+        Displacement on the mount per acceleration of the base: 1 / omega_0^2 of the mounted resonance.
+    damping_ratio
+        Of that resonance.
+    """
+    softness = np.sqrt(compliance_s2)
+
+    def factor(omega: Array) -> Array:
+        r = omega * softness
+        return np.asarray(1 / (1 - r**2 + 2j * damping_ratio * r))
+
+    return factor
+
+
+def believed_instruments(rig: Rig) -> Extension:
+    """The factors of all channels, force cell included; empty where all channels have one and the same high-pass.
+
+    Responses are per force, so what all channels have in common shows nowhere.
+    """
+    alike = len({sensor.high_pass for sensor in rig.sensor}) == 1
+    whole = Extension()
+    for sensor in rig.sensor:
+        for factor in _factors(sensor, high_passes=not alike):
+            whole = whole.merged(Extension(channel_factor={sensor.channel: factor}))
+    return whole
+
+
+def _factors(sensor: Sensor, *, high_passes: bool) -> list[Callable[[Array], Array]]:
+    factors = [high_pass(sensor.high_pass)] if high_passes and sensor.high_pass > 0 else []
+    if sensor.mounting_frequency is not None:
+        factors.append(mount((2 * np.pi * sensor.mounting_frequency) ** -2, sensor.mounting_damping))
+    return factors
