@@ -115,19 +115,29 @@ class Climb:
             if self.model.blames and max((score.gain for score in scores), default=0.0) < self._least_promise():
                 return None
             finalists = self._finalists(scores)
-            pay = paying(self.evidence, finalists, self.model, self._left_behind)
-            if finalists and self._settled < len(self.model.blames) and (pay or not self.model.blames):
-                self._settled = len(self.model.blames)
-                anew = _anew(self.evidence, self.harmonics, self.model, finalists[0].unknowns)
-                if anew.log_evidence > self.model.log_evidence + LEAST_GAIN:
-                    pay = paying(self.evidence, finalists, anew, self._left_behind)
-                    if not pay or anew.solution.chi2 < FALSE * self.model.solution.chi2:
-                        # The model had come to rest in a false minimum, and was scored there.
-                        self._begin_from(anew)
-                        continue
-            if pay:
-                finalists = finalists[finalists.index(pay[0]) :]
-            return Stage(tuple(finalists), tuple(scores), pay)
+            pay, anew = self._paying(finalists)
+            if anew is None:
+                if pay:
+                    finalists = finalists[finalists.index(pay[0]) :]
+                return Stage(tuple(finalists), tuple(scores), pay)
+            self._begin_from(anew)
+
+    def _paying(self, finalists: list[Candidate]) -> tuple[tuple[Candidate, ...], Candidate | None]:
+        """Finalists that pay, once even beside the model fitted anew.
+
+        The second is that fit where the model had come to rest in a false minimum, and was scored there.
+        """
+        pay = paying(self.evidence, finalists, self.model, self._left_behind)
+        known = len(self.model.blames)
+        if not finalists or self._settled == known or (known and not pay):
+            return pay, None
+        self._settled = known
+        anew = _anew(self.evidence, self.harmonics, self.model, finalists[0].unknowns)
+        if anew.log_evidence <= self.model.log_evidence + LEAST_GAIN:
+            return pay, None
+        pay = paying(self.evidence, finalists, anew, self._left_behind)
+        false = not pay or anew.solution.chi2 < FALSE * self.model.solution.chi2
+        return pay, anew if false else None
 
     def _scores(self) -> list[Score]:
         blamed = {blame.cause.name for blame in self.model.blames}
