@@ -30,7 +30,7 @@ def paying(evidence: Evidence, finalists: list[Candidate], model: Candidate, exc
 
     One that follows the noise best may yet be too slight to be a cause; the next may not.
     """
-    alone = not model.blames
+    alone = not (model.blames or evidence.effects)
     return tuple(
         finalist for finalist in finalists
         if _pays(evidence, finalist, model, by_strain=alone)
@@ -62,7 +62,8 @@ def _pays(
     """Whether a cause, the last one by default, is worth its parameters beside the model without it.
 
     What the base family can follow only by unlikely values, such as one mode's damping, costs no chi2.  A new cause may
-    pay `by_strain` alone, not beside another: the base family also makes up for what the other's model has wrong.
+    pay `by_strain` alone, not beside another or an effect of the rig file: the base family also makes up for what the
+    other's model has wrong.
     """
     blame = blame or candidate.blames[-1]
     temper = candidate.chi2_per_dof
