@@ -15,16 +15,17 @@ from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
-from twin.diagnose.effects import unmodelled_effects, with_effects
+from twin.diagnose.effects import unmodelled_effects
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes
-from twin.diagnose.signals import Finding, as_known, find_unsettled, foreign_lines, inspect_signals, mended
+from twin.diagnose.signals import find_unsettled
+from twin.diagnose.sound_evidence import sound_evidence
 from twin.diagnose.tournament import Report
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
-from twin.identify.evidence import Evidence, common_preload, gather_evidence
+from twin.identify.evidence import Evidence, common_preload
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
 from twin.rigs import Rig, foreign_preload, save_rig
@@ -72,21 +73,18 @@ def diagnose(
     Raises
     ------
     InputError
-        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`), or an effect of the rig
-        file is none (:func:`~twin.diagnose.effects.with_effects`).
+        As :func:`~twin.diagnose.sound_evidence.sound_evidence`.
     """
     started = time.perf_counter()
     asked_for = preload is not None
     preload = preload or common_preload([*runs, *held_out], rig)
-    runs, held_out = ([as_known(run, rig) for run in some] for some in (runs, held_out))
-    report("looking at the samples")
-    findings = inspect_signals(runs)
     report("reducing recordings to harmonics and frequency responses")
-    evidence = _evidence([(run, findings) for run in runs], rig, preload, source)
+    sound = sound_evidence(runs, rig, preload=preload, source=source)
+    evidence, findings = sound.evidence, [*sound.findings]
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled], force=evidence.force)
     unseen: Evidence | None
     if held_out:
-        unseen = _evidence([(run, inspect_signals([run])) for run in held_out], rig, preload, source)
+        unseen = sound_evidence(held_out, rig, preload=preload, source=source).evidence
         aside: tuple[str, ...] = ()
     else:
         kept, unseen, aside = _set_aside(evidence)
@@ -137,13 +135,6 @@ def diagnose(
         extended_model=extended,
         missing_force=missing,
     )
-
-
-def _evidence(shown: Sequence[tuple[Run, Sequence[Finding]]], rig: Rig, preload: str, source: str) -> Evidence:
-    """The runs, each without what its samples showed, against the rig with all that its file says."""
-    lines = foreign_lines([finding for _, found in shown for finding in found])
-    evidence = gather_evidence([mended(run, found) for run, found in shown], rig, preload=preload, lines=lines)
-    return with_effects(evidence, source=source)
 
 
 def _gain(

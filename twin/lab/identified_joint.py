@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from recordings import Run, whole_file
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.effects import unmodelled_effects, with_effects
-from twin.diagnose.signals import as_known
-from twin.identify.evidence import Evidence, gather_evidence
+from twin.diagnose.effects import unmodelled_effects
+from twin.diagnose.sound_evidence import sound_evidence
+from twin.identify.evidence import Evidence
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.polynomial_law import PolynomialFit
 from twin.lab.preload import known_preload
@@ -146,17 +146,17 @@ def identify_recordings(
     if preload is not None:
         known_preload(rig, preload)
     report("reducing the runs to responses")
-    evidence = gather_evidence([as_known(run, rig) for run in runs], rig, preload=preload)
-    evidence = with_effects(evidence, source=source)
-    found = identify_rig(evidence, report=report)
+    sound = sound_evidence(runs, rig, preload=preload, source=source)
+    found = identify_rig(sound.evidence, report=report)
     warnings = [f"the effect {name} acts on recordings only and is left out" for name in unmodelled_effects(rig.effect)]
+    warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]
     try:
         open_bench(found.rig)
     except ValueError as error:
         warnings.append(f"the model predicts, but 'twin rehearse' cannot march it in time: {error}")
     if (foreign := foreign_preload(rig, runs[0].info)) and preload is None:
         warnings.append(foreign)
-    return IdentifiedJoint(found=found, evidence=evidence, warnings=(*warnings, *found.warnings))
+    return IdentifiedJoint(found=found, evidence=sound.evidence, warnings=(*warnings, *found.warnings))
 
 
 def _fit_dict(fit: PolynomialFit) -> dict[str, Any]:

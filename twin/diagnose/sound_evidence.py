@@ -1,0 +1,57 @@
+"""Recordings reduced without what their samples show to be faulty, against a rig with all that its file says.
+
+Identification and diagnosis begin here alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from recordings.run import Run
+from twin.diagnose.effects import with_effects
+from twin.diagnose.signals import Finding, as_known, foreign_lines, inspect_signals, mended
+from twin.identify.evidence import Evidence, gather_evidence
+from twin.rigs import Rig
+
+__all__ = ["SoundEvidence", "sound_evidence"]
+
+
+@dataclass(frozen=True)
+class SoundEvidence:
+    """What a fit may use.
+
+    Attributes
+    ----------
+    evidence : Evidence
+        The recordings, reduced.
+    findings : tuple of Finding
+        Faults that the samples show by themselves.  Spoilt samples were not used, hum was fitted beside the sines, and
+        a wrong clock was set right.
+    """
+
+    evidence: Evidence
+    findings: tuple[Finding, ...]
+
+
+def sound_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, source: str = "rig") -> SoundEvidence:
+    """Inspect, mend and reduce `runs`.
+
+    Parameters
+    ----------
+    preload
+        As for :func:`~twin.identify.evidence.gather_evidence`.
+    source
+        The rig file's name, for errors.
+
+    Raises
+    ------
+    InputError
+        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`), or an effect of the rig
+        file is none (:func:`~twin.diagnose.effects.with_effects`).
+    """
+    runs = [as_known(run, rig) for run in runs]
+    findings = inspect_signals(runs)
+    usable = [mended(run, findings) for run in runs]
+    evidence = gather_evidence(usable, rig, preload=preload, lines=foreign_lines(findings))
+    return SoundEvidence(with_effects(evidence, source=source), tuple(findings))
