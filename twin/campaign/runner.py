@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -14,6 +13,7 @@ from pathlib import Path
 
 from recordings.errors import InputError
 from twin.campaign.case import CasePlan, CaseResult, run_case
+from twin.diagnose.side_by_side import become_helper
 from twin.rigs import Rig
 
 __all__ = ["read_results", "run_campaign"]
@@ -113,7 +113,7 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
         return
     # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_interrupts_to_the_parent)
+    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=become_helper)
     try:
         yield executor
     except BaseException:
@@ -122,10 +122,6 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
             process.terminate()
         raise
     executor.shutdown()
-
-
-def _leave_interrupts_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from itertools import count
 from operator import is_
 from typing import Any, TypeVar
 
-__all__ = ["in_processes", "side_by_side", "usual_processes"]
+__all__ = ["become_helper", "in_processes", "side_by_side", "usual_processes"]
 
 Found = TypeVar("Found")
 
@@ -72,7 +72,7 @@ def in_processes(number: int) -> Iterator[None]:
         return
     # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(number - 1, mp_context=context, initializer=_become_helper) as pool:
+    with ProcessPoolExecutor(number - 1, mp_context=context, initializer=become_helper) as pool:
         for _ in range(number - 1):
             pool.submit(_wake)  # they import while the recordings are being read
         token = _team.set(_Team(pool, number - 1))
@@ -135,8 +135,8 @@ def _wake() -> None:
     import twin.diagnose.tournament  # noqa: F401
 
 
-def _become_helper() -> None:
-    """Leave interrupts to the parent, and end with it, whatever ended that."""
+def become_helper() -> None:
+    """Initialise a spawned process: it leaves interrupts to its parent and ends with it, whatever ended that."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -2,8 +2,11 @@
 
 import multiprocessing
 import operator
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,6 +68,34 @@ def test_processes_that_are_done_with_are_gone():
     while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not set(multiprocessing.active_children()) - before
+
+
+ORPHANS = """
+import multiprocessing, time
+from concurrent.futures import ProcessPoolExecutor
+from twin.diagnose.side_by_side import become_helper
+
+if __name__ == "__main__":
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context, initializer=become_helper) as pool:
+        pool.submit(time.sleep, 0).result()
+        work = pool.submit(time.sleep, 600)
+        print(*[process.pid for process in multiprocessing.active_children()], flush=True)
+        work.result()
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_a_helper_ends_with_a_killed_parent_in_the_middle_of_its_work(tmp_path):
+    (script := tmp_path / "parent.py").write_text(ORPHANS)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as parent:
+        helpers = [Path("/proc", pid) for pid in parent.stdout.readline().split()]
+        parent.kill()
+    assert helpers
+    deadline = time.monotonic() + 10
+    while any(helper.exists() for helper in helpers) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(helper.exists() for helper in helpers)
 
 
 def test_a_fit_elsewhere_is_the_fit_here(campaign):
