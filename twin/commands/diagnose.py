@@ -44,6 +44,8 @@ def command(
     composite-beam.  A table of sweeps that held their response has the columns level, frequency_Hz, force_N,
     acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the
     name and the channel's are taken.
+
+    What RIG says is not found again: with the extended.toml of an earlier diagnosis only what is new is.
     """
     from twin.diagnose import usual_processes
     from twin.lab import load_rig

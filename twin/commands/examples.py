@@ -53,6 +53,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "predict": ("twin predict model.toml --drive drive.csv --out response.csv",),
     "diagnose": (
         "twin diagnose random.mcap sweeps.mcap --held-out heldout.mcap --rig steel-lap-joint --out diagnosis",
+        "twin diagnose later.mcap --rig diagnosis/extended.toml --out again",
         "twin diagnose frequencies.csv --rig composite-beam --out diagnosis",
         "twin diagnose response_control.csv --rig brake-reuss --out diagnosis",
     ),

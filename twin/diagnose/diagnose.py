@@ -112,8 +112,9 @@ def diagnose(
             finalists = last_stage(search).finalists
             next_test = plan_next_test(runs, search.evidence, finalists, model, out, report=report)
     causes_named = named_causes(search, findings, verdict)
-    if any(cause.cause in DRIFTS and cause.in_model for cause in causes_named) and _waits_left_out(runs):
-        notes += ("the waits between steps were not stored: the rate is per second of the recordings' own time",)
+    acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
+    if acting & set(DRIFTS) and _waits_left_out(runs):
+        notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
     missing = find_missing_force(evidence, search.footing, report=report) if verdict == "unknown" else None
     return Diagnosis(
         verdict=verdict,

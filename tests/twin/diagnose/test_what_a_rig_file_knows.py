@@ -13,7 +13,7 @@ from twin.bench import draw_case
 from twin.campaign import CasePlan, record_case, record_hidden
 from twin.demo import BROADBAND, HELD_OUT, SWEEPS
 from twin.diagnose import Diagnosis, diagnose
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.rigs import Effect, Rig, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -87,7 +87,7 @@ def test_what_was_found_once_is_not_found_again(tmp_path, cause):
     diagnosed(tmp_path, RIG)
     extended = load_rig(str(tmp_path / "found" / "extended.toml"))
     (later := tmp_path / "later").mkdir()
-    record_hidden(case, RIG, later, rng=np.random.default_rng(1005))
+    record_hidden(case, RIG, later, rng=np.random.default_rng(1005), waits_too=cause in DRIFTS)
     found = diagnosed(later, extended)
     assert found.verdict == "none"
     assert not [named.cause for named in found.causes if named.in_model]
