@@ -80,9 +80,12 @@ def test_more_of_the_same_is_found_beside_what_is_known(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("cause", sorted(CAUSES))
+@pytest.mark.parametrize("cause", sorted(set(CAUSES) - {"sample-clock"}))
 def test_what_was_found_once_is_not_found_again(tmp_path, cause):
-    """The same rig recorded once more, against the model that a first diagnosis extended."""
+    """The same rig recorded once more, against the model that a first diagnosis extended.
+
+    A clock that is off beside the generator's shows in the samples, is no part of the model, and is found every time.
+    """
     case, _ = record_case(CasePlan(5, (cause,)), RIG, tmp_path)
     diagnosed(tmp_path, RIG)
     extended = load_rig(str(tmp_path / "found" / "extended.toml"))
