@@ -51,7 +51,7 @@ def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str
         expected = sorted(cause.reported(likely, {})[0])
         if sorted(values) != expected:
             raise InputError(source, place, f"has the numbers {sorted(values)}", f"it takes {expected}")
-        acting.append(Blame(cause, label, cause.from_reported(values), {}))
+        acting.append(Blame(cause, label, cause.from_reported(values), dict(effect.std)))
     return tuple(acting)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from twin.diagnose.candidate import Blame, Candidate, fit_candidate
 from twin.diagnose.cause import main_strength
 from twin.diagnose.footing import FOLLOWS
@@ -9,7 +11,7 @@ from twin.diagnose.tournament import LEAST_GAIN
 from twin.identify.evidence import Evidence
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["FALSE", "LEAST_SHARE", "left_behind", "paying", "pruned"]
+__all__ = ["FALSE", "LEAST_SHARE", "left_behind", "left_by_effects", "paying", "pruned"]
 
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
@@ -41,7 +43,29 @@ def paying(evidence: Evidence, finalists: list[Candidate], model: Candidate, exc
 def left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:
     """Chi2 that a cause whose model is wrong by a known share leaves of its own effect: no sign of a further cause."""
     errors = [p.model_error for p in blame.cause.parameters(evidence, blame.label)]
-    return min(max(errors, default=0.0), OWN_ERROR) ** 2 * max(gain, 0.0)
+    return _left(max(errors, default=0.0), gain)
+
+
+def left_by_effects(evidence: Evidence, harmonics: HarmonicResiduals | None, base: Candidate) -> float:
+    """Chi2 that effects of the rig file leave: as found causes, and by how well their strengths were known to it."""
+    total = 0.0
+    for effect in evidence.effects:
+        assert isinstance(effect, Blame)
+        parameters = effect.cause.parameters(evidence, effect.label)
+        errors = [p.model_error for p in parameters]
+        main = main_strength(parameters)
+        if main is not None and main.name in effect.std and (strength := abs(effect.values[main.name] - main.null)):
+            errors.append(effect.std[main.name] / strength)
+        if not any(errors):
+            continue
+        rest = replace(evidence, effects=tuple(other for other in evidence.effects if other is not effect))
+        without = fit_candidate(rest, harmonics, base.unknowns, (), tolerance=0.3)
+        total += _left(max(errors), without.solution.chi2 - base.solution.chi2)
+    return total
+
+
+def _left(error: float, gain: float) -> float:
+    return min(error, OWN_ERROR) ** 2 * max(gain, 0.0)
 
 
 def pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate) -> Candidate:
