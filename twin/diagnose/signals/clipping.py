@@ -28,6 +28,8 @@ FLAT = 0.5
 """Width of a top over that between the shoulders: a whole sine has a quarter, one cut by a tenth three quarters."""
 FAR = 0.01
 """Share of a limit by which noise hardly ever exceeds it: a sample farther out is not on it."""
+CLEAR = 2.5
+"""Standard deviations of a count by which more samples lie above a level than below it."""
 LEVEL = 5e-4
 """Tops on one limit are level within this share of it, or within what their noise leaves of their means."""
 RINGING = 2
@@ -95,11 +97,16 @@ def _flat_tops(x: NDArray[Any]) -> NDArray[Any]:
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (x >= SHOULDER * usual).astype(np.int8), [0]])))
     on_limit = (x >= (1 - TOP) * usual) & (x <= (1 + FAR) * usual)
     high = np.concatenate([[0], np.cumsum(on_limit)])
-    flat = []
+    flat, above, below = [], 0, 0
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         if stop - start >= LEAST_WIDTH and high[stop] - high[start] > FLAT * (stop - start):
             flat.append(start + np.flatnonzero(on_limit[start:stop]))
-    if len(flat) < LEAST_TOPS:
+            off = x[start:stop] / usual - 1
+            above += int(np.sum((off > TOP) & (off < FAR)))
+            below += int(np.sum((off < -TOP) & (off > -FAR)))
+    # Noise lies on either side of a limit; harmonics that meet a resonance make tops that rise to one side.
+    humped = above - below > CLEAR * np.sqrt(above + below)
+    if len(flat) < LEAST_TOPS or humped:
         return np.empty(0, int)
     # A third harmonic flattens peaks as well, but each at its own height.
     apart = float(np.std([np.mean(x[top]) for top in flat]))

@@ -76,3 +76,21 @@ def test_peaks_that_a_third_harmonic_flattens_each_at_its_own_height_are_not_cut
     assert find_clipping([synthetic.run(samples | {"acc2": flattened})]) == []
     (finding,) = find_clipping([synthetic.run(samples | {"acc2": np.clip(flattened, -89.0, 89.0)})])
     assert finding.values["limit"] == pytest.approx(89.0, rel=1e-3)
+
+
+def test_peaks_that_harmonics_near_a_resonance_flatten_to_one_side_are_not_cut(synthetic):
+    """Of one height all, as a steady dwell has them."""
+    samples = synthetic.converted(synthetic.stepped_sine(27))
+    theta = 2 * np.pi * 26.0 * np.arange(len(samples["acc2"])) / synthetic.rate_Hz
+    leaning = 100.0 * (np.cos(theta) - 0.125 * np.cos(3 * theta) + 0.005 * np.sin(4 * theta))
+    assert find_clipping([synthetic.run(samples | {"acc2": leaning})]) == []
+
+
+@pytest.mark.parametrize("noise", [1e-5, 3e-4, 2e-3])
+def test_a_limit_that_carries_noise_is_one(synthetic, noise):
+    samples = synthetic.converted(synthetic.stepped_sine(28))
+    limit = 0.5 * np.max(np.abs(samples["acc2"]))
+    rng = np.random.default_rng(29)
+    noisy = np.clip(samples["acc2"], -limit, limit) + noise * limit * rng.standard_normal(len(samples["acc2"]))
+    (finding,) = find_clipping([synthetic.run(samples | {"acc2": noisy})])
+    assert finding.values["limit"] == pytest.approx(limit, rel=2e-3)
