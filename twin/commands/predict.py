@@ -52,7 +52,7 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
 
 
 def _rig_response(model: str, drive: Path, preload: str | None) -> tuple[ModalResponse, list[str]]:
-    from twin.diagnose.effects import unmodelled_effects, with_effects
+    from twin.diagnose.effects import left_out_effects, with_effects
     from twin.identify.drive_table import read_drive
     from twin.identify.predict import RigResponse, blank_evidence
     from twin.rigs import load_rig
@@ -68,8 +68,7 @@ def _rig_response(model: str, drive: Path, preload: str | None) -> tuple[ModalRe
             model, "joint.law.channel", f"no response sensor is called {law.channel!r}",
             f"the rig has {', '.join(evidence.channels)}",
         )  # fmt: skip
-    left_out = unmodelled_effects(rig.effect)
-    warnings = [f"the effect {cause} disturbs recordings only and is left out" for cause in left_out]
+    warnings = left_out_effects(rig.effect)
     if law is None:
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
     asked = read_drive(drive)

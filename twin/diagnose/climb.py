@@ -9,7 +9,7 @@ from functools import partial
 from twin.diagnose.candidate import Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.footing import FOLLOWS, Footing
-from twin.diagnose.paying import FALSE, left_behind, left_by_effects, paying, pruned
+from twin.diagnose.paying import FALSE, left_behind, paying, pruned
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.shortlist import shortlist
 from twin.diagnose.side_by_side import side_by_side
@@ -66,6 +66,13 @@ class Stage:
 class Climb:
     """Where an ascent stands.
 
+    Parameters
+    ----------
+    evidence, causes, footing, report
+        As for :func:`~twin.diagnose.search.search_causes`.
+    excused : float
+        What of chi2 the rig file's effects leave anyway.
+
     Attributes
     ----------
     base : Candidate
@@ -80,15 +87,16 @@ class Climb:
         Of the steps, likewise.
     """
 
-    def __init__(self, evidence: Evidence, causes: Mapping[str, Cause], footing: Footing, report: Report) -> None:
+    def __init__(
+        self, evidence: Evidence, causes: Mapping[str, Cause], footing: Footing, excused: float, report: Report
+    ) -> None:
         self.base = self.model = footing.base
         self.stages: list[Stage] = []
         self._causes, self._report = causes, report
         # Where the next cause is scored from, and the slack with which its rivals begin.
         self._start, self._slack = footing.start, footing.slack
         # How many causes the model had that was last fitted anew; and what of chi2 the causes so far leave anyway.
-        self._settled = -1
-        self._left_behind = left_by_effects(evidence, footing.harmonics, footing.base)
+        self._settled, self._left_behind = -1, excused
         self._use(evidence, footing.harmonics)
 
     def _use(self, evidence: Evidence, harmonics: HarmonicResiduals | None) -> None:

@@ -15,7 +15,7 @@ from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
-from twin.diagnose.effects import unmodelled_effects
+from twin.diagnose.effects import left_out_effects
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.next_test import plan_next_test
@@ -244,8 +244,7 @@ def _notes_on(rig: Rig) -> tuple[str, ...]:
     """What of the rig file the predictions have, and what they have not."""
     known = [effect.cause for effect in rig.effect if effect.cause in CAUSES]
     notes = [f"the rig file's effects act already, and any cause is beside them: {', '.join(known)}"] if known else []
-    for cause in unmodelled_effects(rig.effect):
-        notes.append(f"the rig file's effect {cause} is left out: it acts on recordings")
+    notes += left_out_effects(rig.effect)
     if rig.drift.temperature_K_per_h or rig.drift.preload_loss_per_h:
         notes.append("the rig file's drift is left out: a drift is found whole")
     leaning = [sensor.channel for sensor in rig.response_sensors if sensor.transverse_sensitivity]

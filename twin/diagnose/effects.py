@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-import numpy as np
-
 from recordings.errors import InputError
 from twin.diagnose.candidate import Blame
 from twin.diagnose.causes import CAUSES
@@ -17,13 +15,13 @@ from twin.identify.rebinning import rebinned
 from twin.identify.unknowns import LOOSE
 from twin.rigs import Effect
 
-__all__ = ["acting_effects", "unmodelled_effects", "with_effects"]
+__all__ = ["acting_effects", "left_out_effects", "with_effects"]
 
 
 def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str = "rig") -> tuple[Blame, ...]:
     """The effects as the forward model has them.
 
-    Effects without a forward model, see :func:`unmodelled_effects`, change nothing and are left out.
+    Effects without a forward model, see :func:`left_out_effects`, change nothing and are left out.
 
     Parameters
     ----------
@@ -78,11 +76,11 @@ def with_effects(evidence: Evidence, *, source: str = "rig") -> Evidence:
     if not evidence.broadband:
         return evidence
     evidence = replace(evidence, linear=None)
-    alone = replace(evidence, steps=evidence.steps.select(np.zeros(len(evidence.steps), bool)))
-    unknowns, _ = fit_base(alone, slacks=(LOOSE,))
+    unknowns, _ = fit_base(evidence.without_steps(), slacks=(LOOSE,))
     return rebinned(evidence, Extension(), unknowns)
 
 
-def unmodelled_effects(effects: Iterable[Effect]) -> list[str]:
-    """Names of effects that only the bench knows: they disturb recordings and do not change a response."""
-    return [effect.cause for effect in effects if effect.cause not in CAUSES]
+def left_out_effects(effects: Iterable[Effect]) -> list[str]:
+    """A sentence on each effect that only the bench knows: it disturbs recordings and does not change a response."""
+    left_out = [effect.cause for effect in effects if effect.cause not in CAUSES]
+    return [f"the effect {cause} acts on recordings only and is left out" for cause in left_out]

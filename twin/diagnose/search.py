@@ -9,7 +9,7 @@ from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.climb import EXPLAINED, Climb, Stage
 from twin.diagnose.footing import Footing, base_footing
-from twin.diagnose.paying import FALSE
+from twin.diagnose.paying import FALSE, left_by_effects
 from twin.diagnose.tournament import Report
 from twin.identify.evidence import Evidence
 from twin.identify.whitening import HarmonicResiduals
@@ -69,12 +69,13 @@ def search_causes(
     if footing is None:
         report("fitting moduli, damping and the joint's law")
         footing = base_footing(evidence)
-    found = _climb(evidence, causes, footing, most, report)
+    excused = left_by_effects(evidence, footing.harmonics, footing.base)
+    found = _climb(evidence, causes, footing, excused, most, report)
     for stage in _other_beginnings(found):
         if found.model.chi2_per_dof < EXPLAINED:
             break
         report(f"beginning again with {stage.finalists[0].blames[-1].key}")
-        other = _climb(evidence, causes, footing, most, report, first=stage)
+        other = _climb(evidence, causes, footing, excused, most, report, first=stage)
         no_more = len(other.model.blames) <= len(found.model.blames)
         if other.model.chi2_per_dof < (LESS if no_more else FALSE) * found.model.chi2_per_dof:
             found = other
@@ -96,11 +97,12 @@ def _climb(
     evidence: Evidence,
     causes: Mapping[str, Cause],
     footing: Footing,
+    excused: float,
     most: int,
     report: Report,
     *,
     first: Stage | None = None,
 ) -> Search:
-    climb = Climb(evidence, causes, footing, report)
+    climb = Climb(evidence, causes, footing, excused, report)
     climb.add_causes(most, first=first)
     return Search(footing, climb.base, climb.model, tuple(climb.stages), climb.evidence, climb.harmonics)

@@ -34,10 +34,10 @@ class ChangedModels:
         """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
         offset = extension.output_offset_m
         moved = tuple(
-            replace(output, position_m=self._place_m(output.position_m + offset.get(output.channel, 0.0)))
+            replace(output, position_m=self._within_ends(output.position_m + offset.get(output.channel, 0.0)))
             for output in outputs
         )
-        drive_m = self._place_m(self._rig.drive.position + extension.drive_offset_m)
+        drive_m = self._within_ends(self._rig.drive.position + extension.drive_offset_m)
         structure = (
             tuple(sorted(extension.beam_modulus.items())),
             tuple(sorted(extension.beam_shear_ratio.items())),
@@ -49,7 +49,7 @@ class ChangedModels:
     def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drive_position_m: float) -> LinearModel:
         return self._built(*structure).with_places(outputs, drive_position_m)
 
-    def _place_m(self, position_m: float) -> float:
+    def _within_ends(self, position_m: float) -> float:
         """Nothing sits beyond the structure's ends."""
         return min(max(position_m, 0.0), self._rig.length)
 

@@ -145,6 +145,10 @@ class Evidence:
         """Names of the response channels."""
         return tuple(output.channel for output in self.outputs)
 
+    def without_steps(self) -> Evidence:
+        """The broadband runs alone."""
+        return replace(self, steps=self.steps.select(np.zeros(len(self.steps), bool)))
+
     @property
     def drive_position_m(self) -> float:
         """Where the shaker is known to drive."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -82,8 +82,7 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
         base = (model.base, solution.covariance)
         if evidence.broadband:
             report("fitting the broadband runs alone")
-            alone = replace(evidence, steps=evidence.steps.select(np.zeros(len(evidence.steps), bool)))
-            linear, linear_solution = fit_base(alone)
+            linear, linear_solution = fit_base(evidence.without_steps())
             base = (linear.base, linear_solution.covariance)
         report("identifying the papers' polynomials")
         polynomials = polynomials_by_level(predictor, *base)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from recordings import Run, whole_file
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.effects import unmodelled_effects
+from twin.diagnose.effects import left_out_effects
 from twin.diagnose.sound_evidence import sound_evidence
 from twin.identify.evidence import Evidence
 from twin.identify.identified import Identified, identify_rig
@@ -148,7 +148,7 @@ def identify_recordings(
     report("reducing the runs to responses")
     sound = sound_evidence(runs, rig, preload=preload, source=source)
     found = identify_rig(sound.evidence, report=report)
-    warnings = [f"the effect {name} acts on recordings only and is left out" for name in unmodelled_effects(rig.effect)]
+    warnings = left_out_effects(rig.effect)
     warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]
     try:
         open_bench(found.rig)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from recordings import InputError
-from twin.diagnose.effects import unmodelled_effects, with_effects
+from twin.diagnose.effects import left_out_effects, with_effects
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.identify.predict import RigResponse, blank_evidence
 from twin.lab.preload import known_preload
@@ -122,9 +122,7 @@ def predict_response(
             source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
             f"the rig has {', '.join(evidence.channels)}",
         )  # fmt: skip
-    warnings = [
-        f"the effect {cause} disturbs recordings only and is left out" for cause in unmodelled_effects(rig.effect)
-    ]
+    warnings = left_out_effects(rig.effect)
     if law is None:
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
     model = RigResponse(with_effects(evidence, source=source))

@@ -62,7 +62,7 @@ def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagine
         else:
             data = imagined_bins(evidence, truth, procedure, middle)
         data = _answered(evidence, truth, data)
-        return _beside(replace(evidence, broadband=(data,), steps=evidence.steps.select(_none(evidence))), None, truth)
+        return _beside(replace(evidence.without_steps(), broadband=(data,)), None, truth)
     assert isinstance(procedure, SteppedSine)
     steps = _steps(evidence, truth, procedure, proposal, last)
     imagined = replace(evidence, broadband=(), steps=steps)
@@ -72,10 +72,6 @@ def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagine
 def _beside(evidence: Evidence, harmonics: HarmonicResiduals | None, truth: Candidate) -> Imagined:
     own = Trial(evidence, harmonics, truth.unknowns, truth.blames)
     return Imagined(evidence, harmonics, own.predict(own.x0).residual)
-
-
-def _none(evidence: Evidence) -> Array:
-    return np.zeros(len(evidence.steps), bool)
 
 
 def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: float, time_s: float) -> BinnedResponse:
@@ -100,7 +96,7 @@ def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: floa
 
 def _answered(evidence: Evidence, truth: Candidate, band: BinnedResponse) -> BinnedResponse:
     """The bins with what the model answers."""
-    there = replace(evidence, broadband=(band,), steps=evidence.steps.select(_none(evidence)))
+    there = replace(evidence.without_steps(), broadband=(band,))
     predictor = Predictor(there, extension_of(there, truth.blames))
     return replace(band, H=predictor.broadband_response(band, truth.unknowns))
 

@@ -18,8 +18,6 @@ CANDIDATES_Hz = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
 MOST_STEPS, LEAST_STEPS = 24, 12
 LEAST_POWER = 12.0
 """Mean power of the line over the steps, in units of the noise beside it."""
-
-
 LEAST_POWER_IN_NOISE = 36.0
 """The same of a line in one broadband run, whose noise is that of a few lines beside it."""
 
