@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +11,10 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from recordings.tables import csv_rows
+from recordings.whole import whole_file
+from twin.identify.modal_prediction import ModalResponse
 
-__all__ = ["DriveTable", "read_drive"]
+__all__ = ["DriveTable", "read_drive", "write_response"]
 
 Array = NDArray[np.float64]
 
@@ -70,3 +73,13 @@ def _column(path: Path, name: str, at: int, width: int, rows: list[tuple[int, li
         if not 0 < values[i] < np.inf:
             raise InputError(path, f"line {line}, column {name}", f"{row[at]!r:.60} is not above zero")
     return values
+
+
+def write_response(response: ModalResponse, path: Path) -> None:
+    """Write one row a solution as CSV; the file appears whole or not at all."""
+    names = ("frequency_Hz", "force_N", "acceleration_m_per_s2", "std", "branch", "phase_rad", "stable")
+    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(names)
+        for row in zip(*(getattr(response, name).tolist() for name in names), strict=True):
+            writer.writerow([f"{value:.9g}" if isinstance(value, float) else int(value) for value in row])

@@ -1,21 +1,17 @@
-"""Tables in, tables out, for rigs of kind modal: sweeps to a model, a drive to a response."""
+"""A table of sweeps to the model of a rig of kind modal."""
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from recordings.errors import InputError
 from recordings.tables import SweepTable, read_table
-from recordings.whole import whole_file
 from twin.identify.backbone import Sweep, identify_backbone
-from twin.identify.drive_table import read_drive
-from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.rigs.modal import ModalRig
 
-__all__ = ["identify_sweep_table", "predict_drive", "read_sweeps", "write_response"]
+__all__ = ["identify_sweep_table", "read_sweeps"]
 
 
 def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
@@ -53,30 +49,3 @@ def read_sweeps(path: Path) -> list[Sweep]:
         Sweep(f"{level:g}", table.frequency_Hz[rows], table.force_N[rows], acceleration[rows], table.phase_rad[rows])
         for level, rows in table.sweeps().items()
     ]
-
-
-def predict_drive(model: ModalRig, path: Path, *, source: str | Path = "model") -> ModalResponse:
-    """The response to a drive table: columns ``frequency_Hz`` and ``force_N`` or ``acceleration_m_per_s2``.
-
-    Raises
-    ------
-    InputError
-        If the model was not identified yet (`source` names its file), or the table is not such a drive.
-    """
-    if model.law is None:
-        raise InputError(source, "law", "this modal rig has none yet", "identify it from sweeps first")
-    drive = read_drive(path)
-    if drive.force_N is not None:
-        return predict_forced(model.law, drive.frequency_Hz, drive.force_N)
-    assert drive.acceleration_m_per_s2 is not None
-    return predict_held(model.law, drive.frequency_Hz, drive.acceleration_m_per_s2)
-
-
-def write_response(response: ModalResponse, path: Path) -> None:
-    """Write one row a solution as CSV; the file appears whole or not at all."""
-    names = ("frequency_Hz", "force_N", "acceleration_m_per_s2", "std", "branch", "phase_rad", "stable")
-    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(names)
-        for row in zip(*(getattr(response, name).tolist() for name in names), strict=True):
-            writer.writerow([f"{value:.9g}" if isinstance(value, float) else int(value) for value in row])

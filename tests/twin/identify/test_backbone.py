@@ -8,9 +8,11 @@ from scipy.integrate import solve_ivp
 
 from recordings.errors import InputError
 from twin.identify.backbone import Sweep, identify_backbone, split_levels
+from twin.identify.drive_table import write_response
 from twin.identify.modal_prediction import modal_receptance, predict_forced, predict_held
-from twin.identify.modal_table import identify_sweep_table, predict_drive, write_response
+from twin.identify.modal_table import identify_sweep_table
 from twin.identify.robust_curve import fit_robust_curve
+from twin.lab import load_rig
 from twin.rigs.modal import ModalLaw, load_modal_rig, save_modal_rig
 
 TABLE = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
@@ -178,9 +180,8 @@ def test_other_conventions_of_the_phase_and_none_at_all_give_the_same_mode(conve
 def test_table_to_model_to_response(tmp_path):
     model = identify_sweep_table(TABLE, load_modal_rig("brake-reuss"))
     assert model.name == "brake-reuss"
-    drive = tmp_path / "drive.csv"
-    drive.write_text("frequency_Hz,force_N\n" + "".join(f"{f},1.0\n" for f in np.linspace(79.5, 81, 31)))
-    response = predict_drive(model, drive)
+    save_modal_rig(model, tmp_path / "model.toml")
+    response = load_rig(tmp_path / "model.toml").predict(np.linspace(79.5, 81, 31), force_N=1.0).response
     write_response(response, tmp_path / "response.csv")
     table = np.genfromtxt(tmp_path / "response.csv", delimiter=",", names=True)
     assert table.dtype.names[:5] == ("frequency_Hz", "force_N", "acceleration_m_per_s2", "std", "branch")
@@ -189,21 +190,6 @@ def test_table_to_model_to_response(tmp_path):
     assert [p.name for p in tmp_path.iterdir() if p.suffix == ".part"] == []
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("", "rows"), ("frequency_Hz,force_N\n", "rows"), ("frequency_Hz\n80\n", "line 1"),
-        ("frequency_Hz,force_N\n80,x\n", "line 2"), ("frequency_Hz,force_N\n80,-1\n", "line 2"),
-        ("frequency_Hz,force_N\n80\n", "line 2"), ("frequency_Hz,force_N\nnan,1\n", "line 2"),
-    ],
-)  # fmt: skip
-def test_rubbish_drives_are_refused(beam, tmp_path, text, place):
-    path = tmp_path / "drive.csv"
-    path.write_text(text)
-    with pytest.raises(InputError, match=place):
-        predict_drive(beam, path)
-
-
-def test_a_rig_without_a_law_cannot_predict(tmp_path):
+def test_a_rig_without_a_law_cannot_predict():
     with pytest.raises(InputError, match="identify it"):
-        predict_drive(load_modal_rig("brake-reuss"), tmp_path / "drive.csv")
+        load_rig("brake-reuss").predict([80.0], force_N=1.0)
