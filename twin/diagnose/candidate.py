@@ -211,11 +211,11 @@ def fit_candidate(
     trial = Trial(evidence, harmonics, start, tuple(shared), slack=slack, held=held)
     parameters, count = [p for _, p in trial.slots], trial.count
     base_mean, base_precision = Predictor(evidence, slack=slack).prior(start)
-    mean = np.concatenate([base_mean, [_prior(p)[0] / p.scale for p in parameters]])
+    mean = np.concatenate([base_mean, [p.prior[0] for p in parameters]])
     precision = np.zeros((len(mean), len(mean)))
     precision[:count, :count] = base_precision
     for k, p in enumerate(parameters):
-        precision[count + k, count + k] = _prior(p)[1]
+        precision[count + k, count + k] = p.prior[1]
     base_lower, base_upper = (unknowns_bounds(start, side) for side in (0, 1))
     lower = np.concatenate([base_lower, [p.lower / p.scale for p in parameters]])
     upper = np.concatenate([base_upper, [p.upper / p.scale for p in parameters]])
@@ -259,15 +259,8 @@ def log_evidence(solution: Solution, base_precision: Array, parameters: list[Par
     A = solution.information
     value = -0.5 * (solution.chi2 + solution.penalty)
     value -= 0.5 * (np.linalg.slogdet(A)[1] - np.linalg.slogdet(base_precision)[1])
-    value += 0.5 * sum(np.log(_prior(p)[1]) for p in parameters)
+    value += 0.5 * sum(np.log(p.prior[1]) for p in parameters)
     return float(value)
-
-
-def _prior(parameter: Parameter) -> tuple[float, float]:
-    """Mean, and precision in units of the scale: one that places an effect has the variance of an even spread."""
-    if not parameter.places:
-        return parameter.null, 1.0
-    return (parameter.lower + parameter.upper) / 2, 12.0 * (parameter.scale / (parameter.upper - parameter.lower)) ** 2
 
 
 def _difference_step(parameter: Parameter, value: float) -> float:

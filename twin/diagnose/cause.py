@@ -15,7 +15,19 @@ from twin.identify.extension import Extension
 from twin.identify.unknowns import Unknowns
 from twin.structure import Structure
 
-__all__ = ["Cause", "Parameter", "Values"]
+__all__ = [
+    "Cause",
+    "Parameter",
+    "Values",
+    "all_channels",
+    "along_beam",
+    "main_strength",
+    "measured_duration_s",
+    "point",
+    "position",
+    "response_channels",
+    "single_point",
+]
 
 Array = NDArray[Any]
 Values = Mapping[str, float]
@@ -65,6 +77,14 @@ class Parameter:
         """Whether the parameter only says where or at which frequency an effect is."""
         return bool(np.isnan(self.null))
 
+    @property
+    def prior(self) -> tuple[float, float]:
+        """Mean and precision in units of the scale: one that places an effect has the variance of an even spread."""
+        if not self.places:
+            return self.null / self.scale, 1.0
+        width = (self.upper - self.lower) / self.scale
+        return (self.lower + self.upper) / 2 / self.scale, 12.0 / width**2
+
 
 class Cause(ABC):
     """One way in which the rig may differ from what is believed.
@@ -110,6 +130,12 @@ class Cause(ABC):
 def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
     """The first parameter that has a null value; None where an effect has no strength."""
     return next((p for p in parameters if not p.places), None)
+
+
+def measured_duration_s(evidence: Evidence) -> float:
+    """From the first step of all runs to the last that is used; at least ten seconds, a scale for what drifts."""
+    times = [*evidence.steps.time_s, *(data.time_s for data in evidence.broadband)]
+    return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
 
 
 def along_beam(evidence: Evidence, count: int = 14) -> tuple[float, ...]:

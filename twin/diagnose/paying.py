@@ -70,10 +70,11 @@ def _left(error: float, gain: float) -> float:
 
 def pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate) -> Candidate:
     """Drop causes that the others have made superfluous, the earliest first: it was found when least was known."""
-    for blame in model.blames:
-        rest = tuple(b for b in model.blames if b is not blame and b.key != blame.key)
+    for key in [blame.key for blame in model.blames]:
         if len(model.blames) < 2:
             break
+        blame = next(b for b in model.blames if b.key == key)
+        rest = tuple(b for b in model.blames if b.key != key)
         without = fit_candidate(evidence, harmonics, model.unknowns, rest, tolerance=0.3)
         if not _pays(evidence, model, without, blame):
             model = without

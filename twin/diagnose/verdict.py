@@ -39,7 +39,7 @@ def decide(search: Search, findings: list[Finding]) -> Verdict:
         return "explained" if findings else "none"
     if _fails(search.model, search.base):
         return "unknown"
-    last = last_stage(search)
+    last = last_stage(search).finalists
     return "ambiguous" if _probabilities(last)[0] < SURE and _rivals(last) else "explained"
 
 
@@ -75,12 +75,19 @@ def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> t
     ]
     for blame in search.model.blames:
         stage = next(s for s in search.stages if s.accepted and s.finalists[0].blames[-1].key == blame.key)
-        probability = _probabilities(stage) * (0.3 if verdict == "unknown" else 1.0)
-        named.append(_named(blame, float(probability[0]), tuple(_rivals(stage)), verdict != "unknown"))
-        for rival, p in list(zip(stage.finalists, probability, strict=True))[1:]:
+        contenders = _contenders(stage, search.model)
+        probability = _probabilities(contenders) * (0.3 if verdict == "unknown" else 1.0)
+        named.append(_named(blame, float(probability[0]), tuple(_rivals(contenders)), verdict != "unknown"))
+        for rival, p in list(zip(contenders, probability, strict=True))[1:]:
             if p > 0.01:
                 named.append(_named(rival.blames[-1], float(p), (blame.cause.name,), False))
     return tuple(sorted(named, key=lambda cause: (-cause.in_model, -cause.probability)))
+
+
+def _contenders(stage: Stage, model: Candidate) -> tuple[Candidate, ...]:
+    """The finalists of a stage without those whose cause a later stage took beside its best: they are no rivals."""
+    taken = {blame.key for blame in model.blames}
+    return (stage.finalists[0], *(c for c in stage.finalists[1:] if c.blames[-1].key not in taken))
 
 
 def _named(blame: Blame, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:
@@ -109,16 +116,16 @@ def _tempered(finalists: tuple[Candidate, ...]) -> np.ndarray:
     return np.array([c.weight(finalists[0].chi2_per_dof) for c in finalists])
 
 
-def _probabilities(stage: Stage) -> np.ndarray:
-    """Of the finalists, evenly probable beforehand."""
-    values = _tempered(stage.finalists)
+def _probabilities(finalists: tuple[Candidate, ...]) -> np.ndarray:
+    """Of models evenly probable beforehand."""
+    values = _tempered(finalists)
     weights = np.exp(values - values.max())
     return np.asarray(np.clip(weights / weights.sum(), 0.0, 0.999))
 
 
-def _rivals(stage: Stage) -> list[str]:
-    """Names of other causes that explain the data nearly as well."""
-    return list(dict.fromkeys(_label(c) for c in close_rivals(stage.finalists)))
+def _rivals(finalists: tuple[Candidate, ...]) -> list[str]:
+    """Names of other causes than the first's that explain the data nearly as well."""
+    return list(dict.fromkeys(_label(c) for c in close_rivals(finalists)))
 
 
 def _label(candidate: Candidate) -> str:

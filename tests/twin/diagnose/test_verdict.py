@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from twin.diagnose.verdict import decide
+from twin.diagnose.candidate import Blame
+from twin.diagnose.verdict import decide, named_causes
 
 FINDING = [SimpleNamespace(cause="clipping")]
 
@@ -49,3 +50,25 @@ def test_without_a_cause_a_poor_fit_is_unknown_and_a_good_one_is_nothing():
 def test_what_the_samples_show_is_an_explanation_of_a_fit_that_is_not_poor():
     assert decide(search({"steps": 2.2}, {"steps": 2.2}, blamed=False), FINDING) == "explained"
     assert decide(search({"steps": 900.0}, {"steps": 900.0}, blamed=False), FINDING) == "unknown"
+
+
+def test_a_rival_of_one_stage_that_the_next_takes_as_well_is_a_rival_no_more():
+    """Both act: while only the first was in the model, the second explained the data nearly as well."""
+    blames = {
+        name: Blame(SimpleNamespace(name=name, summary=name, reported=lambda values, std: (values, std)), {}, {}, {})
+        for name in "abc"
+    }
+
+    def finalist(*names, evidence):
+        return SimpleNamespace(
+            blames=tuple(blames[n] for n in names), weight=lambda temper: evidence, chi2_per_dof=1.0
+        )  # fmt: skip
+
+    first = tuple(finalist(n, evidence=e) for n, e in (("a", 0.0), ("b", 0.0), ("c", 0.0)))
+    second = (finalist("a", "b", evidence=0.0),)
+    stages = [SimpleNamespace(accepted=True, finalists=finalists) for finalists in (first, second)]
+    named = named_causes(SimpleNamespace(model=second[0], stages=stages), [], "explained")
+    assert [(n.cause, n.in_model, n.confused_with) for n in named] == [
+        ("b", True, ()), ("a", True, ("c",)), ("c", False, ("a",)),
+    ]  # fmt: skip
+    assert [n.probability for n in named] == pytest.approx([0.999, 0.5, 0.5])

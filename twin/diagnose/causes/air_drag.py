@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, single_point
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NonlinearForce
+from twin.identify.extension import Extension, JointState, NonlinearForce
 
 __all__ = ["AirDrag"]
 
@@ -30,15 +30,14 @@ class AirDrag(Cause):
         """Local forces at the midpoints of equal lengths."""
         length = evidence.rig.length / POINTS
         c = values["coefficient_Ns2_per_m3"] * length
-        omega_1 = evidence.reference_omega
 
         def equivalent(a: Any, omega: Any) -> Any:
             return 1j * 8 / (3 * np.pi) * c * omega**2 * a
 
-        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
+        def harmonics(a: Any, count: int, joint: JointState) -> Any:
             out = np.zeros((len(a), count), complex)
             for h in range(1, count + 1, 2):
-                out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (omega_1 * a) ** 2
+                out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (joint.omega * a) ** 2
             return out
 
         def random(displacement: float, velocity: float, omega: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.slipping import jenkins_harmonics, jenkins_under_random_motion
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NonlinearForce
+from twin.identify.extension import Extension, JointState, NonlinearForce
 
 __all__ = ["GroundFriction"]
 
@@ -49,11 +49,11 @@ class GroundFriction(Cause):
         """A local force."""
         F, k = values["force_N"], values["force_N"] / values["travel_m"]
 
-        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
+        def harmonics(a: Any, count: int, joint: JointState) -> Any:
             return jenkins_harmonics(a, k, F, count)
 
         def equivalent(a: Any, omega: Any) -> Any:
-            return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-15)
+            return jenkins_harmonics(a, k, F, 1)[:, 0] / np.maximum(a, 1e-15)
 
         def random(displacement: float, velocity: float, omega: Any) -> Any:
             return np.full(len(omega), jenkins_under_random_motion(max(displacement, 1e-12), k, F))

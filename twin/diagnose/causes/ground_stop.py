@@ -11,7 +11,7 @@ from scipy.stats import norm
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NonlinearForce
+from twin.identify.extension import Extension, JointState, NonlinearForce
 
 __all__ = ["GroundStop"]
 
@@ -39,11 +39,11 @@ class GroundStop(Cause):
         """A local one-sided spring."""
         k, gap = values["stiffness_N_per_m"], values["gap_m"]
 
-        def harmonics(a: Any, count: int, joint: Any = None) -> Any:
+        def harmonics(a: Any, count: int, joint: JointState) -> Any:
             return k * one_sided_harmonics(a, gap, count)
 
         def equivalent(a: Any, omega: Any) -> Any:
-            return harmonics(a, 1)[:, 0] / np.maximum(a, 1e-12)
+            return k * one_sided_harmonics(a, gap, 1)[:, 0] / np.maximum(a, 1e-12)
 
         def random(displacement: float, velocity: float, omega: Any) -> Any:
             return np.full(len(omega), k * norm.sf(gap / max(displacement, 1e-12)) + 0j)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, measured_duration_s
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 
@@ -19,7 +19,7 @@ class TemperatureDrift(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall per second."""
-        duration = max(float(evidence.steps.time_s[-1] - evidence.origin_s) if len(evidence.steps) else 60.0, 10.0)
+        duration = measured_duration_s(evidence)
         return (
             Parameter(name="rate_per_s", scale=0.01 / duration, lower=-0.2 / duration, upper=0.2 / duration, null=0.0,
                       starts=(0.002 / duration,), model_error=0.005),

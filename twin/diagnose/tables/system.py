@@ -56,7 +56,7 @@ class System:
             for p in change.parameters
             if i < len(active) - 1 or p.name not in held
         ]
-        priors = [_prior(p) for _, p in self.slots]
+        priors = [p.prior for _, p in self.slots]
         self.mean = np.array([np.log(b.believed) for b in self.base] + [mean for mean, _ in priors])
         self.precision = np.array([b.log_std**-2 for b in self.base] + [precision for _, precision in priors])
         limits = [(-np.inf, np.inf)] * len(self.base) + [(p.lower / p.scale, p.upper / p.scale) for _, p in self.slots]
@@ -136,11 +136,3 @@ class System:
 
 def _misfit(item: Measurement, omega: Array) -> Array:
     return np.asarray(np.log(2 * np.pi * item.frequency_Hz / omega) / item.relative_std)
-
-
-def _prior(parameter: Parameter) -> tuple[float, float]:
-    """Mean, and precision in units of the scale: one that places an effect has the variance of an even spread."""
-    if not parameter.places:
-        return parameter.null / parameter.scale, 1.0
-    width = (parameter.upper - parameter.lower) / parameter.scale
-    return (parameter.lower + parameter.upper) / 2 / parameter.scale, 12.0 / width**2

@@ -14,7 +14,13 @@ from twin.joint import jenkins
 AMPLITUDES = np.array([2e-5, 1e-4, 3e-4, 1e-3, 4e-3])
 T = 2 * np.pi * (np.arange(2048) + 0.5) / 2048
 COUNT = 7
-NO_JOINT = JointState(np.ones(len(AMPLITUDES)), np.zeros((len(AMPLITUDES), 1 + COUNT)), np.full(len(AMPLITUDES), 166.0))
+OMEGA = 160.0
+"""rad/s, near the first resonance."""
+
+
+def moving(omega):
+    """No joint that opens, only motion at one frequency."""
+    return JointState(np.ones(len(AMPLITUDES)), np.zeros((len(AMPLITUDES), 1 + COUNT)), np.full(len(AMPLITUDES), omega))
 
 
 def sampled(force, amplitude, omega):
@@ -42,22 +48,23 @@ LOCAL = {
 def test_harmonics_are_those_of_the_force_in_time(evidence, name):
     values, force = LOCAL[name]
     (local,) = CAUSES[name].extension(evidence, {}, {**values, "position_m": 0.3}).nonlinear
-    found = local.harmonics(AMPLITUDES, COUNT, NO_JOINT)
-    expected = np.array([sampled(force, a, 160.0) for a in AMPLITUDES])
+    found = local.harmonics(AMPLITUDES, COUNT, moving(OMEGA))
+    expected = np.array([sampled(force, a, OMEGA) for a in AMPLITUDES])
     size = np.abs(expected[:, :1]) + 1e-12
     assert np.all(np.abs(found - expected) < 1.1e-3 * size)
-    equivalent = local.equivalent(AMPLITUDES, np.full(len(AMPLITUDES), 160.0))
+    equivalent = local.equivalent(AMPLITUDES, np.full(len(AMPLITUDES), OMEGA))
     assert equivalent * AMPLITUDES == pytest.approx(found[:, 0], rel=1e-9, abs=1e-12)
 
 
-def test_air_drag_takes_the_square_of_the_velocity_over_the_whole_length(evidence):
-    """At the first resonance, at whose frequency its harmonics are taken; the sum of all places is the whole beam."""
-    coefficient, omega = 0.4, evidence.reference_omega
+@pytest.mark.parametrize("omega", [OMEGA, 6 * OMEGA], ids=["first mode", "far above it"])
+def test_air_drag_takes_the_square_of_the_velocity_over_the_whole_length(evidence, omega):
+    """The sum of all places is the whole beam."""
+    coefficient = 0.4
     forces = CAUSES["air-drag"].extension(evidence, {}, {"coefficient_Ns2_per_m3": coefficient}).nonlinear
     expected = np.array(
         [sampled(lambda x, v: coefficient * evidence.rig.length * v * np.abs(v), a, omega) for a in AMPLITUDES]
     )
-    found = sum(force.harmonics(AMPLITUDES, COUNT, NO_JOINT) for force in forces)
+    found = sum(force.harmonics(AMPLITUDES, COUNT, moving(omega)) for force in forces)
     assert np.max(np.abs(found - expected) / np.abs(expected[:, :1])) < 1e-3
     equivalent = sum(force.equivalent(AMPLITUDES, np.full(len(AMPLITUDES), omega)) for force in forces)
     assert equivalent * AMPLITUDES == pytest.approx(expected[:, 0], rel=1e-3)
@@ -143,7 +150,7 @@ def test_a_stops_harmonics_reach_the_channels_as_the_dense_rig_carries_them(by_h
     row = structure.deflection(place)
     motion = force * (dense.displacement(omega) @ row)
     for i, h in enumerate(harmonics.orders):
-        strikes = np.array([sampled(LOCAL["ground-stop"][1], a, 160.0)[h - 1] for a in np.abs(motion)]) * k / 900.0
+        strikes = np.array([sampled(LOCAL["ground-stop"][1], a, OMEGA)[h - 1] for a in np.abs(motion)]) * k / 900.0
         load = -(strikes * np.exp(1j * h * np.angle(motion)))[:, None] * row
         expected = dense.response(h * omega, load)
         assert np.max(np.abs(found[:, i] - expected)) < 5e-3 * np.max(np.abs(expected))
