@@ -14,7 +14,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, next_step, print_json, progress_bar
+from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -282,9 +282,7 @@ def _record(acquisition: Acquisition, sink: RunSink, seconds: float | None) -> t
 def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) -> int:
     for name, count in sink.events.items():
         event = sink.first_events[name]
-        console.print(
-            f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}", markup=False, soft_wrap=True
-        )
+        say(f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}")
     if as_json:
         print_json(
             {
@@ -297,7 +295,7 @@ def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) 
         )
     outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     total = sum(sink.samples.values())
-    console.print(f"{outcome}; {ended['steps']} steps, {total} samples in {out}", markup=False, soft_wrap=True)
+    say(f"{outcome}; {ended['steps']} steps, {total} samples in {out}")
     if sum(sink.samples.values()):
         next_step(f"twin check {shlex.quote(str(out))}, or twin view {shlex.quote(str(out))}")
     return 0 if ended["state"] == "done" else 1

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json, progress_bar, write_json
+from twin.commands.output import console, json_option, print_json, progress_bar, say, write_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -78,7 +78,7 @@ def command(
         task = progress.add_task(f"{len(plans)} cases", total=len(plans))
 
         def on_result(result: CaseResult) -> None:
-            progress.console.print(_line(result), soft_wrap=True)
+            say(_line(result))
             progress.advance(task)
 
         try:
@@ -97,7 +97,7 @@ def command(
     else:
         for table in _tables(summary):
             console.print(table)
-        console.print(f"written: {out / SUMMARY}, {out / CONFUSION}, {out / DETECTION}")
+        say(f"written: {out / SUMMARY}, {out / CONFUSION}, {out / DETECTION}")
 
 
 def _line(result: CaseResult) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from twin.commands.output import console, json_option, next_step, print_json, working
+from twin.commands.output import json_option, next_step, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.check import CheckReport
@@ -73,42 +73,37 @@ def _check_table(path: Path, as_json: bool) -> None:
     if as_json:
         print_json({"path": path, "sound": True, "table": kind, "rows": len(table)})
     else:
-        _say(f"{path}: a table of {kind}, {len(table)} rows, sound")
-
-
-def _say(text: str) -> None:
-    """Print for people; names from a stranger's file must not steer the terminal."""
-    console.print("".join(c if c.isprintable() else "?" for c in text), markup=False, soft_wrap=True)
+        say(f"{path}: a table of {kind}, {len(table)} rows, sound")
 
 
 def _print_report(report: CheckReport) -> None:
     """For people, on standard error."""
     for problem in report.problems[:LISTED]:
-        _say(f"{problem.kind}: {problem.place}: {problem.reason}")
+        say(f"{problem.kind}: {problem.place}: {problem.reason}")
     more = len(report.problems) - LISTED + report.problems_not_listed
     if more > 0:
-        _say(f"and {more} more; --json lists them")
+        say(f"and {more} more; --json lists them")
     for channel in report.channels:
-        _say(
+        say(
             f"{channel.name} ({channel.quantity}, {channel.unit}, device {channel.device}): {channel.samples} samples, "
             f"{channel.lost} lost in {channel.gaps} gaps, {channel.overload} overloaded"
         )  # fmt: skip
     events = ", ".join(f"{count} {kind}" for kind, count in report.events.items()) or "none"
-    _say(f"{report.steps} step messages, events: {events}, {report.duration_s:.3f} s")
+    say(f"{report.steps} step messages, events: {events}, {report.duration_s:.3f} s")
     if not report.sound:
         lost = ", ".join(f"{count} of {topic}" for topic, count in report.messages_lost.items())
         known = f", with messages {lost}" if lost else ""
-        _say(f"{report.bytes_lost} bytes could not be read{known}")
-    _say(f"{report.path}: {'sound' if report.sound else 'NOT sound'}")
+        say(f"{report.bytes_lost} bytes could not be read{known}")
+    say(f"{report.path}: {'sound' if report.sound else 'NOT sound'}")
 
 
 def _print_recovered(recovered: RecoverReport) -> None:
     kept = ", ".join(f"{count} of {topic}" for topic, count in recovered.kept.items()) or "none"
-    _say(f"{recovered.path}: messages recovered: {kept}")
+    say(f"{recovered.path}: messages recovered: {kept}")
     if recovered.set_aside:
         aside = ", ".join(f"{count} in {topic}" for topic, count in recovered.set_aside.items())
-        _say(f"set aside, because they break the contract: {aside}")
+        say(f"set aside, because they break the contract: {aside}")
     for note in recovered.notes:
-        _say(note)
+        say(note)
     if not recovered.sound:
-        _say(f"{recovered.path} still breaks the contract; run 'twin check' on it")
+        say(f"{recovered.path} still breaks the contract; run 'twin check' on it")

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json, working
+from twin.commands.output import json_option, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.convert import Format
@@ -58,8 +58,8 @@ def command(
     if as_json:
         print_json({"source": source, "target": target, "notes": notes})
     for note in notes:
-        console.print(f"note: {note}", markup=False, soft_wrap=True)
-    console.print(f"{target}: written", markup=False, soft_wrap=True)
+        say(f"note: {note}")
+    say(f"{target}: written")
 
 
 def formats() -> tuple[Format, ...]:

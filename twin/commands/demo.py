@@ -12,7 +12,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.demo_ending import tell_result
-from twin.commands.output import console, json_option, print_json, write_json
+from twin.commands.output import json_option, print_json, say, write_json
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
 
@@ -53,7 +53,7 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
             result = _demonstrate(out, seed, cause, stages)
         result |= {"seconds": stages.elapsed_s, "stages_s": stages.seconds}
     except ServedRigError as error:
-        console.print(f"twin: {error}", markup=False, soft_wrap=True)
+        say(f"twin: {error}")
         return 1
     finally:
         with contextlib.suppress(OSError):

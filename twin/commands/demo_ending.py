@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rich.table import Table
-from rich.text import Text
 
-from twin.commands.output import console
+from twin.commands.output import console, say
 
 __all__ = ["tell_result"]
 
@@ -25,11 +24,11 @@ def tell_result(result: Mapping[str, Any], out: Path) -> None:
         rows["gain"] = _gain(**found["gain"]["held_out"], harmonics=len(found["gain"]["by_harmonic"]))
     rows |= {name: str(out / result["files"][name]) for name in ("report", "recording", "view")}
     for name, text in rows.items():
-        table.add_row(name, Text(text))  # names of folders are not markup
+        table.add_row(name, text)
     console.print()
     console.print(table)
     stages = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in result["stages_s"].items())
-    console.print(f"\n{result['seconds']:.0f} s in all ({stages}); the rest is in {out}", markup=False, soft_wrap=True)
+    say(f"\n{result['seconds']:.0f} s in all ({stages}); the rest is in {out}")
 
 
 def _hidden(cause: str, parameters: Mapping[str, float | str]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import console, json_option, next_step, print_json, working, write_json
+from twin.commands.output import console, json_option, next_step, print_json, printable, say, working, write_json
 from twin.commands.staging import staged_folder
 
 __all__ = ["command"]
@@ -82,9 +82,9 @@ def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     """The answer for a person."""
     from rich.table import Table
 
-    console.print(f"[bold]{data['answer']}[/bold]")
+    say((data["answer"], "bold"))
     misfit = data["misfit"]
-    console.print(
+    say(
         f"misfit: chi2 per degree of freedom {misfit['chi2_per_dof']:.3g} before, {misfit['after']:.3g} after "
         f"(agreement up to {misfit['threshold']:.3g})"
     )
@@ -92,7 +92,9 @@ def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
         table = Table("cause", "probability", "in the model", "parameters", "confused with")
         for cause in data["causes"]:
             values = ", ".join(
-                f"{name} = {value}" if isinstance(value, str) else f"{name} = {value['value']:.4g} ± {value['std']:.1g}"
+                f"{name} = {printable(value)}"
+                if isinstance(value, str)
+                else f"{name} = {value['value']:.4g} ± {value['std']:.1g}"
                 for name, value in cause["parameters"].items()
             )
             rivals = ", ".join(cause["confused_with"]) or "-"
@@ -102,14 +104,14 @@ def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     if data["gain"]:
         held = data["gain"]["held_out"]
         where = ", ".join(data["gain"].get("runs") or data["gain"]["sweeps"]) or data["gain"].get("how", "")
-        console.print(
+        say(
             f"held out ({where}): relative error {held['before']:.3g} before, "
             f"{held['after']:.3g} after, noise floor {held['noise_floor']:.2g}"
         )
     for note in data["notes"]:
-        console.print(f"note: {note}", soft_wrap=True)
+        say(f"note: {note}")
     written = ", ".join(str(out / name) for name in files)
-    console.print(f"written: {written}; {data['seconds']:.0f} s")
+    say(f"written: {written}; {data['seconds']:.0f} s")
     test = data["next_test"]
     if test and test.get("procedure"):
         next_step(f"run {out / test['procedure']}, which {test['why']}, and diagnose with that recording too")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json, progress_bar
+from twin.commands.output import console, json_option, print_json, progress_bar, say
 
 if TYPE_CHECKING:
     from twin.commands.fault_trials import Outcome
@@ -114,4 +114,4 @@ def _print_table(rows: list[Row]) -> None:
             f"| {row.fault} | {row.happened} | {row.tried} | {row.noticed} | {row.stored} | {row.lost} "
             f"| {row.most_lost} | {row.silently_wrong} |"
         )
-    console.print("\n".join(lines), markup=False, soft_wrap=True)
+    say("\n".join(lines))

@@ -11,7 +11,7 @@ import numpy as np
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import json_option, print_json, working
+from twin.commands.output import json_option, print_json, standard_output, working
 
 if TYPE_CHECKING:
     from twin.identify.friction_loops import FrictionFit, FrictionIdentification
@@ -69,10 +69,9 @@ def _result(found: FrictionIdentification, names: list[str]) -> dict[str, Any]:
 
 
 def _tell(found: FrictionIdentification, result: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    out = Console(highlight=False)
+    out = standard_output()
     table = Table(title="Laws (BIC: lower is better supported)")
     for heading in ("law", "shared", "least R2", "BIC"):
         table.add_column(heading, justify="left" if heading in ("law", "shared") else "right")

@@ -12,7 +12,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.commands.output import console, json_option, next_step, print_json, working
+from twin.commands.output import json_option, next_step, print_json, standard_output, working
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
@@ -64,13 +64,13 @@ def command(
         say("writing the model" + (" and the report" if page else ""))
         _write(model, out, page, _again(runs, rig_name, preload, out))
     for warning in model.warnings:
-        console.print(f"warning: {warning}", soft_wrap=True, markup=False)
+        say(f"warning: {warning}")
     files = {"model": str(out), "report": None if page is None else str(page)}
     if as_json:
         print_json({**model.to_dict(), **files})
     else:
         _tell(model.to_dict())
-    console.print(f"model in {out}" + (f", report in {page}" if page else ""), soft_wrap=True, markup=False)
+    say(f"model in {out}" + (f", report in {page}" if page else ""))
     next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
 
 
@@ -104,10 +104,9 @@ def _again(runs: Sequence[Path], rig_name: str, preload: str | None, out: Path) 
 
 
 def _tell(result: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    out = Console(highlight=False)
+    out = standard_output()
     table = Table(title="Linear")
     for heading in ("parameter", "value", "std"):
         table.add_column(heading, justify="left" if heading == "parameter" else "right")

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.commands.output import json_option, print_json, working
+from twin.commands.output import json_option, print_json, standard_output, working
 
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
@@ -111,7 +111,6 @@ def _draw(found: RecordedModes, out: Path) -> None:
 
 
 def _tell(found: RecordedModes) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table: Any = Table(title="Modes")
@@ -122,4 +121,4 @@ def _tell(found: RecordedModes) -> None:
             str(number), f"{mode.frequency_Hz:.4f}", f"{mode.frequency_std_Hz:.2g}", f"{100 * mode.damping_ratio:.4f}",
             f"{100 * mode.damping_std:.2g}", f"{mode.share:.0%}",
         )  # fmt: skip
-    Console(highlight=False).print(table)
+    standard_output().print(table)

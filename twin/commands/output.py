@@ -23,14 +23,17 @@ __all__ = [
     "next_step",
     "plain",
     "print_json",
+    "printable",
     "progress_bar",
+    "say",
+    "standard_output",
     "verbose",
     "working",
     "write_json",
 ]
 
-console = Console(stderr=True, highlight=False)
-"""Progress, warnings and tables for people."""
+console = Console(stderr=True, highlight=False, markup=False)
+"""Progress, warnings and tables for people.  No markup: names from a stranger's file have brackets as they like."""
 
 _verbose = False
 
@@ -94,15 +97,37 @@ def write_json(result: Mapping[str, Any], path: Path) -> None:
     path.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
+def printable(text: str) -> str:
+    """`text` with what could steer a terminal, but for the ends of its lines, as question marks."""
+    return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
+
+
+def say(*pieces: str | tuple[str, str]) -> None:
+    """Print for people, on standard error.
+
+    Parameters
+    ----------
+    pieces
+        Of the text; one with a style is a tuple of both, such as ``("done", "green")``.
+    """
+    parts = [(piece, "") if isinstance(piece, str) else piece for piece in pieces]
+    console.print(Text.assemble(*((printable(text), style) for text, style in parts)), soft_wrap=True)
+
+
+def standard_output() -> Console:
+    """Where tables go that are a command's answer."""
+    return Console(highlight=False, markup=False)
+
+
 def next_step(text: str) -> None:
     """Say what a user would do next, as the last line of a command."""
-    console.print(f"next: {text}", markup=False, soft_wrap=True)
+    say(f"next: {text}")
 
 
 def progress_bar() -> Progress:
     """A progress bar with the time left, on standard error, for work whose steps are counted."""
     return Progress(
-        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(),
+        TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(),
         console=console, transient=True, disable=_unseen(),
     )  # fmt: skip
 
@@ -125,22 +150,21 @@ def working(text: str, *, usual_s: float) -> Iterator[Callable[[str], None]]:
     """
     started = time.perf_counter()
     bar = Progress(
-        TextColumn("{task.description}"), _ShareColumn(usual_s), _LeftColumn(usual_s),
+        TextColumn("{task.description}", markup=False), _ShareColumn(usual_s), _LeftColumn(usual_s),
         console=console, transient=True, disable=_unseen(),
     )  # fmt: skip
     with bar:
         task = bar.add_task(text)
 
-        def say(what: str) -> None:
+        def begin(what: str) -> None:
             if _verbose:
-                elapsed = time.perf_counter() - started
-                bar.console.print(f"{elapsed:6.1f} s  {what}", markup=False, soft_wrap=True)
+                say(f"{time.perf_counter() - started:6.1f} s  {what}")
             bar.update(task, description=what)
 
-        say(text)
-        yield say
+        begin(text)
+        yield begin
         if _verbose:
-            say("done")
+            begin("done")
 
 
 def _unseen() -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json, working
+from twin.commands.output import json_option, print_json, say, working
 
 __all__ = ["command"]
 
@@ -40,8 +40,8 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     response = predicted.response
     write_response(response, out)
     for warning in predicted.warnings:
-        console.print(f"warning: {warning}", soft_wrap=True)
+        say(f"warning: {warning}")
     rows, branches = len(response.step), response.branches
     if as_json:
         print_json({"rows": rows, "branches": branches})
-    console.print(f"{rows} solutions, at most {branches} at a step, in {out}")
+    say(f"{rows} solutions, at most {branches} at a step, in {out}")

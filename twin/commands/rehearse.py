@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, next_step, plain, print_json, write_json
+from twin.commands.output import json_option, next_step, plain, print_json, say, write_json
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -84,9 +84,9 @@ def command(
     if as_json:
         print_json(result)
     if any("interrupted" in _states(one) for one in results):
-        console.print(f"interrupted; what was rehearsed is in {out}")
+        say(f"interrupted; what was rehearsed is in {out}")
         sys.exit(130)
-    console.print(f"results in {out}")
+    say(f"results in {out}")
     ready = jobs[0].out / "procedure.toml"
     next_step(f"open {ready.with_name('report.html')}; on the rig, twin acquire {ready} --instruments FILE --out RUN")
     return int(any(one["must_not_run"] for one in results))
@@ -160,7 +160,7 @@ class _Job:
         if better is not None:
             _tell("improved procedure", better, None)
         if self.rounds and (left := (better or first).remaining):
-            console.print(f"[yellow]not cleared by changing the procedure[/yellow]: {', '.join(left)}")
+            say(("not cleared by changing the procedure", "yellow"), f": {', '.join(left)}")
         save_procedure((better or first).rehearsal.procedure, self.out / "procedure.toml")
         table = result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches
@@ -196,29 +196,27 @@ def _states(result: dict[str, Any]) -> set[str]:
 def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
     result = rehearsed.rehearsal.result
     speed = f", rehearsed in {wall_s:.1f} s" if wall_s is not None else ""
-    console.print(
-        f"[bold]{title}[/bold]: {len(result.steps)} steps, {result.duration_s / 60:.1f} min on the rig{speed}"
-    )
+    say((title, "bold"), f": {len(result.steps)} steps, {result.duration_s / 60:.1f} min on the rig{speed}")
     if result.state != "done":
-        console.print(f"[red]{result.state}[/red]: {result.reason}")
+        say((result.state, "red"), f": {result.reason}")
     for summary in rehearsed.rehearsal.summaries():
-        console.print(
+        say(
             f"  {summary.sweep}: peak at {summary.peak_frequency_Hz:g} Hz, "
             f"{summary.response_channel} {summary.peak_response:.4g}"
             + (f", Q {summary.quality_factor:.3g}" if math.isfinite(summary.quality_factor) else "")
         )
     for caution in rehearsed.cautions:
-        console.print(_line(caution))
+        _say_caution(caution)
     if rehearsed.clear:
-        console.print("[green]no warnings[/green]")
+        say(("no warnings", "green"))
 
 
-def _line(caution: Caution) -> str:
+def _say_caution(caution: Caution) -> None:
     colour = {"stop": "red", "warning": "yellow", "note": "cyan"}[caution.severity]
     where = f"{caution.sweep}, step {caution.index}" + (
         f" at {caution.frequency_Hz:g} Hz" if caution.frequency_Hz else ""
     )
-    return f"[{colour}]{caution.kind}[/{colour}] ({where}): {caution.reason}; {caution.advice}"
+    say((caution.kind, colour), f" ({where}): {caution.reason}; {caution.advice}")
 
 
 def _about(

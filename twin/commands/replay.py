@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import console, json_option
+from twin.commands.output import json_option, say
 from twin.commands.serving import address_options, serve_source
 
 __all__ = ["command"]
@@ -30,6 +30,6 @@ def command(run: Path, meter: str | None, **options: Any) -> None:
     recorded = read_run(run)
     for device, slip in RecordedSource(recorded).slips.items():
         line = f"{run}: {device} has a clock of its own, {slip:+.1f} samples off at the end; the replay has one clock"
-        console.print(f"warning: {line}", markup=False, soft_wrap=True)
+        say(f"warning: {line}")
     slow = RecordedMeter(recorded) if meter is not None else None
     serve_source(lambda: RecordedSource(recorded), origin="replayed", meter=meter, slow=slow, **options)

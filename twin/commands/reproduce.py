@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from twin.commands.output import json_option, print_json, working
+from twin.commands.output import json_option, print_json, standard_output, working
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,8 +32,6 @@ def command(names: tuple[str, ...], frequencies_only: bool, as_json: bool) -> No
 
     The nonlinear sweeps are recorded on the bench with laws of the papers' form, and identified from the recordings.
     """
-    from rich.console import Console
-
     from twin.papers.studies import reproduce
 
     chosen = list(dict.fromkeys(names)) or list(STUDIES)
@@ -44,7 +42,7 @@ def command(names: tuple[str, ...], frequencies_only: bool, as_json: bool) -> No
     if as_json:
         print_json({name: asdict(result) for name, result in results.items()})
         return
-    out = Console(highlight=False)
+    out = standard_output()
     for name, result in results.items():
         out.rule(f"{name}")
         out.print(f"[dim]{result.source}[/dim]")

@@ -14,7 +14,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.commands.output import console, print_json
+from twin.commands.output import print_json, say
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource, SlowSource
@@ -133,12 +133,12 @@ def serve_source(
         for number, handler in previous.items():
             signal.signal(number, handler)
     if slips:
-        console.print(f"this machine was too slow for the wanted speed, {slips} time(s) by more than a second")
+        say(f"this machine was too slow for the wanted speed, {slips} time(s) by more than a second")
 
 
 def _tell_failure(reason: str) -> None:
     line = f"twin: the rig has stopped: {reason}; the instruments stay, and start anew at a client's next start"
-    console.print(line, markup=False, soft_wrap=True)
+    say(line)
 
 
 def _parse_can_channels(text: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import console, json_option, print_json, progress_bar
+from twin.commands.output import json_option, print_json, progress_bar, say
 
 __all__ = ["command"]
 
@@ -40,7 +40,7 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
                 results[name] = {"ratio": None, "promise": None, "against": str(error), "error": None, "threads": 1}
             bar.advance(task)
             if not as_json:
-                console.print(_line(name, results[name]), markup=False, soft_wrap=True)
+                say(_line(name, results[name]))
     if as_json:
         print_json(results)
 

@@ -7,7 +7,7 @@ from types import TracebackType
 
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
-from twin.commands.output import console
+from twin.commands.output import console, say
 
 __all__ = ["Stages"]
 
@@ -30,8 +30,8 @@ class Stages:
         self.seconds: dict[str, float] = {}
         """What each finished stage took."""
         self._bar = Progress(
-            TextColumn("  {task.description}"), BarColumn(bar_width=30), TextColumn("{task.fields[left]}"),
-            console=console, transient=True,
+            TextColumn("  {task.description}", markup=False), BarColumn(bar_width=30),
+            TextColumn("{task.fields[left]}"), console=console, transient=True,
         )  # fmt: skip
         self._task: TaskID = self._bar.add_task("", total=sum(usual_s.values()), left="")
 
@@ -59,7 +59,7 @@ class Stages:
 
     def say(self, text: str) -> None:
         """A line that stays, with the time at which it was said."""
-        console.print(f"[dim]{self.elapsed_s:5.1f} s[/dim]  {text}", soft_wrap=True)
+        say((f"{self.elapsed_s:5.1f} s", "dim"), f"  {text}")
 
     def update(self, text: str, share: float | None = None) -> None:
         """What is being done just now; `share` of the stage is done, by its usual duration if not given."""

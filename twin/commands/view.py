@@ -13,7 +13,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.commands.output import console, json_option, print_json, working
+from twin.commands.output import console, json_option, print_json, say, working
 
 __all__ = ["command"]
 
@@ -61,9 +61,9 @@ def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) 
         print_json(told)
         return
     if save is not None:
-        console.print(f"{save}: written; open it with 'rerun {save}'", markup=False, soft_wrap=True)
+        say(f"{save}: written; open it with 'rerun {save}'")
     if picture is not None:
-        console.print(f"{picture}: written", markup=False, soft_wrap=True)
+        say(f"{picture}: written")
 
 
 def _draw(view: Path, picture: Path) -> None:
@@ -149,16 +149,12 @@ def _open(view: Path) -> bool:
 
     if not has_display() or find_viewer() is None:
         why = "no display here" if find_viewer() else "the program 'rerun' is not installed"
-        console.print(
-            f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen",
-            markup=False,
-            soft_wrap=True,
-        )
+        say(f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen")
         return False
     try:
         open_viewer(file=view)
     except RuntimeError as error:
-        console.print(f"{error}; the view is {view}", markup=False, soft_wrap=True)
+        say(f"{error}; the view is {view}")
         return False
-    console.print(f"opened {view}", markup=False, soft_wrap=True)
+    say(f"opened {view}")
     return True

@@ -14,7 +14,7 @@ import click
 from recordings.errors import InputError
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 from recordings.streams import Acquisition, Excitation
-from twin.commands.output import console
+from twin.commands.output import console, say
 
 if TYPE_CHECKING:
     from twin.procedures import Procedure, RunSink, StepResult
@@ -145,11 +145,11 @@ def watched(options: WatchOptions, about: Callable[[], LiveAbout]) -> Iterator[W
     finally:
         drawn = [view.close() for view in views]
         if watch.not_shown:
-            console.print(f"live view: {watch.not_shown} blocks or steps were not shown; the recording has them")
+            say(f"live view: {watch.not_shown} blocks or steps were not shown; the recording has them")
         if not all(drawn):
-            console.print("live view: the viewer stood still or was gone at the end; the recording is whole")
+            say("live view: the viewer stood still or was gone at the end; the recording is whole")
         elif options.save_view is not None:
-            console.print(f"{options.save_view}: the live view", markup=False, soft_wrap=True)
+            say(f"{options.save_view}: the live view")
 
 
 def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
@@ -178,7 +178,7 @@ def known_branches(rig: Rig | None, preload: str | None, procedure: Procedure | 
     try:
         return branch_tables(rig, preload=preload, procedure=procedure)
     except ArithmeticError as error:
-        console.print(f"no predicted branches: {error}")
+        say(f"no predicted branches: {error}")
         return []
 
 
