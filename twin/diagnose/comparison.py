@@ -12,6 +12,7 @@ from twin.diagnose.candidate import Candidate, extension_of
 from twin.identify.evidence import Evidence
 from twin.identify.harmonics import LINEAR_ERROR
 from twin.identify.prediction import Predictor
+from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = [
@@ -35,7 +36,9 @@ class SweepComparison:
 
     Attributes
     ----------
-    run, sweep : str
+    run : str
+    sweep : str
+        Its name, with the run's where two runs have the same.
     channels : tuple of str
     frequency_Hz : ndarray, (s,)
     force_N : ndarray, (s,)
@@ -137,13 +140,11 @@ def sweeps_beside(evidence: Evidence, before: Array, after: Array) -> tuple[Swee
         + (steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2)[:, None]
     )
     sigma = [np.abs(model / measured - 1) / noise for model in (before, after)]
-    names = [(state.run, state.sweep) for state in steps.states]
     out = []
-    for run, sweep in dict.fromkeys(names):
-        pick = np.array([name == (run, sweep) for name in names])
+    for sweep, pick in rows_by_sweep(steps.states).items():
         out.append(
             SweepComparison(
-                run=run,
+                run=steps.states[pick[0]].run,
                 sweep=sweep,
                 channels=evidence.channels,
                 frequency_Hz=steps.omega[pick] / (2 * np.pi),

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
 from twin.identify.linear_model import BaseParameters
 from twin.identify.polynomial_law import (
     PolynomialFit,
@@ -21,6 +20,7 @@ from twin.identify.polynomial_law import (
     relative_error_percent,
 )
 from twin.identify.prediction import Predictor
+from twin.identify.sweeps import rows_by_sweep
 
 __all__ = [
     "POOR_POLYNOMIAL_PERCENT",
@@ -28,7 +28,6 @@ __all__ = [
     "Polynomials",
     "polynomials_by_level",
     "predict_left_out",
-    "steps_by_sweep",
 ]
 
 Array = NDArray[Any]
@@ -114,7 +113,7 @@ def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance:
     counted = [name for name in dict.fromkeys(names.tolist()) if np.sum(names == name) >= FEWEST_STEPS]
     levels = {name: fit_polynomials(problem.select(names == name)) for name in counted}
     residual = {}
-    for sweep, rows in steps_by_sweep(evidence).items():
+    for sweep, rows in rows_by_sweep(states).items():
         X = problem.amplitude_m[rows]
         fits = {"together": together, **({"level": levels[names[rows[0]]]} if names[rows[0]] in levels else {})}
         piece = problem.select(np.isin(np.arange(len(names)), rows))
@@ -161,11 +160,3 @@ def _at_force(piece: PolynomialProblem, fit: PolynomialFit) -> tuple[Array, Arra
         x = x - np.clip(g / slope, -LARGEST_STEP, LARGEST_STEP)
     # Beyond a fold there is nothing to converge to.
     return response(x), np.abs(miss(x)) < 1e-6
-
-
-def steps_by_sweep(evidence: Evidence) -> dict[str, Array]:
-    """Rows of each sweep; its name with the run's where two runs have the same."""
-    keys = [(state.run, state.sweep) for state in evidence.steps.states]
-    plain = [sweep for _, sweep in dict.fromkeys(keys)]
-    label = {key: key[1] if plain.count(key[1]) == 1 else f"{key[0]}: {key[1]}" for key in keys}
-    return {label[key]: np.flatnonzero([k == key for k in keys]) for key in dict.fromkeys(keys)}

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from twin.identify.base_fit import fit_base
 from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
-from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level, steps_by_sweep
+from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level
 from twin.identify.gauss_newton import Solution
 from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.polynomial_law import relative_error_percent
 from twin.identify.prediction import Predictor
+from twin.identify.sweeps import rows_by_sweep
 from twin.identify.unknowns import Unknowns
 from twin.rigs import LawTable, Rig
 from twin.structure import normal_modes
@@ -173,7 +174,10 @@ def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]
     R, omega = predictor.step_receptance(model)
     H = predictor.responses(R, omega)[:, evidence.reference]
     measured = evidence.steps.response[:, evidence.reference, 0] / evidence.steps.force[:, 0]
-    return {name: relative_error_percent(H[rows], measured[rows]) for name, rows in steps_by_sweep(evidence).items()}
+    return {
+        name: relative_error_percent(H[rows], measured[rows])
+        for name, rows in rows_by_sweep(evidence.steps.states).items()
+    }
 
 
 def _warnings(evidence: Evidence, chi2_per_dof: float, polynomials: Polynomials | None) -> list[str]:

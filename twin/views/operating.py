@@ -13,6 +13,7 @@ from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.prediction import Predictor
+from twin.identify.sweeps import rows_by_sweep
 from twin.structure.assembly import Structure
 from twin.views.curves import Fitted, ModeShape
 
@@ -100,12 +101,12 @@ def operating_motions(
         What the model adds to what is known of the rig.
     """
     steps = evidence.steps
-    names = np.array([f"{state.run}\n{state.sweep}" for state in steps.states])
+    rows_of = rows_by_sweep(steps.states)
     size = np.abs(steps.response[:, evidence.reference, 0]) if len(steps) else np.zeros(0)
     tops = []
     for sweep in sweeps:
-        inside = np.flatnonzero(names == f"{sweep.run}\n{sweep.sweep}")
-        if len(inside):
+        inside = rows_of.get(sweep.sweep)
+        if inside is not None and steps.states[inside[0]].run == sweep.run:
             tops.append((sweep.sweep, int(inside[np.argmax(size[inside])])))
     if not tops:
         return []

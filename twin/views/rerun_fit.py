@@ -16,6 +16,7 @@ from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
 from twin.identify.regularisation import LCurve, decompose
+from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 from twin.views.chart import Chart, common_range
 from twin.views.curves import compared_models
@@ -44,9 +45,9 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
     sizes = [_harmonic_sizes(search.evidence, model, harmonics) for model, harmonics in parts if harmonics is not None]
     if len(sizes) < 2 or search.harmonics is None or sizes[0].shape != sizes[1].shape:
         return table
-    names = np.array([state.sweep for state in search.evidence.steps.states])
+    rows_of = rows_by_sweep(search.evidence.steps.states)
     for sweep in diagnosis.sweeps:
-        rows = names == sweep.sweep
+        rows = rows_of[sweep.sweep]
         for h, order in enumerate(search.harmonics.orders):
             for o, channel in enumerate(sweep.channels):
                 table[channel, int(order), sweep.sweep] = _rms(sizes[0][rows, h, o]), _rms(sizes[1][rows, h, o])

@@ -20,6 +20,7 @@ from twin.diagnose.tournament import LEAST_GAIN, Report
 from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
+from twin.identify.sweeps import rows_by_sweep
 
 __all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
 
@@ -228,10 +229,8 @@ def _at_each_level(evidence: Evidence, model: Candidate) -> tuple[ForceAtLevel, 
     blame = model.blames[-1]
     motion = Predictor(evidence, extension_of(evidence, model.blames)).motion_at_forces(model.unknowns)[:, -1]
     amplitude, omega = np.abs(motion), evidence.steps.omega
-    largest: dict[str, int] = {}
-    for i, state in enumerate(evidence.steps.states):
-        if state.sweep not in largest or amplitude[i] > amplitude[largest[state.sweep]]:
-            largest[state.sweep] = i
+    sweeps = rows_by_sweep(evidence.steps.states)
+    largest = {sweep: int(rows[np.argmax(amplitude[rows])]) for sweep, rows in sweeps.items()}
     chosen = np.array(list(largest.values()))
     peak, fundamental = peak_and_fundamental(blame, amplitude[chosen], omega[chosen])
     return tuple(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from twin.diagnose.signals.finding import Finding
 from twin.identify.sine_fit import SteadyState
+from twin.identify.sweeps import rows_by_sweep
 
 __all__ = ["find_unsettled"]
 
@@ -17,8 +18,8 @@ LEAST_CHANGE, LEAST_SIGMA = 3e-3, 6.0
 def find_unsettled(states: Sequence[SteadyState], *, force: str) -> list[Finding]:
     """Sweeps in which many steps still change by more than a few thousandths within their measurement."""
     findings = []
-    for sweep in dict.fromkeys(state.sweep for state in states):
-        own = [state for state in states if state.sweep == sweep]
+    for sweep, rows in rows_by_sweep(states).items():
+        own = [states[i] for i in rows]
         changing = [state for state in own if _changes(state, force)]
         if len(own) >= 8 and len(changing) > LEAST_SHARE * len(own):
             findings.append(
