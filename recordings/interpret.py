@@ -289,10 +289,7 @@ class Interpreter:
     def _compare_with_summary(self) -> None:
         """Find what vanished without a trace, such as a chunk whose kind was changed to an unknown one."""
         statistics = self._statistics
-        if self._damaged:
-            return
-        if statistics is None:
-            self._damage("summary", "there are no statistics in it")
+        if self._damaged or statistics is None:
             return
         counted = self._spent["messages"]
         for what, stated, found in (

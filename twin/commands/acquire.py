@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     from twin.views.live_about import LiveAbout
 
 __all__ = ["command"]
-
-_PRELOAD = re.compile(r"(\d+(?:\.\d+)?)(N|Nm)")
 
 
 @click.command()
@@ -173,34 +170,15 @@ class _CountingSink:
 
 def _beliefs(rig_name: str | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
     """Metadata and attachments that say what is believed of the rig."""
-    info: dict[str, str] = {}
     if rig_name is None:
         if preload is not None:
             raise InputError("--preload", "", "names a preload of a rig file", "add --rig")
-        return info, {}
-    from twin.rigs import load_rig
+        return {}, {}
+    from twin.rigs import believed_rig_file, known_preload, load_rig, preload_record
 
     rig = load_rig(rig_name)
-    try:
-        match = _PRELOAD.fullmatch(rig.preload_name(preload))
-    except KeyError as error:
-        raise InputError("--preload", "", str(error.args[0])) from error
-    info["rig"] = rig.name
-    if match is not None:
-        info[f"preload_{match[2]}"] = match[1]
-    return info, {"rig.toml": _rig_bytes(rig)}
-
-
-def _rig_bytes(rig: Any) -> bytes:
-    """The rig as a file, without its hidden effects: a recording says nothing of those."""
-    import tempfile
-
-    from twin.rigs import save_rig
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "rig.toml"
-        save_rig(rig.model_copy(update={"effect": []}), path)
-        return path.read_bytes()
+    info = {"rig": rig.name, **preload_record(known_preload(rig, preload))}
+    return info, {"rig.toml": believed_rig_file(rig)}
 
 
 def _origin(identity: str) -> str:

@@ -143,12 +143,10 @@ def _record(
     done: int = 0,
 ) -> int:
     """Run a procedure on the instruments; how many steps it measured."""
-    import tomli_w
-
     from drivers.host.transport import LineLostError
     from recordings import RunWriter
     from twin.procedures import dump_procedure, run_procedure
-    from twin.rigs import preload_record
+    from twin.rigs import believed_rig_file, preload_record
 
     info = {
         "source": "simulated",
@@ -158,7 +156,7 @@ def _record(
         "stored": procedure.store,
     }
     attachments = {
-        "rig.toml": tomli_w.dumps(believed.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
+        "rig.toml": believed_rig_file(believed),
         "procedure.toml": dump_procedure(procedure),
     }
     measured = 0

@@ -54,11 +54,11 @@ def command(
     tables = are_tables([*runs, *held_out])
     again = _again(runs, held_out, rig_name, preloads, out)
     rig = load_rig(rig_name)
-    with staged_folder(out) as folder, working("reading", usual_s=USUAL_TABLE_s if tables else USUAL_s) as say:
+    with staged_folder(out) as folder, working("reading", usual_s=USUAL_TABLE_s if tables else USUAL_s) as begin:
         found = rig.diagnose(
-            runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=say
+            runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
         )
-        say("writing the report and the pictures")
+        begin("writing the report and the pictures")
         found.report(folder / REPORT, commands=[again])
         data = found.save(folder)
         write_json(data, folder / RESULT)

@@ -12,7 +12,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.commands.output import json_option, next_step, print_json, standard_output, working
+from twin.commands.output import json_option, next_step, print_json, say, standard_output, working
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
@@ -59,9 +59,9 @@ def command(
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
-    with working("reading", usual_s=USUAL_s) as say:
-        model = rig.identify(runs, preload=preload, report=say)
-        say("writing the model" + (" and the report" if page else ""))
+    with working("reading", usual_s=USUAL_s) as begin:
+        model = rig.identify(runs, preload=preload, report=begin)
+        begin("writing the model" + (" and the report" if page else ""))
         _write(model, out, page, _again(runs, rig_name, preload, out))
     for warning in model.warnings:
         say(f"warning: {warning}")

@@ -106,10 +106,10 @@ class _Job:
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
-        from twin.lab.preload import known_preload
         from twin.procedures import check_channels, check_rate, load_procedure
         from twin.rehearsal import open_twin
         from twin.rigs import load_rig
+        from twin.rigs.preloads import known_preload
 
         asked, rig = load_procedure(self.procedure), load_rig(self.rig)
         preload = known_preload(rig, self.preload)

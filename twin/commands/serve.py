@@ -44,13 +44,10 @@ def command(rig_name: str, preload: str | None, seed: int, meter: str | None, **
     """
     from recordings.streams import Excitation
     from twin.bench import open_bench
-    from twin.rigs import load_rig
+    from twin.rigs import known_preload, load_rig
 
     rig = load_rig(rig_name)
-    try:
-        name = rig.preload_name(preload)
-    except KeyError as error:
-        raise InputError("--preload", "", str(error.args[0])) from error
+    name = known_preload(rig, preload)
 
     def open_source() -> SampleSource:
         try:

@@ -108,9 +108,9 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
 
     if recording.suffix.lower() == ".rrd":
         return _copy(recording, out)
-    with working(f"reading {recording.name}", usual_s=USUAL_s) as say:
+    with working(f"reading {recording.name}", usual_s=USUAL_s) as begin:
         run = read_run(recording)
-        say("reducing and drawing")
+        begin("reducing and drawing")
         save_run(run, out, rehearsal=rehearsal)
     return out
 

@@ -12,6 +12,7 @@ from recordings.run import Run
 from twin.diagnose.effects import with_effects
 from twin.diagnose.signals import Finding, as_known, foreign_lines, inspect_signals, mended
 from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig
 
 __all__ = ["SoundEvidence", "sound_evidence"]
@@ -50,7 +51,7 @@ def sound_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None,
         If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`), or an effect of the rig
         file is none (:func:`~twin.diagnose.effects.with_effects`).
     """
-    runs = [as_known(run, rig) for run in runs]
+    runs = [as_known(own_channels(run, rig), rig) for run in runs]
     findings = inspect_signals(runs)
     usable = [mended(run, findings) for run in runs]
     evidence = gather_evidence(usable, rig, preload=preload, lines=foreign_lines(findings))

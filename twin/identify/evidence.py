@@ -19,6 +19,7 @@ from twin.identify.changed_model import ChangedModels
 from twin.identify.extension import Extension
 from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
+from twin.identify.rig_channels import in_directions_of
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Rig, nearest_preload, recorded_preload
@@ -150,6 +151,11 @@ class Evidence:
         return replace(self, steps=self.steps.select(np.zeros(len(self.steps), bool)))
 
     @property
+    def unused(self) -> tuple[str, ...]:
+        """The rig's response channels of which not every recording has samples."""
+        return tuple(s.channel for s in self.rig.response_sensors if s.channel not in self.channels)
+
+    @property
     def drive_position_m(self) -> float:
         """Where the shaker is known to drive."""
         return self.rig.drive.position + self.known.drive_offset_m
@@ -186,6 +192,7 @@ def gather_evidence(
     present = set.intersection(*(set(run.channels) for run in runs))
     if force not in present:
         raise InputError(first.path, f"channel {force}", "not recorded", "the rig names its force channel so")
+    runs = [in_directions_of(run, first, force=force) for run in runs]
     outputs = tuple(
         Output(
             sensor.channel,

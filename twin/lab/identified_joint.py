@@ -17,7 +17,6 @@ from twin.diagnose.sound_evidence import sound_evidence
 from twin.identify.evidence import Evidence
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.polynomial_law import PolynomialFit
-from twin.lab.preload import known_preload
 from twin.lab.shown import Shown
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
@@ -143,8 +142,6 @@ def identify_recordings(
     runs: Sequence[Run], rig: Rig, *, source: str, preload: str | None, report: Report
 ) -> IdentifiedJoint:
     """Moduli, damping and joint law from recordings; `source` names the rig in errors."""
-    if preload is not None:
-        known_preload(rig, preload)
     report("reducing the runs to responses")
     sound = sound_evidence(runs, rig, preload=preload, source=source)
     found = identify_rig(sound.evidence, report=report)

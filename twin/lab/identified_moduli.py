@@ -16,9 +16,9 @@ from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import update_moduli
 from twin.identify.predict import blank_evidence
 from twin.identify.prediction import Predictor
-from twin.lab.preload import known_preload
 from twin.lab.shown import Shown
 from twin.rigs import Rig, save_rig
+from twin.rigs.preloads import known_preload
 from twin.views.moduli_report import (
     errors_figure,
     frequency_table,

@@ -12,11 +12,11 @@ from recordings import InputError
 from twin.diagnose.effects import left_out_effects, with_effects
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.identify.predict import RigResponse, blank_evidence
-from twin.lab.preload import known_preload
 from twin.lab.shown import Shown
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
+from twin.rigs.preloads import known_preload
 from twin.views.figures import dressed, panels
 from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table

@@ -13,7 +13,6 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from recordings.streams import SampleSource
-from twin.lab.preload import known_preload
 from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Shown
 from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
@@ -27,6 +26,7 @@ from twin.rehearsal import (
     result_table,
 )
 from twin.rigs import Rig
+from twin.rigs.preloads import known_preload
 from twin.views.rehearsal_figures import range_figure, responses_figure
 from twin.views.rehearsal_report import rehearsal_sentence, write_rehearsal_report
 from twin.views.table import Table

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 from recordings import InputError, Run
 from twin.lab.files import are_tables
-from twin.lab.preload import known_preload
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
 from twin.rigs import RIG_FILES, Rig
 from twin.rigs import load_rig as load_lap_joint
 from twin.rigs.beam import BEAM_RIG_FILES, BeamRig, is_beam_rig, load_beam_rig
 from twin.rigs.modal import MODAL_RIG_FILES, ModalRig, is_modal_rig, load_modal_rig
+from twin.rigs.preloads import known_preload
 from twin.views.table import Table
 
 if TYPE_CHECKING:
@@ -224,10 +224,8 @@ class LabRig(Shown):
             raise InputError(
                 "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
             )
-        if preloads and preloads[0] not in rig.joint.preload:
-            raise InputError(
-                self.source, f"preload {preloads[0]}", "no such preload", f"it has {', '.join(rig.joint.preload)}"
-            )
+        for name in preloads:
+            known_preload(rig, name)
         report("reading")
         from twin.diagnose import diagnose, in_processes
         from twin.lab.diagnosed import DiagnosedRecordings

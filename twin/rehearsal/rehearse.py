@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from recordings import InputError, RunWriter
 from recordings.streams import Acquisition, SampleSource
 from twin.bench import drive_limits, open_bench
@@ -25,7 +23,7 @@ from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.gather import gathered
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-from twin.rigs import Rig, preload_record
+from twin.rigs import Rig, believed_rig_file, preload_record
 
 __all__ = ["Believed", "Rehearsed", "judge", "open_twin", "rehearse", "rehearse_until_clear"]
 
@@ -63,7 +61,7 @@ class Believed:
         """What the rig's file says, at one of its preloads, and the branches predicted from it."""
         return cls(
             rig_name=rig.name,
-            rig_file=tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode(),
+            rig_file=believed_rig_file(rig),
             preload=preload_record(preload),
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,

@@ -5,12 +5,27 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from recordings.errors import InputError
 from twin.rigs.rig import Rig
 
-__all__ = ["foreign_preload", "nearest_preload", "preload_record", "recorded_preload"]
+__all__ = ["foreign_preload", "known_preload", "nearest_preload", "preload_record", "recorded_preload"]
 
 NEAR = 0.05
 """Departure of a recorded preload from the rig's that needs no mention."""
+
+
+def known_preload(rig: Rig, preload: str | None) -> str:
+    """The rig's preload of this name, its first if there is none.
+
+    Raises
+    ------
+    InputError
+        If the rig has not that preload.
+    """
+    try:
+        return rig.preload_name(preload)
+    except KeyError as error:
+        raise InputError("--preload", "", str(error.args[0])) from error
 
 
 def preload_record(name: str) -> dict[str, str]:

@@ -10,7 +10,7 @@ from recordings.errors import InputError
 from recordings.toml_input import parse_toml, read_toml
 from twin.rigs.rig import Rig
 
-__all__ = ["RIG_FILES", "load_rig", "parse_rig", "save_rig"]
+__all__ = ["RIG_FILES", "believed_rig_file", "load_rig", "parse_rig", "save_rig"]
 
 RIG_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped rigs by name."""
@@ -39,4 +39,13 @@ def parse_rig(data: bytes, *, source: str) -> Rig:
 
 def save_rig(rig: Rig, path: Path) -> None:
     """Write `rig` as TOML that `load_rig` reads back equal."""
-    path.write_text(tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)), encoding="utf-8")
+    path.write_bytes(_toml(rig))
+
+
+def believed_rig_file(rig: Rig) -> bytes:
+    """The rig's file as a recording carries it: without its effects, of which a recording says nothing."""
+    return _toml(rig.model_copy(update={"effect": []}))
+
+
+def _toml(rig: Rig) -> bytes:
+    return tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode()

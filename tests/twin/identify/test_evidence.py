@@ -90,6 +90,38 @@ def test_a_sensor_mounted_the_other_way_round_turns_the_model(swept):
     np.testing.assert_allclose(predicted, H * [-1.0, 1.0], rtol=1e-5)
 
 
+def turned(run, *names):
+    """The same motion and force, recorded by sensors mounted the other way round."""
+    return replace(
+        run,
+        channels={n: replace(c, direction="-y") if n in names else c for n, c in run.channels.items()},
+        devices={
+            n: replace(d, values={n: -d.values[n]}) if n in names else d for n, d in run.devices.items()
+        },
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("names", [("force",), ("acc2",), ("force", "acc1", "acc2")], ids=" ".join)
+@pytest.mark.parametrize("runs", ["one", "two, of which one is turned"])
+def test_what_was_measured_does_not_depend_on_how_a_sensor_was_mounted(swept, names, runs):
+    run, _ = swept
+    before = [run] if runs == "one" else [run, run]
+    expected = gather_evidence(before, STEEL)
+    found = gather_evidence([*before[1:], turned(run, *names)], STEEL)
+    sign = [output.sign for output in found.outputs]
+    np.testing.assert_allclose(found.steps.force, expected.steps.force)
+    np.testing.assert_allclose(found.steps.response * np.array(sign)[:, None], expected.steps.response, rtol=1e-6)
+
+
+def test_devices_of_other_rates_are_fitted_each_at_its_own(swept):
+    run, H = swept
+    slow = replace(
+        run.devices["acc1"], sample_rate_Hz=RATE / 4, values={"acc1": run.devices["acc1"].values["acc1"][::4]}
+    )
+    steps = gather_evidence([replace(run, devices={**run.devices, "acc1": slow})], STEEL).steps
+    np.testing.assert_allclose(steps.response[:, :, 0] / steps.force[:, :1], H[[0, 1, 3]], rtol=1e-3)
+
+
 @pytest.mark.parametrize(("info", "asked", "preload"), [
     ({}, None, "120N"), ({"preload_N": "540"}, None, "540N"), ({"preload_N": "77"}, None, "120N"),
     ({"preload_N": "540"}, "120N", "120N"),
