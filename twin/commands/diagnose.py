@@ -15,18 +15,38 @@ from twin.commands.staging import staged_folder
 __all__ = ["command"]
 
 REPORT, VIEW, RESULT = "report.html", "view.rrd", "result.json"
+HELD_OUT = "--held-out"
 USUAL_s, USUAL_TABLE_s = 30.0, 10.0
 """What a diagnosis of recordings takes on two cores (10 s of a clean rig, 15 to 40 s of another), and one of tables."""
 
 
-@click.command(name="diagnose", short_help="Show what the model gets wrong and name the cause.")
+class _HeldOutRuns(click.Command):
+    """All words that follow ``--held-out``, up to the next option, are runs that are held out."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Say the option again before each of them."""
+        spread: list[str] = []
+        held = False
+        for before, word in zip(["", *args], args, strict=False):
+            if word.startswith("-"):
+                held = word == HELD_OUT
+            elif held and before != HELD_OUT:
+                spread.append(HELD_OUT)
+            spread.append(word)
+        return super().parse_args(ctx, spread)
+
+
+@click.command(cls=_HeldOutRuns, name="diagnose", short_help="Show what the model gets wrong and name the cause.")
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option(
     "--preload", "preloads", metavar="NAME", multiple=True,
     help="Name of the rig's preload; by default the recording's, or the table's own column. Once for each table.",
 )  # fmt: skip
-@click.option("--held-out", multiple=True, type=click.Path(path_type=Path), help="A run kept for the gain; repeatable.")
+@click.option(
+    HELD_OUT, "held_out", metavar="RUN...", multiple=True, type=click.Path(path_type=Path),
+    help="Runs kept for the gain: all words up to the next option.",
+)  # fmt: skip
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
 @json_option
 def command(
@@ -71,8 +91,8 @@ def command(
 def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloads: Sequence[str], out: Path) -> str:
     """The command that makes the same report."""
     words = ["twin", "diagnose", *map(str, runs)]
-    for path in held_out:
-        words += ["--held-out", str(path)]
+    if held_out:
+        words += [HELD_OUT, *map(str, held_out)]
     for name in preloads:
         words += ["--preload", name]
     return shlex.join([*words, "--rig", rig_name, "--out", str(out)])

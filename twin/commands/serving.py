@@ -14,7 +14,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.commands.output import print_json, say
+from twin.commands.output import say
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource, SlowSource
@@ -123,7 +123,7 @@ def serve_source(
             with whole_file(instruments_out) as part:
                 part.write_text(rig.instruments_toml, encoding="utf-8")
         if as_json:
-            print_json({"devices": rig.ready})
+            click.echo(json.dumps({"devices": rig.ready}))
         else:
             for entry in rig.ready:
                 click.echo(json.dumps({"event": "ready", **entry}))

@@ -21,6 +21,7 @@ from twin.diagnose.missing import find_missing_force
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes
+from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_evidence import sound_evidence
 from twin.diagnose.tournament import Report
@@ -57,8 +58,11 @@ def diagnose(
     rig
         What the experimenter believes.  Its effects, if it has any, act in every prediction; what is found is found
         beside them.
+    preload
+        State of the rig's joint; what the recordings name if not given.
     held_out
-        Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set aside.
+        Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set
+        aside, or every fourth step of fewer.
     source
         The rig file's name, for errors.
     out
@@ -87,11 +91,13 @@ def diagnose(
         unseen = sound_evidence(held_out, rig, preload=preload, source=source).evidence
         aside: tuple[str, ...] = ()
     else:
-        kept, unseen, aside = _set_aside(evidence)
+        kept, unseen, aside = set_aside(evidence)
         evidence = kept
     notes = (*_notes(evidence), *_notes_on(rig))
     if (foreign := foreign_preload(rig, runs[0].info)) and not asked_for:
         notes = (foreign, *notes)
+    if unseen is None and len(evidence.steps):
+        notes += ("too few steps to set any aside: the gain was not measured",)
     if unseen is not None and len(evidence.steps):
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
@@ -158,19 +164,6 @@ def _gain(
 
 def _rms(values: Any) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
-
-
-def _set_aside(evidence: Evidence) -> tuple[Evidence, Evidence | None, tuple[str, ...]]:
-    """Keep the sweep of middle force back, where there are three or more."""
-    states = evidence.steps.states
-    levels = {(s.run, s.sweep): s.target_amplitude for s in states}
-    if len(levels) < 3:
-        return evidence, None, ()
-    ordered = sorted(levels, key=lambda name: levels[name])
-    chosen = ordered[len(ordered) // 2]
-    inside = np.array([(s.run, s.sweep) == chosen for s in states])
-    rest = replace(evidence, steps=evidence.steps.select(~inside))
-    return rest, replace(evidence, steps=evidence.steps.select(inside), broadband=()), (chosen[1],)
 
 
 def _within_amplitudes(unseen: Evidence, evidence: Evidence) -> tuple[Evidence, tuple[str, ...]]:

@@ -58,7 +58,7 @@ def last_stage(search: Search) -> Stage:
 
 
 def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> tuple[NamedCause, ...]:
-    """All causes worth a line, most probable first: those in the model, then rivals."""
+    """All causes worth a line, those in the model and their rivals, most probable first."""
     named = [
         NamedCause(
             cause=finding.cause,
@@ -81,7 +81,7 @@ def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> t
         for rival, p in list(zip(contenders, probability, strict=True))[1:]:
             if p > 0.01:
                 named.append(_named(rival.blames[-1], float(p), (blame.cause.name,), False))
-    return tuple(sorted(named, key=lambda cause: (-cause.in_model, -cause.probability)))
+    return tuple(sorted(named, key=lambda cause: (-cause.probability, -cause.in_model)))
 
 
 def _contenders(stage: Stage, model: Candidate) -> tuple[Candidate, ...]:

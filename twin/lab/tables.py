@@ -77,8 +77,9 @@ def _sweeps(
         channel = rig.response_sensors[-1].channel
     path = runs[0] if len(runs) == 1 else Path(" ".join(map(str, runs)))
     return diagnose_sweeps(
-        _read(runs), path=path, rig_name=rig.name, held_out=_read(held_out), channel=channel, source=source
-    )
+        _read(runs), path=path, rig_name=rig.name, held_out=_read(held_out), held_out_paths=held_out, channel=channel,
+        source=source,
+    )  # fmt: skip
 
 
 def _read(paths: Sequence[Path]) -> list[Sweep]:

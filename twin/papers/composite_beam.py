@@ -216,14 +216,14 @@ def _fit(
     return _Trial(causes, len(parameters) + ("added-mass" in causes), sets, parameters, update, position_m)
 
 
-def _cause_parameters(cause: str, trial: _Trial) -> dict[str, dict[str, float | str]]:
+def _cause_parameters(cause: str, trial: _Trial) -> dict[str, dict[str, float] | str]:
     values, std, scale = trial.update.values, trial.update.std, trial.update.residual_factor
 
-    def entry(name: str) -> dict[str, float | str]:
+    def entry(name: str) -> dict[str, float]:
         return {"value": values[name], "std": scale * std[name]}
 
     if cause == "transverse-shear":
-        return {"beam": {"value": "composite"}, "modulus_ratio": entry("shear_ratio")}
+        return {"beam": "composite-beam", "modulus_ratio": entry("shear_ratio")}
     if cause == "added-mass":
         return {"position_m": {"value": trial.position_m}, "mass_kg": entry("mass")}
     return {cause: entry(cause)}

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from twin.cli import main
+from twin.commands.diagnose import command
 from twin.commands.staging import staged_folder
 from twin.rigs import load_rig
 from twin.rigs.beam import load_beam_rig
@@ -216,3 +217,19 @@ def test_recordings_become_a_folder_too(campaign, tmp_path, capsys):
     assert data == json.loads((out / "result.json").read_text())
     assert {"extended.toml", "report.html", "result.json", "view.rrd"} <= {path.name for path in out.iterdir()}
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize(
+    ("words", "runs", "held"),
+    [
+        ("a.mcap b.mcap --held-out c.mcap d.mcap --rig x --out y", "ab", "cd"),
+        ("a.mcap --held-out c.mcap --rig x b.mcap --out y", "ab", "c"),
+        ("a.mcap b.mcap --rig x --out y --held-out c.mcap --held-out d.mcap", "ab", "cd"),
+        ("a.mcap --held-out=c.mcap b.mcap --rig x --out y", "ab", "c"),
+    ],
+)
+def test_all_words_after_held_out_are_held_out(words, runs, held):
+    """None of them is learnt from, as the contract's ``[--held-out RUN...]`` says."""
+    found = command.make_context("diagnose", words.split()).params
+    assert found["runs"] == tuple(Path(f"{name}.mcap") for name in runs)
+    assert found["held_out"] == tuple(Path(f"{name}.mcap") for name in held)

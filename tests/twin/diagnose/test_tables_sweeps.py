@@ -56,7 +56,8 @@ def test_a_joint_that_softens_from_sweep_to_sweep_is_told_from_the_law_of_amplit
 
 def test_a_resonance_that_rises_is_no_loss_of_preload():
     found = diagnose(sweeps(AMPLITUDES, shift_Hz=lambda k: 0.03 * k))
-    assert [cause.cause for cause in found.causes] == ["temperature-drift"]
+    assert [(cause.cause, cause.confused_with) for cause in found.causes] == [("temperature-drift", ())]
+    assert found.verdict == "explained"
 
 
 def test_sweeps_in_order_of_amplitude_cannot_tell_a_drift_and_say_so():
@@ -93,7 +94,8 @@ def test_each_sweep_alone_is_the_mode_that_its_largest_receptance_says(beam):
 
 def test_held_out_sweeps_are_predicted_by_the_law_of_the_others():
     made = sweeps(AMPLITUDES)
-    found = diagnose(made[:-1], held_out=made[-1:])
+    found = diagnose(made[:-1], held_out=made[-1:], held_out_paths=["kept/last.csv"])
+    assert found.gain.runs == ("last.csv",)
     assert found.gain.sweeps == ("9",)
     assert found.gain.before < 0.02
 

@@ -100,6 +100,7 @@ def diagnose_frequencies(
         after, errors = final, accepted[-1].left_out
     left_out = found.base_left_out, errors
     causes = _causes(accepted, verdict)
+    next_test = _next_mode(problem, accepted[-1]) if accepted and rivals_of(accepted[-1]) else ""
     return TableDiagnosis(
         kind="frequencies",
         rig=rig.name,
@@ -118,13 +119,14 @@ def diagnose_frequencies(
         tried=tuple(_tried(found)),
         parameters=_parameters(model, after),
         assumed=tuple(_assumed(problem)),
-        notes=(*_notes(problem, after, found), *(heavy_sensors(problem, base) if verdict == "none" else ())),
+        notes=(*_notes(problem, after, found, next_test), *(heavy_sensors(problem, base) if verdict == "none" else ())),
         model=model.extended(
             {name: Estimate(value, after.moduli_std[name]) for name, value in after.moduli.items()},
             after.active,
             after.std,
         ),
         seconds=time.perf_counter() - started,
+        next_test=next_test if verdict == "ambiguous" else "",
     )
 
 
@@ -158,7 +160,7 @@ def _causes(accepted: Sequence[Stage], verdict: Verdict) -> tuple[NamedCause, ..
         for trial, probability in zip(stage.trials[1:], chance[1:], strict=True):
             if probability > 0.01 or trial.cause in rivals_of(stage):
                 found.append(_named(trial.fit, number, float(probability), (best.cause,), False))
-    return tuple(sorted(found, key=lambda cause: (-cause.in_model, -cause.probability)))
+    return tuple(sorted(found, key=lambda cause: (-cause.probability, -cause.in_model)))
 
 
 def _named(fit: Fit, number: int, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:
@@ -273,7 +275,7 @@ def _assumed(problem: Problem) -> list[str]:
     return assumed
 
 
-def _notes(problem: Problem, after: Fit, found: Search) -> list[str]:
+def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[str]:
     notes, accepted = [], found.accepted
     if not problem.stated:
         notes.append(
@@ -295,12 +297,7 @@ def _notes(problem: Problem, after: Fit, found: Search) -> list[str]:
                     f"{b.name} is identified as {after.moduli[b.name]:.3g} N/m2, {ratio:.2g} times what was believed"
                 )
     if accepted and rivals_of(accepted[-1]):
-        note = _next_mode(problem, accepted[-1])
-        if note:
-            notes.append(note)
-        note = _without_prior(accepted[-1])
-        if note:
-            notes.append(note)
+        notes += [note for note in (next_test, _without_prior(accepted[-1])) if note]
     if found.stages and not found.stages[-1].accepted:
         best = found.stages[-1].trials[0]
         gain = best.log_evidence - found.stages[-1].before.log_evidence

@@ -102,6 +102,8 @@ class TableDiagnosis:
     assumed, notes : tuple of str
     model : rig
         The extended model.
+    next_test : str
+        What would tell rivals apart; empty if there are none.
     """
 
     kind: str
@@ -119,6 +121,7 @@ class TableDiagnosis:
     notes: tuple[str, ...]
     model: Rig | BeamRig | ModalRig
     seconds: float
+    next_test: str = ""
 
     def to_dict(self, extended_model: str) -> dict[str, Any]:
         """The contract's JSON object; `extended_model` is the file's name."""
@@ -137,7 +140,7 @@ class TableDiagnosis:
                 for name, (believed, estimate) in self.parameters.items()
             },
             "tried": [asdict(model) for model in self.tried],
-            "next_test": None,
+            "next_test": {"why": self.next_test, "procedure": None} if self.next_test else None,
             "extended_model": extended_model,
             "assumed": list(self.assumed),
             "notes": list(self.notes),

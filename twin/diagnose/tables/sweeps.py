@@ -39,6 +39,7 @@ def diagnose_sweeps(
     path: str | Path,
     rig_name: str,
     held_out: Sequence[Sweep] = (),
+    held_out_paths: Sequence[str | Path] = (),
     channel: str = "acc1",
     source: str = "",
 ) -> TableDiagnosis:
@@ -52,6 +53,8 @@ def diagnose_sweeps(
         Their table, for messages.
     held_out
         Sweeps kept for the gain; without any, each is left out in turn.
+    held_out_paths
+        Their tables, for the answer.
     rig_name, channel, source
         Of the modal model that is identified.
 
@@ -79,9 +82,16 @@ def diagnose_sweeps(
     threshold = float(chi_square.isf(0.01, len(inner)) / len(inner))
     jump = find_jump(rows, scale)
     paid = drift is not None and drift.pays and _rms(drift.left_out) <= jump.left_out
-    verdict: Verdict = "none" if chi2 <= threshold and not paid else "ambiguous" if paid else "unknown"
-    causes = _causes(drift) if paid and drift is not None else ()
+    verdict: Verdict = "none" if chi2 <= threshold else "unknown"
+    causes: tuple[NamedCause, ...] = ()
+    if paid and drift is not None:
+        causes = _causes(drift)
+        verdict = "ambiguous" if len(causes) > 1 else "explained"
     after_chi2 = float(np.mean((drift.left_out[[row.inside for row in rows]] / scale) ** 2)) if paid and drift else chi2
+    if held_out:
+        gain = _on_held_out(held_out, held_out_paths, model.law)
+    else:
+        gain = _gain(sweeps, rows, model.law, drift if paid else None)
     return TableDiagnosis(
         kind="sweeps",
         rig=rig_name,
@@ -90,7 +100,7 @@ def diagnose_sweeps(
         sentence=_sentence(verdict, inner, causes, jump),
         misfit=Misfit(chi2_per_dof=chi2, after=after_chi2, threshold=threshold, where=tuple(_where(inner, path))),
         causes=causes,
-        gain=_on_held_out(held_out, model.law) if held_out else _gain(sweeps, rows, model.law, drift if paid else None),
+        gain=gain,
         rows=tuple(rows),
         tried=(),
         parameters={
@@ -165,7 +175,7 @@ def _causes(drift: Drift) -> tuple[NamedCause, ...]:
             cause=name,
             summary=CAUSES[name].summary,
             probability=0.99 / len(names),
-            confused_with=tuple(other for other in ("preload-loss", "temperature-drift") if other != name),
+            confused_with=tuple(other for other in names if other != name),
             parameters={"shift_Hz_per_sweep": Estimate(drift.rate_Hz, drift.std_Hz)},
             in_model=i == 0,
         )
@@ -181,7 +191,7 @@ def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[Name
     )
     if verdict == "none":
         return f"A smooth law of amplitude explains every sweep: {figures}."
-    if verdict == "ambiguous":
+    if causes:
         rate = causes[0].parameters["shift_Hz_per_sweep"]
         assert isinstance(rate, Estimate)
         names = " or ".join(cause.cause for cause in causes)
@@ -240,12 +250,13 @@ def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drif
     return HeldOut(before, after, floor, how=how, sweeps=names)
 
 
-def _on_held_out(sweeps: Sequence[Sweep], law: ModalLaw) -> HeldOut:
+def _on_held_out(sweeps: Sequence[Sweep], paths: Sequence[str | Path], law: ModalLaw) -> HeldOut:
     """Errors of the force by the law of all sweeps; a drift cannot be applied to sweeps of another table."""
     errors = [predict_held(law, s.frequency_Hz, s.acceleration_m_per_s2).force_N / s.force_N - 1 for s in sweeps]
     error = _rms(np.concatenate(errors))
     names = tuple(sweep.level for sweep in sweeps)
-    return HeldOut(error, error, law.force_relative_std, how="sweeps of the held-out tables", sweeps=names)
+    runs, how = tuple(Path(path).name for path in paths), "sweeps of the held-out tables"
+    return HeldOut(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
 
 
 def _notes(

@@ -1,0 +1,41 @@
+"""What a diagnosis keeps back for measuring the gain, where no run is held out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from twin.identify.evidence import Evidence
+from twin.identify.sweeps import rows_by_sweep
+
+__all__ = ["set_aside"]
+
+ENOUGH = 16
+"""Steps of which a quarter can be spared."""
+
+
+def set_aside(evidence: Evidence) -> tuple[Evidence, Evidence | None, tuple[str, ...]]:
+    """Keep the sweep of middle force back; of one or two sweeps every fourth step, where that leaves enough.
+
+    Returns
+    -------
+    kept, unseen : Evidence
+        What to learn from, and what to measure the gain on; no `unseen` where there are too few steps.
+    told : tuple of str
+        What was set aside, in words.
+    """
+    states = evidence.steps.states
+    sweeps = rows_by_sweep(states)
+    inside = np.zeros(len(states), bool)
+    if len(sweeps) >= 3:
+        chosen = sorted(sweeps, key=lambda name: states[sweeps[name][0]].target_amplitude)[len(sweeps) // 2]
+        inside[sweeps[chosen]] = True
+        told = [chosen]
+    elif len(states) >= ENOUGH:
+        inside[2::4] = True
+        told = [f"every fourth step of {name}" for name in sweeps]
+    else:
+        return evidence, None, ()
+    rest = replace(evidence, steps=evidence.steps.select(~inside))
+    return rest, replace(evidence, steps=evidence.steps.select(inside), broadband=()), tuple(told)
