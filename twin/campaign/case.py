@@ -203,7 +203,7 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
             recording_s = time.perf_counter() - started
             overloaded = _overloaded(folder)
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
-            found = _diagnosed(folder, rig, list(CAUSES))
+            found = _diagnosed(folder, rig, list(CAUSES), out=folder)
             followed = _followed(plan, case, found, folder, rig)
             oracle_after = _oracle(plan, found, folder, rig)
         except Exception as problem:
@@ -228,10 +228,12 @@ def _overloaded(folder: Path) -> tuple[str, ...]:
     return tuple(sorted({channel for channel, n in counts if n}))
 
 
-def _diagnosed(folder: Path, rig: Rig, may_blame: list[str], more: Sequence[str] = ()) -> dict[str, Any]:
+def _diagnosed(
+    folder: Path, rig: Rig, may_blame: list[str], *, more: Sequence[str] = (), out: Path | None = None
+) -> dict[str, Any]:
     learn = [read_run(folder / name) for name in (BROADBAND, SWEEPS, *more)]
     causes = {name: CAUSES[name] for name in may_blame}
-    return diagnose(learn, rig, held_out=[read_run(folder / HELD_OUT)], causes=causes, out=folder).to_dict()
+    return diagnose(learn, rig, held_out=[read_run(folder / HELD_OUT)], causes=causes, out=out).to_dict()
 
 
 def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: Path, rig: Rig) -> dict[str, Any] | None:
@@ -241,7 +243,7 @@ def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: P
     procedure = load_procedure(folder / found["next_test"]["procedure"])
     rng = np.random.default_rng([plan.seed, zlib.crc32(NEXT.encode())])
     _recorded(case, rig, folder / NEXT, procedure, rng=rng)
-    return _diagnosed(folder, rig, list(CAUSES), [NEXT])
+    return _diagnosed(folder, rig, list(CAUSES), more=[NEXT])
 
 
 def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> float | None:

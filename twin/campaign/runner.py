@@ -113,13 +113,15 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
         return
     # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
+    others = multiprocessing.active_children()
     executor = ProcessPoolExecutor(workers, mp_context=context, initializer=become_helper)
     try:
         yield executor
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
         for process in multiprocessing.active_children():
-            process.terminate()
+            if process not in others:
+                process.terminate()
         raise
     executor.shutdown()
 

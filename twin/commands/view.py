@@ -45,18 +45,22 @@ def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) 
         raise click.UsageError(f"--picture: {picture} must end in .png")
     if not what.exists():
         raise InputError(what, "", "no such file or folder")
+    if picture is not None and not picture.absolute().parent.is_dir():
+        raise InputError(picture, "", "cannot be written: no such folder")
     made = Path(tempfile.mkdtemp(prefix="twin-view-")) if save is None else None
-    view = _save(what, save or (made or Path()) / f"{what.resolve().stem or 'view'}.rrd")
-    told: dict[str, Any] = {"view": view, "bytes": view.stat().st_size, "opened": False}
-    if picture is not None:
-        try:
+    told: dict[str, Any] = {"opened": False}
+    try:
+        view = _save(what, save or (made or Path()) / f"{what.resolve().stem or 'view'}.rrd")
+        told |= {"view": view, "bytes": view.stat().st_size}
+        if picture is not None:
             _draw(view, picture)
-        finally:
-            if made is not None:
-                shutil.rmtree(made)
-        told |= {"view": save, "picture": picture}
-    elif save is None:
-        told["opened"] = _open(view)
+            told |= {"view": save, "picture": picture}
+        elif save is None:
+            told["opened"] = _open(view)
+            made = None  # for the viewer, or for who was told where it is
+    finally:
+        if made is not None:
+            shutil.rmtree(made)
     if as_json:
         print_json(told)
         return
@@ -70,8 +74,6 @@ def _draw(view: Path, picture: Path) -> None:
     """A picture of a view by a viewer without a screen."""
     from twin.views.rerun_viewer import headless_viewer, save_picture
 
-    if not picture.absolute().parent.is_dir():
-        raise InputError(picture, "", "cannot be written: no such folder")
     try:
         with console.status("drawing, without a screen"), headless_viewer(file=view) as viewer:
             save_picture(viewer, picture)

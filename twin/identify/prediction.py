@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
 from twin.identify.extended_rig import ExtendedRig
 from twin.identify.extension import Extension, JointState
@@ -119,6 +120,10 @@ class Predictor(ExtendedRig):
             if self.harmonics is not None:
                 out.append(("harmonics", self._harmonics(unknowns, R, change)))
         return out
+
+    def broadband_response(self, data: BinnedResponse, unknowns: Unknowns) -> Array:
+        """Responses per force (b, o) at the bins of a broadband run, unit/N."""
+        return self.responses(*self.felt_receptance(data, unknowns, inner=False))
 
     def _broadband(self, index: int, unknowns: Unknowns, sensitivities: bool) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]

@@ -12,6 +12,7 @@ import numpy as np
 
 from recordings import Run, read_run
 from twin.lab.shown import Shown
+from twin.views.extremes import extremes
 from twin.views.style import AFTER, level_colour, unit_text
 from twin.views.table import Table
 
@@ -131,7 +132,8 @@ class Recording(Shown):
         begin, end = device.position_at(first + round(1e9 * start_s)), device.position_at(stop)
         time_s = 1e-9 * (device.times_ns(begin, end) - first)
         figure, (axes,) = panels(1, height_in=3.0)
-        axes.plot(*_thinned(time_s, device.values[channel][begin:end]), color=AFTER, linewidth=0.8)
+        position, drawn = extremes(device.values[channel][begin:end], -(-2 * (end - begin) // MOST_POINTS))
+        axes.plot(time_s[position], drawn, color=AFTER, linewidth=0.8)
         unit = unit_text(self.run.channels[channel].unit)
         axes.set(title=channel, xlabel="time, s", ylabel=f"{channel}, {unit}")
         dressed(axes)
@@ -152,14 +154,3 @@ def load_run(path: str | Path) -> Recording:
 def as_runs(runs: Iterable[Recording | Run | str | Path]) -> list[Run]:
     """Runs in memory; files are read."""
     return [run if isinstance(run, Run) else run.run if isinstance(run, Recording) else read_run(run) for run in runs]
-
-
-def _thinned(time_s: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At most `MOST_POINTS`, so that no peak is lost: the extremes of each piece, at the piece's beginning."""
-    size = -(-2 * len(values) // MOST_POINTS)
-    if size <= 1:
-        return time_s, values
-    whole = len(values) // size * size
-    pieces = values[:whole].reshape(-1, size)
-    extremes = np.stack([np.nanmin(pieces, axis=1), np.nanmax(pieces, axis=1)], axis=1)
-    return np.repeat(time_s[:whole:size], 2), extremes.ravel()

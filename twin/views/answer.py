@@ -23,7 +23,7 @@ def estimate_text(value: Estimate | str) -> str:
     if -4 <= decimals <= 8 and abs(value.value) < 1e6:
         return " ± ".join(f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value.value, value.std))
     digits = max(2, decimals + int(np.floor(np.log10(max(abs(value.value), value.std)))) + 1)
-    return f"{value.value:.{min(digits, 8)}g} ± {value.std:.2g}"
+    return f"{value.value:#.{min(digits, 8)}g} ± {value.std:#.2g}"
 
 
 def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, float, float]]:

@@ -220,10 +220,5 @@ def shown_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
 
 def broadband_responses(evidence: Evidence, model: Fitted, index: int) -> Array:
     """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N."""
-    data = evidence.broadband[index]
     extension = extension_of(evidence, model.blames) if isinstance(model, Candidate) else None
-    predictor = Predictor(evidence, extension)
-    time_s = np.full(len(data.omega), data.time_s - evidence.origin_s)
-    omega = predictor.clock(data.omega, time_s)
-    dE, dG = predictor.moduli_changes(model.unknowns, np.zeros(len(omega)), time_s)
-    return predictor.responses(predictor.receptance(omega, model.unknowns.base, dE, dG), omega)
+    return Predictor(evidence, extension).broadband_response(evidence.broadband[index], model.unknowns)

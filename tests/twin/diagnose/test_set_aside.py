@@ -43,9 +43,8 @@ def test_of_two_every_fourth_step_is(swept: Evidence) -> None:
     assert not both[0] & both[1]
     assert both[0] | both[1] == {(s.sweep, s.index) for s in whole.steps.states}
     assert len(unseen.steps) == pytest.approx(len(whole.steps) / 4, abs=1)
-    assert [name.removeprefix("every fourth step of ") for name in told] == [
-        name for name in dict.fromkeys(state.sweep for state in whole.steps.states)
-    ]
+    names = dict.fromkeys(state.sweep for state in whole.steps.states)
+    assert told == tuple(f"every fourth step of {name}" for name in names)
 
 
 def test_of_a_handful_of_steps_none_is(swept: Evidence) -> None:

@@ -19,7 +19,6 @@ from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
-from twin.identify.gauss_newton import Solution
 from twin.identify.identified import identify_rig
 from twin.identify.joint_law import SplineLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
@@ -31,7 +30,7 @@ from twin.views.curves import broadband_responses
 
 sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside this file
 
-from recorded_views import sdof_run
+from recorded_views import candidate, sdof_run
 
 NOISE = 1e-3
 
@@ -47,13 +46,6 @@ def _state(sweep: str, index: int, frequency_Hz: float) -> SteadyState:
         target_channel="force", target_amplitude=1.0, time_s=float(index), amplitude={}, variance={}, drift={},
         drift_std={}, lost=0, overloaded=0, duration_s=1.0,
     )  # fmt: skip
-
-
-def _candidate(unknowns: Unknowns, blames: tuple[Blame, ...], history: tuple[float, ...]) -> Candidate:
-    x = unknowns.vector
-    std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 16, 1e5), [0.1, 0.1]])
-    solution = Solution(x, history[-1], 0.0, np.diag(1 / std**2), np.zeros(4), np.zeros((4, len(x))), history)
-    return Candidate(blames, unknowns, solution, 0.0, 100)
 
 
 @pytest.fixture(scope="session")
@@ -108,7 +100,7 @@ def _measured(evidence: Evidence, truth: Candidate) -> Evidence:
 def identified(unmeasured: tuple[Evidence, Unknowns]) -> IdentifiedJoint:
     """What is found of a rig whose file is right, from what it would measure."""
     blank, unknowns = unmeasured
-    evidence = _measured(blank, _candidate(unknowns, (), (100.0,)))
+    evidence = _measured(blank, candidate(unknowns, (), (100.0,)))
     found = identify_rig(evidence)
     return IdentifiedJoint(found=found, evidence=evidence, warnings=found.warnings)
 
@@ -119,8 +111,8 @@ def diagnosis(unmeasured: tuple[Evidence, Unknowns]) -> Diagnosis:
     values = {"mass_kg": 0.008, "position_m": 0.35}
     std = {"mass_kg": 8e-6, "position_m": 5e-5}
     blame = Blame(CAUSES["added-mass"], {}, values, std)
-    base = _candidate(unknowns, (), (900.0, 400.0, 390.0))
-    true = _candidate(unknowns, (blame,), (390.0, 120.0, 100.0))
+    base = candidate(unknowns, (), (900.0, 400.0, 390.0))
+    true = candidate(unknowns, (blame,), (390.0, 120.0, 100.0))
     assert extension_of(evidence, (blame,)).attachments
     evidence = _measured(evidence, true)
     sweeps = compare_sweeps(evidence, base, true)

@@ -13,6 +13,9 @@ import pyarrow as pa
 from rerun.chunk import RrdReader
 
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
+from twin.diagnose.candidate import Blame, Candidate
+from twin.identify.gauss_newton import Solution
+from twin.identify.unknowns import Unknowns
 
 RATE_Hz = 1024.0
 NATURAL_Hz, RATIO, STIFFNESS = 25.0, 0.02, 2000.0
@@ -148,3 +151,11 @@ def view_origins(path: Path) -> list[str]:
                 if name == "ViewBlueprint:space_origin":
                     origins += [str(row[0]) for row in column.to_pylist() if row]
     return origins
+
+
+def candidate(unknowns: Unknowns, blames: tuple[Blame, ...], history: tuple[float, ...]) -> Candidate:
+    """A fit that ended at these unknowns, its chi2 by turns."""
+    x = unknowns.vector
+    std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 16, 1e5), [0.1, 0.1]])
+    solution = Solution(x, history[-1], 0.0, np.diag(1 / std**2), np.zeros(4), np.zeros((4, len(x))), history)
+    return Candidate(blames, unknowns, solution, 0.0, 100)
