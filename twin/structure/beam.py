@@ -18,6 +18,7 @@ __all__ = [
     "deflection_shape",
     "per_length",
     "slope_shape",
+    "weakened_stiffness",
 ]
 
 Matrix = NDArray[np.float64]
@@ -67,6 +68,39 @@ def beam_stiffness(*, EA: float, EI: float, length: ArrayLike, shear_ratio: floa
     K = np.zeros((*np.shape(length), 6, 6))
     K[AXIAL] = EA / L * _STRETCH
     K[BENDING] = EI / (1.0 + phi) / L**3 * (SLENDER + phi * THICK) * per_length(length)
+    return K
+
+
+def weakened_stiffness(
+    *, EA: float, EI: float, length: float, weak: tuple[float, float], factor: float, shear_ratio: float = 0.0
+) -> Matrix:
+    """Stiffness of one beam element of which a stretch is weaker, DOFs as in :func:`beam_stiffness`.
+
+    Exact: the flexibilities of the stretches add under the linear moment of an element without loads.
+
+    Parameters
+    ----------
+    EA, EI, length, shear_ratio
+        Of the sound element, as in :func:`beam_stiffness`.
+    weak
+        Where the stretch begins and ends, m from the first node.
+    factor
+        What it has left of both stiffnesses, above zero.
+
+    Returns
+    -------
+    ndarray, (6, 6)
+    """
+    # Under a force and a moment at the second node, the first held: the moment at x is M + V (L - x).
+    far, near = length - weak[0], length - weak[1]
+    more = 1.0 / factor - 1.0
+    powers = [(length**n + more * (far**n - near**n)) / n for n in (1, 2, 3)]
+    flexibility = np.array([[powers[2] / EI + shear_ratio * powers[0] / EA, powers[1] / EI], [0.0, powers[0] / EI]])
+    flexibility[1, 0] = flexibility[0, 1]
+    apart = np.array([[-1.0, -length, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]])
+    K = np.zeros((6, 6))
+    K[AXIAL] = EA / powers[0] * _STRETCH
+    K[BENDING] = apart.T @ np.linalg.solve(flexibility, apart)
     return K
 
 

@@ -1,7 +1,7 @@
 """The lap joint's finite elements against beams with known frequencies: apart, bonded, and refined."""
 
-import itertools
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from twin.rigs import load_rig
 from twin.structure import assemble, eigenvalue_sensitivity, mesh_rig, normal_modes
-from twin.structure.beam import beam_mass, beam_stiffness
+from twin.structure.beam import beam_mass, beam_stiffness, weakened_stiffness
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +184,7 @@ def test_eigenvalue_sensitivity_agrees_with_finite_differences(rig):
             for s in step * 0.5 ** np.arange(5)
         ]
         for k in range(1, 5):
-            table = [fine + (fine - coarse) / (4**k - 1) for coarse, fine in itertools.pairwise(table)]
+            table = [fine + (fine - coarse) / (4**k - 1) for coarse, fine in pairwise(table)]
         return table[0]
 
     close = {"rtol": 1e-7, "atol": 1e-7 * modes.omega[0] ** 2}  # eigenvalues near 1e4 of a stiffness near 1e10
@@ -203,3 +203,20 @@ def test_deflection_and_slope_rows_follow_a_cubic_exactly(rig):
         assert structure.axial(position) @ motion == pytest.approx(2 * position, abs=1e-12)
     with pytest.raises(ValueError, match="not on the structure"):
         structure.deflection(0.43)
+
+
+@pytest.mark.parametrize("weak", [(0.0, 0.004), (0.004, 0.013), (0.011, 0.02), (0.0, 0.02)])
+@pytest.mark.parametrize("shear_ratio", [0.0, 3.1])
+def test_an_element_weak_in_part_is_a_chain_of_sound_and_weak_ones(weak, shear_ratio):
+    """Whole elements end to end, with their inner nodes condensed."""
+    section, length, factor = {"EA": 3e7, "EI": 110.0, "shear_ratio": shear_ratio}, 0.02, 0.5
+    x = np.unique([*np.linspace(0, length, 5), *weak])
+    K = np.zeros((3 * len(x), 3 * len(x)))
+    for i, (a, b) in enumerate(pairwise(x)):
+        left = factor if weak[0] <= a and b <= weak[1] else 1.0
+        K[3 * i : 3 * i + 6, 3 * i : 3 * i + 6] += left * beam_stiffness(**section, length=b - a)
+    ends, inner = np.r_[:3, len(K) - 3 : len(K)], np.arange(3, len(K) - 3)
+    carried = np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, ends)])
+    expected = K[np.ix_(ends, ends)] - K[np.ix_(ends, inner)] @ carried
+    found = weakened_stiffness(**section, length=length, weak=weak, factor=factor)
+    assert found == pytest.approx(expected, abs=1e-9 * np.max(expected))

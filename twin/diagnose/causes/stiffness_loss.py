@@ -11,7 +11,7 @@ from twin.diagnose.cause import Cause, Parameter, Values, position
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension
 from twin.structure import Structure
-from twin.structure.beam import beam_stiffness
+from twin.structure.beam import beam_stiffness, weakened_stiffness
 
 __all__ = ["StiffnessLoss"]
 
@@ -30,25 +30,27 @@ class StiffnessLoss(Cause):
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """Less of every element that the section covers: their flexibilities add along it."""
+        """What an element that the section covers, wholly or in part, has less than a sound one."""
         rig = evidence.rig
         half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
         x, factor = values["position_m"], values["factor"]
         mesh = evidence.model.structure.mesh
         lower = x <= rig.lower.length
         beam, nodes, first = (rig.lower, mesh.lower_x, 0) if lower else (rig.upper, mesh.upper_x, len(mesh.lower_x))
+        section = {"EA": beam.youngs_modulus * beam.area, "EI": beam.youngs_modulus * beam.second_moment}
         forms, lost = [], []
         for e, (a, b) in enumerate(pairwise(nodes)):
-            covered = max(0.0, min(b, x + half) - max(a, x - half)) / (b - a)
-            if covered == 0.0:
+            weak = max(a, x - half) - a, min(b, x + half) - a
+            if weak[0] >= weak[1]:
                 continue
-            EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * beam.second_moment
-            stiffness, shape = np.linalg.eigh(beam_stiffness(EA=EA, EI=EI, length=b - a, shear_ratio=beam.shear_ratio))
-            for k in range(3, 6):  # the first three are rigid motions
+            element = {**section, "length": float(b - a), "shear_ratio": beam.shear_ratio}
+            change = weakened_stiffness(**element, weak=weak, factor=factor) - beam_stiffness(**element)
+            size, shape = np.linalg.eigh(change)
+            for k in range(3):  # the other three are rigid motions
                 form = np.zeros(3 * mesh.nodes)
-                form[3 * (first + e) + np.arange(6)] = np.sqrt(stiffness[k]) * shape[:, k]
+                form[3 * (first + e) + np.arange(6)] = shape[:, k]
                 forms.append(form)
-                lost.append(1.0 / (1.0 - covered + covered / factor) - 1.0)
+                lost.append(size[k])
 
         def rows(s: Structure) -> np.ndarray:
             return np.array(forms)[:, s.free]

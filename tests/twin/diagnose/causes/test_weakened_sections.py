@@ -1,4 +1,4 @@
-"""A weakened section that covers elements in part, against a mesh eight times as fine."""
+"""A weakened section that covers elements in part."""
 
 from itertools import pairwise
 
@@ -39,4 +39,4 @@ def test_a_large_stiffness_loss_softens_as_much_wherever_it_lies_in_an_element(b
             row = fine.curvature((a + b) / 2 + (b - a) / 2 * xi)
             weaker -= (1 - factor) * EI * weight * (b - a) / 2 * np.outer(row, row)
     expected = np.sqrt(eigh(weaker, fine.M, eigvals_only=True)[:4] / eigh(Kf, fine.M, eigvals_only=True)[:4]) - 1
-    assert found[[0, 1, 3]] == pytest.approx(expected[[0, 1, 3]], rel=0.15)
+    assert found == pytest.approx(expected, rel=0.02, abs=1e-3 * np.max(np.abs(expected)))
