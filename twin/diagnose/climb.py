@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
-from twin.diagnose.candidate import Candidate, extension_of, fit_candidate
-from twin.diagnose.cause import Cause
+from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
+from twin.diagnose.cause import Cause, main_strength
 from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.paying import FALSE, left_behind, paying, pruned
 from twin.diagnose.score import Score, score_causes
@@ -20,6 +20,7 @@ from twin.diagnose.tournament import (
     SLACKS,
     Report,
     at_the_best_place,
+    best_of_each,
     fitted_to_the_end,
     tournament,
     with_own_law,
@@ -42,6 +43,8 @@ blind cases the right causes left 0.4 to 0.6, seldom 0.8, and a wrong pair 0.95 
 PROMISING = 16.0
 """First-order gain of chi2 from which on a further cause is looked for: beside the right one, clean rigs' best is five.
 Whatever is left may be small on the whole, as broadband runs count most, and yet all there is of a second cause."""
+SLIGHT = 0.01
+"""Share of a usual strength from which a cause that got lost begins again."""
 REDUCED_ANEW = 2
 """Times that the recordings are reduced against a model and it is fitted to them, while it does not explain them."""
 
@@ -173,6 +176,11 @@ class Climb:
         field = [(trial.unknowns, trial.blames) for trial in trials]
         self._report(f"refitting {', '.join(blames[-1].key for _, blames in field)} to all evidence")
         finalists = side_by_side(fitted_to_the_end, (evidence, harmonics), field)
+        if min(c.solution.cost for c in finalists) > self.model.solution.cost:
+            # No minimum lies above that without the cause: all came to rest in false ones on their way from afar.
+            field = [(self.model.unknowns, _from_nothing(evidence, trial.blames)) for trial in trials]
+            finalists += side_by_side(fitted_to_the_end, (evidence, harmonics), field)
+            finalists = best_of_each(sorted(finalists, key=lambda c: -c.log_evidence))
         finalists.sort(key=lambda c: -c.log_evidence)
         begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)
         finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
@@ -208,6 +216,16 @@ class Climb:
                 self.evidence, self.harmonics, self._start, self.model.blames, slack=LOOSE, iterations=8
             )
             self._start = loose.unknowns
+
+
+def _from_nothing(evidence: Evidence, blames: tuple[Blame, ...]) -> tuple[Blame, ...]:
+    """Blames of which the last has hardly begun to act."""
+    *before, last = blames
+    main = main_strength(last.cause.parameters(evidence, last.label))
+    if main is None:
+        return blames
+    slight = main.null + SLIGHT * main.scale * (1.0 if main.upper > main.null else -1.0)
+    return (*before, replace(last, values={**last.values, main.name: slight}))
 
 
 def _anew(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate, start: Unknowns) -> Candidate:

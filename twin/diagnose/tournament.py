@@ -23,6 +23,7 @@ __all__ = [
     "SLACKS",
     "Report",
     "at_the_best_place",
+    "best_of_each",
     "fitted_to_the_end",
     "tournament",
     "with_own_law",
@@ -87,9 +88,9 @@ def tournament(
             stay = sum(trial.chi2_per_dof < HOPELESS * trials[0].chi2_per_dof for trial in trials)
         # Nor do fits of one cause from its several beginnings differ by more than chance before that.
         siblings = 2 if level <= SIFTED else len(trials)
-        best = _best_of_each(trials, siblings)
+        best = best_of_each(trials, siblings)
         field = [(c.unknowns, c.blames) for c in _with_favourites(best, max(stay, FINALISTS), blames)]
-    finalists = [(c.unknowns, c.blames) for c in _with_favourites(_best_of_each(trials), 2 * FINALISTS, blames)]
+    finalists = [(c.unknowns, c.blames) for c in _with_favourites(best_of_each(trials), 2 * FINALISTS, blames)]
     ended = side_by_side(partial(fitted_to_the_end, tolerance=2.0), (evidence, harmonics), finalists)
     return sorted(ended, key=lambda c: -c.log_evidence)[:FINALISTS]
 
@@ -125,7 +126,7 @@ def at_the_best_place(
     fit = partial(_less_slack, slack=STIFF, tolerance=2.0)
     there = sorted([*trials, *side_by_side(fit, (evidence, harmonics), field)], key=lambda c: -c.log_evidence)
     chosen = {trial.blames[-1].key for trial in trials}
-    return [c for rank, c in enumerate(_best_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
+    return [c for rank, c in enumerate(best_of_each(there)) if rank < FINALISTS or c.blames[-1].key in chosen]
 
 
 def with_own_law(
@@ -218,7 +219,7 @@ def _with_favourites(trials: list[Candidate], count: int, blames: list[tuple[Bla
     return [c for rank, c in enumerate(trials) if rank < count or c.blames[-1].key in favourites]
 
 
-def _best_of_each(trials: list[Candidate], count: int = 1) -> list[Candidate]:
+def best_of_each(trials: list[Candidate], count: int = 1) -> list[Candidate]:
     """The first `count` fits of each cause and label."""
     seen: Counter[str] = Counter()
     kept = []
