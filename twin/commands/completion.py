@@ -8,9 +8,7 @@ from collections.abc import Mapping
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
-__all__ = ["SHELLS", "NameOrFile", "completion_script", "named_types"]
-
-SHELLS = ("bash", "zsh", "fish")
+__all__ = ["NameOrFile", "completion_script", "named_types"]
 
 
 class NameOrFile(click.ParamType):

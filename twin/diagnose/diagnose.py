@@ -29,6 +29,7 @@ from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
 from twin.identify.evidence import Evidence, common_preload
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
+from twin.identify.rms import rms
 from twin.rigs import Rig, foreign_preload, save_rig
 
 __all__ = ["diagnose"]
@@ -151,19 +152,15 @@ def _gain(
     errors = [relative_errors(unseen, model, harmonics) for model in (before, after)]
     columns = [*errors, noise_floors(unseen, harmonics)]
     parts = {
-        harmonic: HeldOutError(*(_rms(column[harmonic]) for column in columns), count=len(errors[0][harmonic]))
+        harmonic: HeldOutError(*(rms(column[harmonic]) for column in columns), count=len(errors[0][harmonic]))
         for harmonic in errors[0]
     }
     return Gain(
-        *(_rms(np.concatenate(list(column.values()))) for column in columns),
+        *(rms(np.concatenate(list(column.values()))) for column in columns),
         by_harmonic=parts,
         runs=tuple(Path(run).name for run in runs),
         sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
     )
-
-
-def _rms(values: Any) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _within_amplitudes(unseen: Evidence, evidence: Evidence) -> tuple[Evidence, tuple[str, ...]]:

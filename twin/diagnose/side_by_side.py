@@ -1,7 +1,7 @@
 """Fits that do not need each other, side by side on the processor's cores.
 
 Between the compiled kernels a fit is the interpreter's work, of which a process does one at a time; so the others are
-processes of their own.  They outlive a single call, and are sent the evidence once.
+processes of their own.  They outlive a single call, and unpack the evidence once.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class Evidence:
     unsettled : tuple of SteadyState
         Steps that were still changing; left out of the fits, and told.
     linear : LinearFit or None
-        Base parameters from the broadband runs alone.
+        Base parameters from the last broadband run alone.
     effects : tuple of Known
         Of the rig file; every prediction has them.
     """

@@ -177,7 +177,7 @@ class RigResponse:
         turn = turn[
             (np.abs(excess[turn]) < np.abs(excess[turn - 1])) & (np.abs(excess[turn]) < np.abs(excess[turn + 1]))
         ]
-        turn = turn[np.abs(excess[turn]) < 0.1]
+        turn = turn[np.abs(excess[turn]) < NEAR]
         if not len(turn):
             return grid, excess
         y0, y1, y2 = excess[turn - 1], excess[turn], excess[turn + 1]

@@ -43,8 +43,6 @@ class IdentifiedJoint(Shown):
         Values, covariance, polynomials, residuals.
     evidence : Evidence
         The recordings, reduced.
-    extension : Extension
-        What the rig file's effects change.
     warnings : tuple of str
     """
 

@@ -151,7 +151,9 @@ def rehearse_procedure(
     folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else out
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        rehearsed = _rehearsed(asked, rig, bench, first_bench, folder, name, rounds=rounds, seed=seed, report=report)
+        rehearsed = _rehearsed(
+            asked, rig, bench, first_bench, folder, name, named=named, rounds=rounds, seed=seed, report=report
+        )
     except BaseException:
         if out is None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -169,6 +171,7 @@ def _rehearsed(
     folder: Path,
     preload: str,
     *,
+    named: str,
     rounds: int,
     seed: int,
     report: Report,
@@ -182,9 +185,7 @@ def _rehearsed(
     if rounds:
         report("improving the procedure")
         better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
-    result = result_table(
-        first, better, procedure=asked.procedure, rig=rig, preload=preload, seed=seed, branches=branches
-    )
+    result = result_table(first, better, procedure=named, rig=rig, preload=preload, seed=seed, branches=branches)
     return RehearsedProcedure(first=first, better=better, result=result)
 
 

@@ -35,7 +35,6 @@ def run_markdown(run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[s
     if reduced:
         lines += ["", "| sweep | steps | peak at | receptance |", "|---|---|---|---|"]
     for sweep in reduced:
-        sizes = next(iter(sweep.receptance.values()), np.zeros(0))
         if len(sweep.receptance):
             name, sizes = max(sweep.receptance.items(), key=lambda item: float(np.max(item[1])))
             peak = int(np.argmax(sizes))

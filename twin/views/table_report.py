@@ -129,8 +129,7 @@ def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Sec
     verb = "agrees with" if misfit.chi2_per_dof <= misfit.threshold else "does not agree with"
     texts = [
         f"Chi² per degree of freedom with the moduli identified is {misfit.chi2_per_dof:.3g}: the model {verb} the "
-        "frequencies, "
-        f"the threshold being {misfit.threshold:.3g}."
+        f"frequencies, the threshold being {misfit.threshold:.3g}."
         + (f" With what is blamed it is {misfit.after:.3g}." if extended else "")
     ]
     drawn = picture(
@@ -179,9 +178,8 @@ def _sweeps(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Section:
         numbers=(1, 2, 3, 4, 5, 6),
     )  # fmt: skip
     texts = [
-        f"Chi² per sweep of the resonances against the law of all others is {misfit.chi2_per_dof:.3g}, the "
-        "threshold being "
-        f"{misfit.threshold:.3g}. The lowest and the highest amplitude (end) are extrapolated and do not count."
+        f"Chi² per sweep of the resonances against the law of all others is {misfit.chi2_per_dof:.3g}, the threshold "
+        f"being {misfit.threshold:.3g}. The lowest and the highest amplitude (end) are extrapolated and do not count."
     ]
     peaks = "; ".join(
         f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s²: {row.frequency_Hz:.3f} Hz" for row in rows
@@ -190,8 +188,7 @@ def _sweeps(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Section:
         _sweep_figure(diagnosis, rows),
         alt=f"Resonance of every sweep against its amplitude, with the smooth law, and force errors by sweep. {peaks}.",
         caption="Left: resonance of every sweep by itself and the smooth law with one standard deviation; right: "
-        "errors of the "
-        "force, by the law of all other sweeps and by a linear mode of its own.",
+        "errors of the force, by the law of all other sweeps and by a linear mode of its own.",
     )
     return Section(title="Sweep by sweep", texts=texts, tables=[table], pictures=[drawn])
 

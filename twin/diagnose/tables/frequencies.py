@@ -22,6 +22,7 @@ from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, T
 from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.diagnose.verdict import SURE
+from twin.identify.rms import rms
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 
@@ -203,7 +204,7 @@ def _gain(
     if not kept:
         std = np.concatenate([item.relative_std for item in problem.measured])
         how = "each natural frequency in turn left out and predicted from all others"
-        return HeldOut(_rms(left_out[0]), _rms(left_out[1]), _rms(std), how=how)
+        return HeldOut(rms(left_out[0]), rms(left_out[1]), rms(std), how=how)
     errors: list[list[Array]] = [[], []]
     for item in kept:
         for fit, column in zip((base, after), errors, strict=True):
@@ -211,8 +212,8 @@ def _gain(
             column.append(item.frequency_Hz / model - 1)
     std = np.concatenate([item.relative_std for item in kept])
     runs = tuple(dict.fromkeys(Path(item.path).name for item in kept))
-    before, now = (_rms(np.concatenate(column)) for column in errors)
-    return HeldOut(before, now, _rms(std), how="natural frequencies of the held-out tables", runs=runs)
+    before, now = (rms(np.concatenate(column)) for column in errors)
+    return HeldOut(before, now, rms(std), how="natural frequencies of the held-out tables", runs=runs)
 
 
 def _rows(problem: Problem, base: Fit, after: Fit, left_out: tuple[Array, Array]) -> list[FrequencyRow]:
@@ -257,10 +258,8 @@ def _assumed(problem: Problem) -> list[str]:
     if not problem.stated:
         assumed.append(
             f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure "
-            "that is "
-            f"itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, which the "
-            "evidence "
-            "integrates over."
+            f"that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, which "
+            "the evidence integrates over."
         )
     rare = ", ".join(f"{cause} at {weight:g}" for cause, weight in PLAUSIBLE.items())
     assumed.append(
@@ -280,8 +279,7 @@ def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[
     if not problem.stated:
         notes.append(
             f"std_Hz is not given: {100 * ASSUMED_STD:g} % is assumed, known to a factor of {np.exp(SPREAD):.0f}; "
-            "the model "
-            f"makes {100 * ASSUMED_STD * after.scale:.2g} % the most probable"
+            f"the model makes {100 * ASSUMED_STD * after.scale:.2g} % the most probable"
         )
     if after.active and after.dof < 1.5:
         notes.append(
@@ -318,8 +316,7 @@ def _without_prior(stage: Stage) -> str:
         return ""
     return (
         f"the frequencies alone favour {stage.trials[first].cause} by {data[first] - data[0]:.1f} in log evidence; "
-        "it comes "
-        "later because damage is less probable beforehand"
+        "it comes later because damage is less probable beforehand"
     )
 
 
@@ -341,7 +338,3 @@ def _next_mode(problem: Problem, stage: Stage) -> str:
         )
         found.append((float(abs(np.log(ours[k] / theirs[k]))), text))
     return max(found)[1] if found else ""
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from twin.diagnose.tables.result import SweepRow
+from twin.identify.rms import rms
 
 __all__ = ["Drift", "Jump", "find_drift", "find_jump"]
 
@@ -34,7 +35,7 @@ class Drift:
     @property
     def pays(self) -> bool:
         """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.rate_Hz) > CLEAR * self.std_Hz and _rms(self.left_out) < 0.5 * _rms(self.without)
+        return abs(self.rate_Hz) > CLEAR * self.std_Hz and rms(self.left_out) < 0.5 * rms(self.without)
 
 
 @dataclass(frozen=True)
@@ -56,11 +57,11 @@ class Jump:
 def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
     """The resonance jumps once, between two sweeps, and stays there."""
     amplitude, f = (np.array([getattr(row, name) for row in rows]) for name in ("amplitude_m_per_s2", "frequency_Hz"))
-    without = _rms(_smooth(amplitude, f)[1])
+    without = rms(_smooth(amplitude, f)[1])
     tried = []
     for k in range(2, len(f) - 1):
         columns, errors = _smooth(amplitude, f, (np.arange(len(f)) >= k).astype(float))
-        tried.append(Jump(_rms(errors), rows[k].sweep, *_last(columns, f, scale), without))
+        tried.append(Jump(rms(errors), rows[k].sweep, *_last(columns, f, scale), without))
     return min(tried, key=lambda jump: jump.left_out)
 
 
@@ -80,7 +81,7 @@ def _smooth(amplitude: Array, f: Array, *beside: Array) -> tuple[Array, Array]:
     powers = [np.vander(amplitude / amplitude.max(), order + 1) for order in range(min(MOST_ORDER, len(f) - 4) + 1)]
     tried = [np.column_stack([columns, *beside]) for columns in powers]
     errors = [_left_out(columns, f) for columns in tried]
-    best = int(np.argmin([_rms(error) for error in errors]))
+    best = int(np.argmin([rms(error) for error in errors]))
     return tried[best], errors[best]
 
 
@@ -96,7 +97,3 @@ def _left_out(columns: Array, f: Array) -> Array:
     """Each frequency minus its prediction by the least squares of all others."""
     hat = columns @ np.linalg.pinv(columns)
     return np.asarray((f - hat @ f) / np.maximum(1 - np.diag(hat), 1e-6))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -13,6 +13,7 @@ from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.model import Active, Change
 from twin.diagnose.verdict import RIVAL
+from twin.identify.rms import rms
 
 __all__ = [
     "PLAUSIBLE",
@@ -102,7 +103,7 @@ def search(problem: Problem, *, most: int = 2, report: Report = lambda text: Non
         if best.log_evidence - current.log_evidence >= least_gain(problem, current):
             report(f"predicting left-out frequencies with {best.cause}")
             after = leave_one_out(problem, best.fit)
-        accepted = after is not None and _rms(after) < _rms(left_out)
+        accepted = after is not None and rms(after) < rms(left_out)
         stages.append(Stage(current, tuple(trials), accepted, after))
         if after is None or not accepted:
             break
@@ -269,7 +270,3 @@ def _best(fits: Sequence[Fit]) -> Fit:
 
 def _checked(fit: Fit, evidence: float) -> tuple[Fit, float] | None:
     return (fit, evidence) if np.isfinite(evidence) and np.isfinite(fit.chi2) else None
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -31,7 +31,7 @@ SECTION = 0.025
 
 @dataclass(frozen=True)
 class SingleBeamFrequencies:
-    """The model of a beam; `condition` names its support in results."""
+    """The model of a beam; `source` names its rig file in errors."""
 
     rig: BeamRig
     source: str = "rig"

@@ -22,6 +22,7 @@ from twin.diagnose.tables.order_in_time import Drift, Jump, find_drift, find_jum
 from twin.diagnose.tables.result import HeldOut, SweepRow, TableDiagnosis
 from twin.identify.backbone import FREQUENCY_SCALE, Sweep, identify_backbone
 from twin.identify.modal_prediction import predict_held
+from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
 
 __all__ = ["MOST_STEPS", "diagnose_sweeps"]
@@ -81,7 +82,7 @@ def diagnose_sweeps(
     chi2 = float(np.mean((errors / scale) ** 2))
     threshold = float(chi_square.isf(0.01, len(inner)) / len(inner))
     jump = find_jump(rows, scale)
-    paid = drift is not None and drift.pays and _rms(drift.left_out) <= jump.left_out
+    paid = drift is not None and drift.pays and rms(drift.left_out) <= jump.left_out
     verdict: Verdict = "none" if chi2 <= threshold else "unknown"
     causes: tuple[NamedCause, ...] = ()
     if paid and drift is not None:
@@ -112,9 +113,8 @@ def diagnose_sweeps(
             ),
         },
         assumed=(
-            f"A sweep's resonance repeats to {100 * FREQUENCY_SCALE:g} % ({1e3 * scale:.0f} mHz), what a bolted "
-            "beam reaches "
-            "without being taken apart; the misfit is in units of it.",
+            f"A sweep's resonance repeats to {100 * FREQUENCY_SCALE:g} % ({1e3 * scale:.0f} mHz), what a bolted beam "
+            "reaches without being taken apart; the misfit is in units of it.",
             "Sweeps were run in the order of the file.  The table has no time, so a drift can be stated per sweep "
             "only.",
             "Of the rig its name and the channel's are taken: a table of one mode needs no mesh.",
@@ -154,7 +154,7 @@ def _row(k: int, sweep: Sweep, level: LevelFit, law: ModalLaw, by_amplitude: Seq
         damping_ratio=level.damping_ratio,
         shift_Hz=level.left_out_frequency_error_Hz,
         force_error=level.left_out_force_rms,
-        own_error=_rms(_force_error(sweep, law, level.frequency_Hz, level.damping_ratio)),
+        own_error=rms(_force_error(sweep, law, level.frequency_Hz, level.damping_ratio)),
         shifted=level.shifted,
         inside=by_amplitude.index(k) not in (0, len(by_amplitude) - 1),
     )
@@ -184,7 +184,7 @@ def _causes(drift: Drift) -> tuple[NamedCause, ...]:
 
 
 def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedCause], jump: Jump) -> str:
-    own, force = (_rms(np.array([getattr(row, name) for row in inner])) for name in ("own_error", "force_error"))
+    own, force = (rms(np.array([getattr(row, name) for row in inner])) for name in ("own_error", "force_error"))
     figures = (
         f"the smooth law of all other sweeps predicts a sweep's force to {100 * force:.1f} % rms, "
         f"a linear mode of its own to {100 * own:.1f} %"
@@ -208,9 +208,8 @@ def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[Name
     if shifted:
         which = ", ".join(f"{row.sweep} ({row.amplitude_m_per_s2:.0f} m/s2, {row.shift_Hz:+.3f} Hz)" for row in shifted)
         return (
-            f"No smooth law of amplitude explains every sweep: the resonance of sweep {which} is shifted as a "
-            "whole, which no "
-            f"listed cause does to single sweeps; {figures}."
+            f"No smooth law of amplitude explains every sweep: the resonance of sweep {which} is shifted as a whole, "
+            f"which no listed cause does to single sweeps; {figures}."
         )
     return f"A smooth law of amplitude leaves more than sweeps scatter, and no listed cause explains it: {figures}."
 
@@ -234,10 +233,10 @@ def _where(inner: Sequence[SweepRow], path: str | Path) -> list[dict[str, Any]]:
 def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drift: Drift | None) -> HeldOut:
     """Errors of the force over sweeps between the lowest and the highest, each predicted from all others."""
     inner = [row for row in rows if row.inside]
-    floor = _rms(np.array([row.own_error for row in inner]))
+    floor = rms(np.array([row.own_error for row in inner]))
     how = "each sweep between the lowest and the highest in turn left out and predicted from all others"
     names = tuple(row.sweep for row in inner)
-    before = after = _rms(np.array([row.force_error for row in inner]))
+    before = after = rms(np.array([row.force_error for row in inner]))
     if drift is not None:
         columns: list[list[float]] = [[], []]
         for sweep, row in zip(sweeps, rows, strict=True):
@@ -245,15 +244,15 @@ def _gain(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw, drif
                 damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
                 for errors, column in zip((drift.without, drift.left_out), columns, strict=True):
                     predicted = row.frequency_Hz - float(errors[row.order - 1])
-                    column.append(_rms(_force_error(sweep, law, predicted, damping)))
-        before, after = (_rms(np.array(column)) for column in columns)
+                    column.append(rms(_force_error(sweep, law, predicted, damping)))
+        before, after = (rms(np.array(column)) for column in columns)
     return HeldOut(before, after, floor, how=how, sweeps=names)
 
 
 def _on_held_out(sweeps: Sequence[Sweep], paths: Sequence[str | Path], law: ModalLaw) -> HeldOut:
     """Errors of the force by the law of all sweeps; a drift cannot be applied to sweeps of another table."""
     errors = [predict_held(law, s.frequency_Hz, s.acceleration_m_per_s2).force_N / s.force_N - 1 for s in sweeps]
-    error = _rms(np.concatenate(errors))
+    error = rms(np.concatenate(errors))
     names = tuple(sweep.level for sweep in sweeps)
     runs, how = tuple(Path(path).name for path in paths), "sweeps of the held-out tables"
     return HeldOut(error, error, law.force_relative_std, how=how, runs=runs, sweeps=names)
@@ -270,34 +269,28 @@ def _notes(
 ) -> list[str]:
     notes = [
         f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s2 lies {row.shift_Hz:+.3f} Hz "
-        f"({abs(row.shift_Hz) / scale:.0f} "
-        "times the scatter expected) from the law of all others; its force is predicted to "
-        f"{100 * row.force_error:.1f} %, "
-        f"to {100 * _shift_alone(sweep, row, law):.1f} % once its resonance alone is moved, to "
-        f"{100 * row.own_error:.1f} % by a "
-        "mode of its own"
+        f"({abs(row.shift_Hz) / scale:.0f} times the scatter expected) from the law of all others; its force is "
+        f"predicted to {100 * row.force_error:.1f} %, to {100 * _shift_alone(sweep, row, law):.1f} % once its "
+        f"resonance alone is moved, to {100 * row.own_error:.1f} % by a mode of its own"
         for sweep, row in zip(sweeps, rows, strict=True)
         if row.shifted
     ]
     if len(quiet):
         notes.append(
-            f"the {len(quiet)} other sweeps between the lowest and the highest stray by {_rms(quiet):.3f} Hz rms "
-            "from the law "
-            "of all others"
+            f"the {len(quiet)} other sweeps between the lowest and the highest stray by {rms(quiet):.3f} Hz rms from "
+            "the law of all others"
         )
     notes.append(_by_range(sweeps, rows, law))
     notes.append(_jump_note(jump))
     if drift is None:
         notes.append(
-            "the sweeps were run in order of their amplitude: a drift in time and a law of amplitude cannot be "
-            "told apart; "
-            "repeat one level at the end"
+            "the sweeps were run in order of their amplitude: a drift in time and a law of amplitude cannot be told "
+            "apart; repeat one level at the end"
         )
     else:
         notes.append(
-            f"a drift of {drift.rate_Hz:+.3g} ± {drift.std_Hz:.1g} Hz per sweep beside the law takes left-out "
-            "errors from "
-            f"{_rms(drift.without):.3f} to {_rms(drift.left_out):.3f} Hz rms"
+            f"a drift of {drift.rate_Hz:+.3g} ± {drift.std_Hz:.1g} Hz per sweep beside the law takes left-out errors "
+            f"from {rms(drift.without):.3f} to {rms(drift.left_out):.3f} Hz rms"
         )
     return [note for note in notes if note]
 
@@ -305,7 +298,7 @@ def _notes(
 def _shift_alone(sweep: Sweep, row: SweepRow, law: ModalLaw) -> float:
     """Error of the force with the sweep's own resonance and the law's damping."""
     damping = float(np.interp(row.amplitude_m_per_s2, law.amplitude_m_per_s2, law.damping_ratio))
-    return _rms(_force_error(sweep, law, row.frequency_Hz, damping))
+    return rms(_force_error(sweep, law, row.frequency_Hz, damping))
 
 
 def _by_range(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw) -> str:
@@ -317,7 +310,7 @@ def _by_range(sweeps: Sequence[Sweep], rows: Sequence[SweepRow], law: ModalLaw) 
         for name, here in (("below", away < -1), ("at", np.abs(away) <= 1), ("above", away > 1)):
             parts[name].append(error[here])
     told = [
-        f"{name} resonance {100 * _rms(np.concatenate(errors)):.1f} % ({sum(map(len, errors))} steps)"
+        f"{name} resonance {100 * rms(np.concatenate(errors)):.1f} % ({sum(map(len, errors))} steps)"
         for name, errors in parts.items()
         if sum(map(len, errors))
     ]
@@ -331,7 +324,3 @@ def _jump_note(jump: Jump) -> str:
         return f"a single lasting jump does not explain it: the best, before sweep {jump.before}, {errors}"
     size = f"{jump.size_Hz:+.3f} ± {jump.std_Hz:.1g} Hz"
     return f"a lasting jump of {size} before sweep {jump.before} {errors}: the joint may have slipped there"
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
