@@ -171,6 +171,15 @@ def test_first_chunk_and_summary_both_lost(tmp_path: Path) -> None:
     assert [event.kind for event in run.events] == [*["limit"] * 4, "recovered"]
 
 
+def test_a_summary_need_not_have_statistics(tmp_path: Path) -> None:
+    """Which MCAP leaves to the writer."""
+    writer = ForeignWriter(tmp_path / "run.mcap", use_statistics=False)
+    for number in range(4):
+        writer.block(block_at(number * 256))
+    assert check_run(writer.finish()).sound
+    assert len(read_run(writer.path).devices["daq"].values["acc1"]) == 4 * 256
+
+
 def test_unknown_topics_survive_and_breaches_are_set_aside(tmp_path: Path) -> None:
     writer = ForeignWriter(tmp_path / "run.mcap")
     writer.block(block_at(0))

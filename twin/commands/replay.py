@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from recordings.errors import InputError
 from twin.commands.output import json_option, say
 from twin.commands.serving import address_options, serve_source
 
@@ -27,6 +28,8 @@ def command(run: Path, meter: str | None, **options: Any) -> None:
     from drivers.virtual import RecordedMeter, RecordedSource
     from recordings import read_run
 
+    if run.suffix.lower() == ".csv":
+        raise InputError(run, "", "is a table, which has no samples to serve", "give the recording (.mcap)")
     recorded = read_run(run)
     for device, slip in RecordedSource(recorded).slips.items():
         line = f"{run}: {device} has a clock of its own, {slip:+.1f} samples off at the end; the replay has one clock"

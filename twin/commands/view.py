@@ -35,7 +35,7 @@ LARGEST_RESULT = 200_000_000
 )
 @json_option
 def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) -> None:
-    """Show RUN, an .mcap, or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
+    """Show RUN, an .mcap or a table (.csv), or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
 
     The viewer listens on this machine's loopback alone.
     """
@@ -106,10 +106,14 @@ def _save(what: Path, out: Path) -> Path:
 
 def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -> Path:
     from recordings import read_run
-    from twin.views import save_run
+    from recordings.tables import read_table
+    from twin.views import save_run, save_table
 
     if recording.suffix.lower() == ".rrd":
         return _copy(recording, out)
+    if recording.suffix.lower() == ".csv":
+        save_table(read_table(recording), out)
+        return out
     with working(f"reading {recording.name}", usual_s=USUAL_s) as begin:
         run = read_run(recording)
         begin("reducing and drawing")

@@ -11,13 +11,15 @@ if TYPE_CHECKING:
     from twin.views.report import write_report
     from twin.views.rerun_diagnosis import save_diagnosis
     from twin.views.rerun_run import save_run
+    from twin.views.rerun_table import save_table
 
-__all__ = ["answer_markdown", "save_diagnosis", "save_run", "write_rehearsal_report", "write_report"]
+__all__ = ["answer_markdown", "save_diagnosis", "save_run", "save_table", "write_rehearsal_report", "write_report"]
 
 _FILES = {
     "answer_markdown": "answer",
     "save_diagnosis": "rerun_diagnosis",
     "save_run": "rerun_run",
+    "save_table": "rerun_table",
     "write_rehearsal_report": "rehearsal_report",
     "write_report": "report",
 }

@@ -15,6 +15,7 @@ from recordings.run import StepState
 from twin.cli import main
 from twin.commands.rehearsing import Meter
 from twin.procedures import load_procedure
+from twin.rigs import Effect, load_rig, save_rig
 
 SWEEP = """
 procedure = "stepped-sine"
@@ -49,6 +50,24 @@ def test_results_say_what_was_rehearsed(tmp_path, capsys):
     assert step["transient"] < 0.005
     assert load_procedure(out / "procedure.toml").amplitudes == [0.2]
     assert "The procedure can be run as it is" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_recording_says_nothing_of_the_effects_of_the_rig(tmp_path):
+    """They act in it nevertheless: the rig file of a diagnosis has them."""
+    rig = load_rig("steel-lap-joint")
+    heavier = Effect(cause="added-mass", parameters={"mass_kg": 0.05, "position_m": 0.42})
+    save_rig(rig.model_copy(update={"effect": [heavier]}), tmp_path / "rig.toml")
+    (tmp_path / "mine.toml").write_text(SWEEP)
+    responses = []
+    for name in ("steel-lap-joint", tmp_path / "rig.toml"):
+        out = tmp_path / f"out-{len(responses)}"
+        assert twin(tmp_path / "mine.toml", "--rig", name, "--out", out, "--rounds", "0") == 0
+        run = read_run(out / "run.mcap")
+        (tmp_path / "believed.toml").write_bytes(run.attachments["rig.toml"])
+        assert load_rig(tmp_path / "believed.toml").effect == []
+        step = json.loads((out / "result.json").read_text())["steps"][-1]
+        responses.append(step["phasors"]["acc2"]["amplitude"])
+    assert abs(responses[1] / responses[0] - 1) > 0.05
 
 
 def test_a_procedure_that_must_not_be_run_ends_with_status_1(tmp_path):

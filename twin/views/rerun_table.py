@@ -1,0 +1,125 @@
+"""A table of sweeps or of natural frequencies in rerun."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from recordings.tables import FrequencyTable, SweepTable
+from twin.views.chart import Chart, common_range
+from twin.views.receptance import receptance_mm_per_N
+from twin.views.rrd import recording_file
+from twin.views.style import MEASURED, level_colour
+
+__all__ = ["save_table"]
+
+Array = NDArray[Any]
+
+UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
+WIDE = 2400.0
+"""Width of a chart that has a third of a screen's height and most of its width."""
+MOST_NAMED = 12
+"""Levels that a legend has room for."""
+
+
+def save_table(table: SweepTable | FrequencyTable, path: Path) -> None:
+    """Write `table` as an .rrd that opens arranged.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    with recording_file(path) as recording:
+        if isinstance(table, SweepTable):
+            about, views = _about_sweeps(table), _sweeps(recording, table)
+        else:
+            about, views = _about_frequencies(table), [_frequencies(recording, table)]
+        recording.log("about", rr.TextDocument(about, media_type=rr.MediaType.MARKDOWN), static=True)
+        layout = rrb.Horizontal(
+            rrb.TextDocumentView(origin="/about", name="About this table"), rrb.Vertical(*views), column_shares=[1, 3.2]
+        )
+        recording.send_blueprint(
+            rrb.Blueprint(
+                layout,
+                rrb.BlueprintPanel(state="collapsed"),
+                rrb.SelectionPanel(state="collapsed"),
+                rrb.TimePanel(state="collapsed"),
+                auto_views=False,
+            )
+        )
+
+
+def _sweeps(recording: rr.RecordingStream, table: SweepTable) -> list[rrb.Spatial2DView]:
+    """Charts of receptance, response and force against frequency, every level a line."""
+    unit = UNITS[table.quantity]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        receptance = receptance_mm_per_N(table.response / table.force_N, table.quantity, table.frequency_Hz)
+    return [
+        _chart(recording, table, "receptance", "receptance, mm/N", np.where(table.force_N > 0, receptance, np.nan)),
+        _chart(recording, table, "response", f"{table.quantity}, {unit}", table.response),
+        _chart(recording, table, "force", "force, N", table.force_N),
+    ]
+
+
+def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: str, values: Array) -> Any:
+    finite = values[np.isfinite(values)]
+    chart = Chart(
+        recording, f"/sweeps/{name}", f"{name} of every sweep", "frequency, Hz", label,
+        common_range([table.frequency_Hz]), common_range([np.zeros(1), finite]), width=WIDE,
+    )  # fmt: skip
+    levels = table.sweeps()
+    for i, (level, rows) in enumerate(levels.items()):
+        rows = rows[np.isfinite(values[rows])]
+        rising = rows[np.argsort(table.frequency_Hz[rows], kind="stable")]
+        x, y, colour = table.frequency_Hz[rising], values[rising], level_colour(i)
+        chart.line(f"{level:g}", x, y, colour, width=1.5, legend=False)
+        chart.points(f"{level:g}/steps", x, y, colour, legend=False)
+        if len(levels) <= MOST_NAMED:
+            chart.tell(f"level {level:g}", colour)
+    chart.close()
+    return chart.view()
+
+
+def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
+    """Frequency against the mode's number, every preload a colour."""
+    states = list(dict.fromkeys(table.preload)) or [""]
+    chart = Chart(
+        recording, "/frequencies", "natural frequencies", "mode", "frequency, Hz",
+        common_range([table.mode.astype(float)]), common_range([np.zeros(1), table.frequency_Hz]),
+    )  # fmt: skip
+    for i, state in enumerate(states):
+        rows = np.flatnonzero([s == state for s in table.preload]) if table.preload else np.arange(len(table))
+        colour = level_colour(i) if len(states) > 1 else MEASURED
+        chart.points(state or "measured", table.mode[rows].astype(float), table.frequency_Hz[rows], colour, size=5.0)
+    chart.close()
+    return chart.view()
+
+
+def _about_sweeps(table: SweepTable) -> str:
+    unit = UNITS[table.quantity]
+    rows = ["| level | steps | frequency, Hz | largest force, N | largest response |", "|---|---|---|---|---|"]
+    for level, at in table.sweeps().items():
+        f = table.frequency_Hz[at]
+        rows.append(
+            f"| {level:g} | {len(at)} | {f.min():g} to {f.max():g} | {table.force_N[at].max():.4g} "
+            f"| {table.response[at].max():.4g} {unit} |"
+        )
+    return _document(table.path, f"{len(table)} steps of {len(table.sweeps())} sweeps.", rows)
+
+
+def _about_frequencies(table: FrequencyTable) -> str:
+    rows = ["| mode | frequency, Hz | std, Hz | preload |", "|---|---|---|---|"]
+    states = table.preload or [""] * len(table)
+    for n, f, std, state in zip(table.mode.tolist(), table.frequency_Hz, table.std_Hz, states, strict=True):
+        rows.append(f"| {n} | {f:g} | {'' if np.isnan(std) else f'{std:.2g}'} | {state} |")
+    return _document(table.path, f"{len(table)} natural frequencies.", rows)
+
+
+def _document(path: str, sentence: str, rows: list[str]) -> str:
+    return "\n".join([f"# {Path(path).name}", "", sentence, "", *rows])
