@@ -46,18 +46,18 @@ def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
     omega, X = steps.omega, predictor.amplitude_m
     time = steps.time_s - evidence.origin_s
     measured = steps.response[:, evidence.reference, 0] / steps.force[:, 0]
-    s, loss = np.zeros(len(omega)), np.zeros(len(omega))
+    s, loss, left = np.zeros(len(omega)), np.zeros(len(omega)), predictor.normal_left(time)
     zero = Unknowns(unknowns.base, SplineLaw.zero(unknowns.law.knots))
     dE0, dG0 = predictor.moduli_changes(zero, X, time)
     port, drive = predictor.model.ports.outputs.start + evidence.reference, predictor.model.ports.drive
     p, E = predictor.model.ports, predictor.moduli[0]
     largest_loss = 5 * E / predictor.shear_share
     for _ in range(8):
-        R = predictor.receptance(omega, unknowns.base, dE0 - s, dG0 + 1j * loss)
+        R = predictor.receptance(omega, unknowns.base, dE0 - left * s, dG0 + 1j * loss)
         R = predictor.with_nonlinear(R, omega)
         H = predictor.responses(R, omega)[:, evidence.reference]
         receptance = R[:, port, drive]
-        SE = -np.sum(R[:, port, p.normal] * R[:, p.normal, drive], axis=1)
+        SE = -np.sum(R[:, port, p.normal] * R[:, p.normal, drive], axis=1) * left
         SG = -np.sum(R[:, port, p.shear] * R[:, p.shear, drive], axis=1)
         # d(1/H)/H^-1 = -dH/H; both unknowns are real, the equation is complex.
         gap = H / measured - 1
@@ -72,11 +72,11 @@ def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
     k = len(unknowns.law.knots)
     ridge = 1e-3 * np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
 
-    def smooth(values: Array) -> Array:
+    def smooth(values: Array, B: Array) -> Array:
         rows = np.vstack([weight * B, ridge * np.max(weight)])
         return np.linalg.lstsq(rows, np.concatenate([weight[:, 0] * values, np.zeros(len(ridge))]), rcond=None)[0]
 
-    law = SplineLaw(unknowns.law.knots, smooth(s), smooth(loss))
+    law = SplineLaw(unknowns.law.knots, smooth(s, unknowns.law.basis(X / left)), smooth(loss, B))
     return Unknowns(unknowns.base, law)
 
 

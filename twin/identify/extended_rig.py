@@ -52,15 +52,22 @@ class ExtendedRig:
         self.moduli = (self.model.reference_E, self.model.reference_G)
 
     def moduli_changes(self, unknowns: Unknowns, X: Array, time_s: Array) -> tuple[Array, Array]:
-        """Complex changes of E' and G' at amplitudes X and times since the run's first step."""
-        s, loss = unknowns.law.softening_at(X), unknowns.law.loss_at(X)
+        """Complex changes of E' and G' at amplitudes X and times since the run's first step.
+
+        What a drift has left of E' opens the further under the same load: X is the load, and softening goes by opening.
+        """
+        s, loss = unknowns.law.softening_at(X / self.normal_left(time_s)), unknowns.law.loss_at(X)
         a, b = unknowns.softening_in_shear, unknowns.loss_in_normal
-        base, (more_E, more_G) = unknowns.base, self.extension.moduli_factor
-        linear_E = base.E * (1 + 1j * base.loss_E) * (more_E * (1 - self.extension.layer_drift_per_s * time_s) - 1)
+        base, (more_E, more_G), left = unknowns.base, self.extension.moduli_factor, self.normal_left(time_s)
+        linear_E = base.E * (1 + 1j * base.loss_E) * (more_E * left - 1)
         linear_G = base.G * (1 + 1j * base.loss_G) * (more_G - 1)
-        dE = linear_E - (1 - a) * s + 1j * b * self.shear_share * loss
+        dE = linear_E - left * ((1 - a) * s - 1j * b * self.shear_share * loss)
         dG = linear_G - a * s / self.shear_share + 1j * (1 - b) * loss
         return dE, dG
+
+    def normal_left(self, time_s: Array) -> Array:
+        """Share that a drift has left of E', and of what its law takes off it at an opening."""
+        return np.asarray(1 - self.extension.layer_drift_per_s * time_s)
 
     def clock(self, omega: Array, time_s: Array) -> Array:
         """Frequency at which the undrifted model responds as the rig does at commanded `omega` and at `time_s`.

@@ -101,7 +101,7 @@ def layer_response(predictor: Predictor, base: BaseParameters, omega: Array, tim
     """Set up at commanded `omega` (f,) and times since the first step, with the extension's changes of the moduli."""
     base_E, base_G = base.E * (1 + 1j * base.loss_E), base.G * (1 + 1j * base.loss_G)
     more_E, more_G = predictor.extension.moduli_factor
-    dE = base_E * (more_E * (1 - predictor.extension.layer_drift_per_s * time_s) - 1)
+    dE = base_E * (more_E * predictor.normal_left(time_s) - 1)
     dG = np.full(len(omega), base_G * (more_G - 1))
     clocked = predictor.clock(omega, time_s)
     return LayerResponse(predictor, clocked, predictor.receptance(clocked, base, dE, dG))

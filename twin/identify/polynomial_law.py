@@ -129,6 +129,8 @@ class PolynomialProblem:
         Softening and loss read off step by step, to begin from.
     motion : LayerMotion
         What the layer does at each step: g1 goes by its opening, g2 by its slip.
+    left : ndarray, (s,)
+        Share of E', and so of g1, that a known drift has left.
     """
 
     layer: LayerResponse
@@ -140,6 +142,7 @@ class PolynomialProblem:
     by_base: Array
     guess: tuple[Array, Array]
     motion: LayerMotion
+    left: Array
 
     @staticmethod
     def of(predictor: Predictor, base: BaseParameters, base_covariance: Array) -> PolynomialProblem:
@@ -161,11 +164,12 @@ class PolynomialProblem:
         H = predictor.model.response(R, omega)[:, ref, None]
         by_base = predictor.model.sensitivity(R, omega, base)[:, ref] / H
         X = steps.amplitude_m
-        guess = unknowns.law.softening_at(X), unknowns.law.loss_at(X)
+        left = predictor.normal_left(steps.time_s - evidence.origin_s)
+        guess = unknowns.law.softening_at(X / left), unknowns.law.loss_at(X)
         measured = steps.response[:, ref, 0] / steps.force[:, 0]
         layer = layer_at(steps.omega)
-        motion = layer_motion(layer, layer_at, steps.omega, -guess[0] + 0j, 1j * guess[1], output=ref)
-        return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess, motion)
+        motion = layer_motion(layer, layer_at, steps.omega, -guess[0] * left + 0j, 1j * guess[1], output=ref)
+        return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess, motion, left)
 
     def select(self, keep: Array) -> PolynomialProblem:
         """The steps where `keep` is true."""
@@ -173,13 +177,13 @@ class PolynomialProblem:
         return PolynomialProblem(
             self.layer.pick(rows), self.amplitude_m[rows], self.measured[rows], self.reference, self.base,
             self.base_covariance, self.by_base[rows], (self.guess[0][rows], self.guess[1][rows]),
-            self.motion.pick(rows),
+            self.motion.pick(rows), self.left[rows],
         )  # fmt: skip
 
     def evaluate(self, softening: Array, loss: Array) -> tuple[Array, Array, Array]:
         """Predicted response per force (s,), and the logarithm's sensitivities to g1 and g2 at each step (s,)."""
-        H, by_E, by_G = self.layer.responses(-softening + 0j, 1j * loss)
-        return H[:, self.reference], -by_E[:, self.reference], 1j * by_G[:, self.reference]
+        H, by_E, by_G = self.layer.responses(-softening * self.left + 0j, 1j * loss)
+        return H[:, self.reference], -by_E[:, self.reference] * self.left, 1j * by_G[:, self.reference]
 
     def response(self, fit: PolynomialFit, amplitude_m: Array) -> Array:
         """Response per force (s,) by an identified law, with the moduli at given amplitudes (s,) of the sensor."""

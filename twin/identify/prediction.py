@@ -210,7 +210,7 @@ class Predictor(ExtendedRig):
         """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
         change = self.model.displacement_sensitivity(R, omega, unknowns.base, ports, into)
         more_E, more_G = self.extension.moduli_factor
-        change[:, :, [0, 2]] *= (more_E * (1 - self.extension.layer_drift_per_s * time_s))[:, None, None]
+        change[:, :, [0, 2]] *= (more_E * self.normal_left(time_s))[:, None, None]
         change[:, :, [1, 3]] *= more_G
         return change
 
@@ -220,16 +220,18 @@ class Predictor(ExtendedRig):
         all_ports = np.arange(R.shape[1])
         ports = np.concatenate([all_ports[p.outputs], all_ports[self.nonlinear_ports]])
         base = self._base_change(R, omega, unknowns, steps.time_s - self.evidence.origin_s, ports, into)
-        SE = -np.sum(R[:, ports, p.normal] * into[:, None, p.normal], axis=2)
+        left = self.normal_left(steps.time_s - self.evidence.origin_s)
+        SE = -np.sum(R[:, ports, p.normal] * into[:, None, p.normal], axis=2) * left[:, None]
         SG = -np.sum(R[:, ports, p.shear] * into[:, None, p.shear], axis=2)
         B = unknowns.law.basis(self.amplitude_m)
+        BS = unknowns.law.basis(self.amplitude_m / left)
         a, b, q = unknowns.softening_in_shear, unknowns.loss_in_normal, self.shear_share
-        s, loss = (B @ unknowns.law.softening)[:, None], (B @ unknowns.law.loss)[:, None]
+        s, loss = (BS @ unknowns.law.softening)[:, None], (B @ unknowns.law.loss)[:, None]
         softening = -(1 - a) * SE - a / q * SG
         losing = 1j * (b * q * SE + (1 - b) * SG)
         columns = [
             base,
-            softening[:, :, None] * B[:, None, :],
+            softening[:, :, None] * BS[:, None, :],
             losing[:, :, None] * B[:, None, :],
             (s * (SE - SG / q))[:, :, None],
             (1j * loss * (q * SE - SG))[:, :, None],
@@ -260,9 +262,10 @@ class Predictor(ExtendedRig):
         """D left / d unknowns (s, u), of the share of E' that the law leaves."""
         steps, law = self.evidence.steps, unknowns.law
         time = steps.time_s - self.evidence.origin_s
+        left = self.normal_left(time)
         change = np.zeros((len(steps), len(unknowns.vector)))
-        change[:, 0] = unknowns.base.E * self.extension.moduli_factor[0] * (1 - self.extension.layer_drift_per_s * time)
+        change[:, 0] = unknowns.base.E * self.extension.moduli_factor[0] * left
         n, k = len(unknowns.base.vector), len(law.knots)
-        change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * law.basis(self.amplitude_m)
-        change[:, -2] = law.softening_at(self.amplitude_m)
+        change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * left[:, None] * law.basis(self.amplitude_m / left)
+        change[:, -2] = left * law.softening_at(self.amplitude_m / left)
         return change / self.moduli[0]

@@ -193,6 +193,17 @@ def test_sensitivities_hold_where_the_extension_scales_or_adds(evidence, unknown
     check(evidence, unknowns, INEXACT[name])
 
 
+def test_a_drift_of_the_layer_takes_its_share_of_all_of_its_normal_modulus(evidence, unknowns):
+    """Of what the law takes off it too, at the opening that the same load then makes."""
+    unknowns = replace(unknowns, loss_in_normal=0.0)
+    X, time, base = np.array([4e-4, 2e-3]), np.array([100.0, 300.0]), unknowns.base
+    drifting, steady, left = Predictor(evidence, Extension(layer_drift_per_s=1e-3)), Predictor(evidence), [0.9, 0.7]
+    E, G = base.E * (1 + 1j * base.loss_E), base.G * (1 + 1j * base.loss_G)
+    dE, dG = drifting.moduli_changes(unknowns, X, time)
+    np.testing.assert_allclose(E + dE, (E + steady.moduli_changes(unknowns, X / left, time)[0]) * left)
+    np.testing.assert_allclose(G + dG, G + steady.moduli_changes(unknowns, X, time)[1])
+
+
 def test_a_shift_of_the_clock_is_a_shift_of_the_frequency(evidence, unknowns):
     fast, omega = Extension(frequency_factor=1.001, beam_drift_per_s=1e-4), np.array([100.0, 200.0])
     clocked = Predictor(evidence, fast).clock(omega, np.array([0.0, 50.0]))
