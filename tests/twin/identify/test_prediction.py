@@ -195,7 +195,7 @@ def test_sensitivities_hold_where_the_extension_scales_or_adds(evidence, unknown
 
 def test_a_drift_of_the_layer_takes_its_share_of_all_of_its_normal_modulus(evidence, unknowns):
     """Of what the law takes off it too, at the opening that the same load then makes."""
-    unknowns = replace(unknowns, loss_in_normal=0.0)
+    unknowns = replace(unknowns, softening_in_shear=0.0, loss_in_normal=0.0)
     X, time, base = np.array([4e-4, 2e-3]), np.array([100.0, 300.0]), unknowns.base
     drifting, steady, left = Predictor(evidence, Extension(layer_drift_per_s=1e-3)), Predictor(evidence), [0.9, 0.7]
     E, G = base.E * (1 + 1j * base.loss_E), base.G * (1 + 1j * base.loss_G)
