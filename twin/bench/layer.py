@@ -66,16 +66,24 @@ class JointLaw:
 
         A saturating law keeps its share of E', so that its tangent stays positive; other laws are multiplied.
         """
+        if isinstance(self.normal, Saturating):
+            softer = replace(self, normal=replace(self.normal, e0=self.normal.e0 / softening))
+        else:
+            softer = self.of_share(softening)
+        return replace(softer, loss=self.loss and replace(self.loss, eta=self.loss.eta * loss))
+
+    def of_share(self, share: float) -> JointLaw:
+        """The law where only a share of E' is left: at every opening it takes off that share."""
         normal = self.normal
         if isinstance(normal, Saturating):
-            normal = replace(normal, e0=normal.e0 / softening)
+            normal = replace(normal, k=normal.k * share, spring=normal.spring * share)
         elif isinstance(normal, Table):
-            normal = replace(normal, force=normal.force * softening)
+            normal = replace(normal, force=normal.force * share)
         elif isinstance(normal, Linear):
-            normal = replace(normal, k=normal.k * softening)
-        elif softening != 1.0:
+            normal = replace(normal, k=normal.k * share)
+        elif share != 1.0:
             raise ValueError(f"a {type(normal).__name__} law cannot be scaled")
-        return JointLaw(normal, self.loss and replace(self.loss, eta=self.loss.eta * loss))
+        return replace(self, normal=normal)
 
 
 def no_law() -> JointLaw:

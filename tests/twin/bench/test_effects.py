@@ -7,7 +7,7 @@ import pytest
 from contract_causes import CONTRACT
 
 from recordings.streams import Excitation
-from twin.bench import EFFECTS, draw_case, open_bench
+from twin.bench import EFFECTS, default_law, draw_case, open_bench
 from twin.bench.hidden import SIZES
 from twin.rigs import Effect, load_rig
 
@@ -169,3 +169,12 @@ def test_wrong_effects_are_refused_with_what_there_is():
         open_bench(RIG, effects=[Effect(cause="added-mass", parameters={"mass": 0.1})])
     with pytest.raises(ValueError, match="no channel 'acc9'"):
         open_bench(RIG, effects=[Effect(cause="channel-polarity", parameters={"channel": "acc9"})])
+
+
+def test_a_law_that_is_given_softens_a_softer_joint_by_its_share():
+    """It would else take off more than a joint of three quarters has, which then runs away."""
+    effect = Effect(cause="joint-stiffness", parameters={"normal_factor": 0.75, "shear_factor": 1.0})
+    E = RIG.joint.preload["120N"].normal_modulus
+    given = open_bench(RIG, effects=[effect], joint_law=default_law(E), drive="force").built
+    assert given.law.normal.stiffness(1.0) == pytest.approx(0.75 * default_law(E).normal.stiffness(1.0))
+    assert given.plan.E + given.law.normal.stiffness(1.0) > 0
