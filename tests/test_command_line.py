@@ -66,6 +66,13 @@ def test_a_bad_case_is_tried_for_every_command():
     assert list(BAD) == list(SUMMARIES)
 
 
+def test_alone_it_tells_its_commands(capsys):
+    assert run() == 0
+    shown = capsys.readouterr()
+    assert all(name in shown.out for name in SUMMARIES)
+    assert shown.err == ""
+
+
 @pytest.mark.parametrize("name", SUMMARIES)
 def test_every_command_helps_and_speaks_json(name, capsys):
     assert run(name, "--help") == 0

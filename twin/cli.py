@@ -132,9 +132,10 @@ def group() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a user's mistake becomes one line and exit status 2."""
+    given = sys.argv[1:] if arguments is None else arguments
     try:
         with terminable():
-            result = group.main(args=arguments, prog_name="twin", standalone_mode=False)
+            result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False)
     except InputError as error:
         _trace()
         click.echo(f"twin: {error}", err=True)
