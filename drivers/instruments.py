@@ -42,9 +42,11 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from drivers.addresses import Address, parse_address
 from recordings.toml_input import read_toml
 
-__all__ = ["ChannelSettings", "DeviceSettings", "Instruments", "read_instruments"]
+__all__ = ["CALLED", "ChannelSettings", "DeviceSettings", "Instruments", "read_instruments"]
 
-Name = Annotated[str, Field(min_length=1, max_length=24, pattern=r"^[A-Za-z0-9_.-]+$")]
+CALLED = r"[A-Za-z0-9_.-]{1,24}"
+"""What a channel or a device may be called over an instrument's line."""
+Name = Annotated[str, Field(pattern=f"^{CALLED}$")]
 
 
 class ChannelSettings(BaseModel):

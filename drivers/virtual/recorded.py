@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.instruments import CALLED
 from recordings.errors import InputError
 from recordings.run import Channel, DeviceSamples, Indicator, Run, SampleBlock
 from recordings.streams import Excitation
@@ -36,13 +38,17 @@ class RecordedSource:
     Raises
     ------
     InputError
-        If the run holds no samples, or devices of different rates.
+        If the run holds no samples, devices of different rates, or channels that no instrument can call so.
     """
 
     def __init__(self, run: Run) -> None:
         devices = [device for device in run.devices.values() if len(device.block_start)]
         if not devices:
             raise InputError(run.path, "", "there are no samples in it to replay")
+        for name in [name for device in devices for name in device.values]:
+            if not re.fullmatch(CALLED, name):
+                reason = "cannot be asked for over an instrument's line: up to 24 letters, digits, '_', '.' and '-' can"
+                raise InputError(run.path, f"channel {name!r:.60}", reason, "view or diagnose the recording itself")
         first = devices[0]
         for device in devices:
             if device.sample_rate_Hz != first.sample_rate_Hz:

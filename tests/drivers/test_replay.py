@@ -12,6 +12,7 @@ from virtual_rig import CHANNELS, served
 
 from drivers.host import StreamEndedError, open_instruments
 from drivers.virtual import RecordedMeter, RecordedSource
+from recordings.errors import InputError
 from recordings.run import DeviceSamples, Event, Indicator, Run, SampleBlock
 
 RATE_Hz, LENGTH = 1024.0, 2000
@@ -146,3 +147,14 @@ def test_a_device_whose_clock_left_the_others_is_named():
     assert RecordedSource(recorded()).slips == {}
     # 1000 samples took 0.98 s and not 0.9766 s: 3.52 samples too few came by then
     assert RecordedSource(recorded(can=slow_clock)).slips == {"can": pytest.approx(-3.52, abs=0.01)}
+
+
+@pytest.mark.parametrize("name", ["drive (N)", "beschl ä1", "a" * 25])
+def test_a_channel_that_no_line_can_name_is_refused(name):
+    """Before anything is served: a client would only see that a device announces it."""
+    odd = DeviceSamples(
+        device="can", sample_rate_Hz=RATE_Hz, values={name: np.zeros(LENGTH, np.float32)},
+        block_start=np.array([0]), block_time_ns=np.array([1_000_000_000]), overload={},
+    )  # fmt: skip
+    with pytest.raises(InputError, match="instrument's line"):
+        RecordedSource(recorded(can=odd))
