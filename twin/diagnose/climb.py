@@ -180,8 +180,7 @@ class Climb:
             # No minimum lies above that without the cause: all came to rest in false ones on their way from afar.
             field = [(self.model.unknowns, _from_nothing(evidence, trial.blames)) for trial in trials]
             finalists += side_by_side(fitted_to_the_end, (evidence, harmonics), field)
-            finalists = best_of_each(sorted(finalists, key=lambda c: -c.log_evidence))
-        finalists.sort(key=lambda c: -c.log_evidence)
+        finalists = best_of_each(sorted(finalists, key=lambda c: -c.log_evidence))
         begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)
         finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
         temper = finalists[0].chi2_per_dof

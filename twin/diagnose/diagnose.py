@@ -220,8 +220,7 @@ def _notes(evidence: Evidence) -> tuple[str, ...]:
         notes.append(f"{len(evidence.unsettled)} step(s) were still changing and were left out: {where}")
     if evidence.dropped:
         notes.append(f"{evidence.dropped} step(s) lack too many sound samples of a channel and were left out")
-    if evidence.unused:
-        notes.append(f"the rig's {', '.join(evidence.unused)} was not used: not all recordings have samples of it")
+    notes += evidence.unused_told
     lost = sum(state.lost for state in evidence.steps.states)
     if lost:
         notes.append(f"{lost} samples are missing in the measured steps")

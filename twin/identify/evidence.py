@@ -156,6 +156,12 @@ class Evidence:
         return tuple(s.channel for s in self.rig.response_sensors if s.channel not in self.channels)
 
     @property
+    def unused_told(self) -> tuple[str, ...]:
+        """A sentence on :attr:`unused` channels; none where all were used."""
+        names = ", ".join(self.unused)
+        return (f"the rig's {names} was not used: not all recordings have samples of it",) if names else ()
+
+    @property
     def drive_position_m(self) -> float:
         """Where the shaker is known to drive."""
         return self.rig.drive.position + self.known.drive_offset_m

@@ -56,9 +56,10 @@ class ExtendedRig:
 
         What a drift has left of E' opens the further under the same load: X is the load, and softening goes by opening.
         """
-        s, loss = unknowns.law.softening_at(X / self.normal_left(time_s)), unknowns.law.loss_at(X)
+        left = self.normal_left(time_s)
+        s, loss = unknowns.law.softening_at(X / left), unknowns.law.loss_at(X)
         a, b = unknowns.softening_in_shear, unknowns.loss_in_normal
-        base, (more_E, more_G), left = unknowns.base, self.extension.moduli_factor, self.normal_left(time_s)
+        base, (more_E, more_G) = unknowns.base, self.extension.moduli_factor
         linear_E = base.E * (1 + 1j * base.loss_E) * (more_E * left - 1)
         linear_G = base.G * (1 + 1j * base.loss_G) * (more_G - 1)
         dE = linear_E - left * ((1 - a) * s - 1j * b * self.shear_share * loss)

@@ -189,8 +189,7 @@ def _warnings(evidence: Evidence, chi2_per_dof: float, polynomials: Polynomials 
     if evidence.unsettled:
         where = ", ".join(f"{s.sweep} at {s.frequency_Hz:g} Hz" for s in evidence.unsettled[:3])
         found.append(f"{len(evidence.unsettled)} step(s) left out that were still changing: {where}")
-    if evidence.unused:
-        found.append(f"the rig's {', '.join(evidence.unused)} was not used: not all recordings have samples of it")
+    found += evidence.unused_told
     lost = sum(state.lost for state in evidence.steps.states)
     overloaded = sum(state.overloaded for state in evidence.steps.states)
     if lost or overloaded:

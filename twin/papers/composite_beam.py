@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twin.identify.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
 from twin.identify.identifiability import profile_likelihood
+from twin.identify.rms import rms
 from twin.papers.reproduction import Candidate, Reproduction, describe_update
 from twin.papers.tables import Study, load_study, percent_error
 from twin.structure.free_beam import FreeBeam, free_beam
@@ -90,7 +91,7 @@ def reproduce_composite_beam() -> Reproduction:
             "this_model": {n: e.tolist() for n, e in update.error_percent.items()},
         },
         rms_percent={
-            "published_model": _rms(percent_error(f, study.condition[CONDITION].published_model)),
+            "published_model": rms(percent_error(f, study.condition[CONDITION].published_model)),
             "euler_bernoulli": simple.update.rms_percent,
             "this_model": update.rms_percent,
         },
@@ -238,7 +239,3 @@ def _candidate(trial: _Trial) -> Candidate:
     name = " + ".join(trial.causes) or "none"
     update = trial.update
     return Candidate(name, parameters, trial.free, update.chi2, trial.bic, update.rms_percent, update.worst_percent)
-
-
-def _rms(errors: list[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(errors))))

@@ -20,6 +20,7 @@ from twin.views.live_spectrum import LiveSpectrum
 from twin.views.live_sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import POWERS
 from twin.views.rerun_log import log_line, log_view
+from twin.views.rrd import send_layout
 from twin.views.style import level_colour, on_dark, unit_text
 
 __all__ = ["LiveDrawing"]
@@ -119,15 +120,7 @@ class LiveDrawing:
             rrb.Vertical(rrb.Vertical(*signals), rrb.Horizontal(*below), row_shares=[1, 1.15]),
             column_shares=[1, 3],
         )
-        recording.send_blueprint(
-            rrb.Blueprint(
-                layout,
-                rrb.BlueprintPanel(state="collapsed"),
-                rrb.SelectionPanel(state="collapsed"),
-                rrb.TimePanel(state="collapsed", timeline=TIME, play_state="following"),
-                auto_views=False,
-            )
-        )
+        send_layout(recording, layout, timeline=TIME, play_state="following")
 
     def _signals(self, device: str, blocks: Sequence[SampleBlock]) -> None:
         """Samples of one device without a gap, in one go; after a gap the curve begins anew."""

@@ -22,7 +22,7 @@ from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.rerun_fit import draw_backbone, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_rig, draw_loops
-from twin.views.rrd import recording_file
+from twin.views.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
 __all__ = ["save_diagnosis"]
@@ -77,15 +77,7 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
             rrb.Tabs(*tabs, active_tab=0),
             column_shares=[1, 2.6],
         )
-        recording.send_blueprint(
-            rrb.Blueprint(
-                layout,
-                rrb.BlueprintPanel(state="collapsed"),
-                rrb.SelectionPanel(state="collapsed"),
-                rrb.TimePanel(state="collapsed", timeline=SLOW_MOTION, play_state="playing", loop_mode="all"),
-                auto_views=False,
-            )
-        )
+        send_layout(recording, layout, timeline=SLOW_MOTION, play_state="playing", loop_mode="all")
 
 
 def _comparison(

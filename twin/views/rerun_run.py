@@ -19,7 +19,7 @@ from twin.views.extremes import extremes
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.rerun_backbone import draw_backbone
 from twin.views.rerun_log import log_line, log_view
-from twin.views.rrd import recording_file
+from twin.views.rrd import recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
 
@@ -74,15 +74,7 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
             rrb.Vertical(*right, row_shares=shares),
             column_shares=[1, 3.2],
         )
-        recording.send_blueprint(
-            rrb.Blueprint(
-                layout,
-                rrb.BlueprintPanel(state="collapsed"),
-                rrb.SelectionPanel(state="collapsed"),
-                rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused"),
-                auto_views=False,
-            )
-        )
+        send_layout(recording, layout, timeline=TIME, play_state="paused")
 
 
 def _origin_ns(run: Run) -> int:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from recordings.tables import FrequencyTable, SweepTable
 from twin.views.chart import Chart, common_range
 from twin.views.receptance import receptance_mm_per_N
-from twin.views.rrd import recording_file
+from twin.views.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour
 
 __all__ = ["save_table"]
@@ -44,15 +44,7 @@ def save_table(table: SweepTable | FrequencyTable, path: Path) -> None:
         layout = rrb.Horizontal(
             rrb.TextDocumentView(origin="/about", name="About this table"), rrb.Vertical(*views), column_shares=[1, 3.2]
         )
-        recording.send_blueprint(
-            rrb.Blueprint(
-                layout,
-                rrb.BlueprintPanel(state="collapsed"),
-                rrb.SelectionPanel(state="collapsed"),
-                rrb.TimePanel(state="collapsed"),
-                auto_views=False,
-            )
-        )
+        send_layout(recording, layout)
 
 
 def _sweeps(recording: rr.RecordingStream, table: SweepTable) -> list[rrb.Spatial2DView]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import rerun as rr
+import rerun.blueprint as rrb
 
 from recordings.whole import whole_file
 
-__all__ = ["APPLICATION", "recording_file"]
+__all__ = ["APPLICATION", "recording_file", "send_layout"]
 
 APPLICATION = "twin"
 """What the viewer calls all of this project's recordings."""
@@ -37,3 +39,16 @@ def recording_file(path: Path) -> Iterator[rr.RecordingStream]:
             recording.flush()
         finally:
             recording.disconnect()
+
+
+def send_layout(recording: rr.RecordingStream, layout: Any, **time: Any) -> None:
+    """Arrange a recording's views so, the viewer's own panels out of the way; `time` is for that of time."""
+    recording.send_blueprint(
+        rrb.Blueprint(
+            layout,
+            rrb.BlueprintPanel(state="collapsed"),
+            rrb.SelectionPanel(state="collapsed"),
+            rrb.TimePanel(state="collapsed", **time),
+            auto_views=False,
+        )
+    )

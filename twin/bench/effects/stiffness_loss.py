@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from twin.bench.plan import Matrices, Plan
-from twin.structure.beam import beam_stiffness, weakened_stiffness
+from twin.structure.weakened import weakened_elements
 
 __all__ = ["stiffness_loss"]
 
@@ -24,18 +22,10 @@ def stiffness_loss(plan: Plan, *, position_m: float, factor: float) -> None:
 
 
 def _weaken(plan: Plan, matrices: Matrices, position_m: float, factor: float) -> None:
-    rig, mesh = plan.rig, matrices.structure.mesh
-    half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
-    lower = position_m <= rig.lower.length
-    beam, x, offset = (rig.lower, mesh.lower_x, 0) if lower else (rig.upper, mesh.upper_x, len(mesh.lower_x))
+    mesh = matrices.structure.mesh
     K = np.zeros((3 * mesh.nodes, 3 * mesh.nodes))
-    section = {"EA": beam.youngs_modulus * beam.area, "EI": beam.youngs_modulus * beam.second_moment}
-    for e, (a, b) in enumerate(pairwise(x)):
-        weak = max(a, position_m - half) - a, min(b, position_m + half) - a
-        if weak[0] < weak[1]:
-            dofs = np.ix_(*[3 * (offset + e) + np.arange(6)] * 2)
-            element = {**section, "length": float(b - a), "shear_ratio": beam.shear_ratio}
-            K[dofs] += weakened_stiffness(**element, weak=weak, factor=factor) - beam_stiffness(**element)
+    for first, change in weakened_elements(plan.rig, mesh, position_m=position_m, factor=factor):
+        K[first : first + 6, first : first + 6] += change
     free = matrices.structure.free
     n = len(free)
     matrices.K_beam[:n, :n] += K[np.ix_(free, free)]

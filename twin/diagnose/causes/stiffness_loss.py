@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from twin.diagnose.cause import Cause, Parameter, Values, position
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension
 from twin.structure import Structure
-from twin.structure.beam import beam_stiffness, weakened_stiffness
+from twin.structure.weakened import weakened_elements
 
 __all__ = ["StiffnessLoss"]
 
@@ -31,24 +30,14 @@ class StiffnessLoss(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """What an element that the section covers, wholly or in part, has less than a sound one."""
-        rig = evidence.rig
-        half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
-        x, factor = values["position_m"], values["factor"]
         mesh = evidence.model.structure.mesh
-        lower = x <= rig.lower.length
-        beam, nodes, first = (rig.lower, mesh.lower_x, 0) if lower else (rig.upper, mesh.upper_x, len(mesh.lower_x))
-        section = {"EA": beam.youngs_modulus * beam.area, "EI": beam.youngs_modulus * beam.second_moment}
         forms, lost = [], []
-        for e, (a, b) in enumerate(pairwise(nodes)):
-            weak = max(a, x - half) - a, min(b, x + half) - a
-            if weak[0] >= weak[1]:
-                continue
-            element = {**section, "length": float(b - a), "shear_ratio": beam.shear_ratio}
-            change = weakened_stiffness(**element, weak=weak, factor=factor) - beam_stiffness(**element)
+        place = values["position_m"]
+        for first, change in weakened_elements(evidence.rig, mesh, position_m=place, factor=values["factor"]):
             size, shape = np.linalg.eigh(change)
             for k in range(3):  # the other three are rigid motions
                 form = np.zeros(3 * mesh.nodes)
-                form[3 * (first + e) + np.arange(6)] = shape[:, k]
+                form[first + np.arange(6)] = shape[:, k]
                 forms.append(form)
                 lost.append(size[k])
 
