@@ -267,11 +267,12 @@ def _difference_step(parameter: Parameter, value: float) -> float:
     """Step of the difference quotient in a cause's parameter, away from its upper bound.
 
     Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
-    stiffness; coarser along the structure.
+    stiffness; coarser along the structure.  Where the modes are solved anew, their rounding is a millionth of a usual
+    strength: a step of that size finds some tenths of the sensitivity to be noise, and the fit creeps.
     """
     along = parameter.places and "position" in parameter.name
     size = parameter.scale + (0.0 if parameter.places else abs(value - parameter.null))
-    step = (1e-3 if along else 1e-6) * size
+    step = (1e-3 if along else 3e-4 if parameter.remakes else 1e-6) * size
     return -step if value + step > parameter.upper else step
 
 

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from twin.diagnose.candidate import Blame, Candidate, extension_of, log_evidence
+from recordings import read_run
+from twin.diagnose.candidate import Blame, Candidate, Trial, extension_of, log_evidence
 from twin.diagnose.cause import Parameter
 from twin.diagnose.causes import CAUSES
+from twin.identify.base_fit import fit_base
+from twin.identify.evidence import gather_evidence
 from twin.identify.gauss_newton import minimise
+from twin.rigs import load_rig
 
 
 @pytest.fixture
@@ -118,3 +122,31 @@ def test_blames_add_up_to_one_extension():
         assert whole.frequency_factor == pytest.approx(1.0002)
     assert gain.key == "channel-gain acc1"
     assert clock.key == "sample-clock"
+
+
+@pytest.fixture(scope="module")
+def fitted_recordings(campaign):
+    evidence = gather_evidence(
+        [read_run(campaign / name) for name in ("sweeps.mcap", "random.mcap")], load_rig("steel-lap-joint")
+    )
+    return evidence, fit_base(evidence)[0]
+
+
+@pytest.mark.parametrize("name", [name for name in CAUSES if name != "channel-polarity"])
+def test_sensitivities_to_a_cause_are_those_of_central_differences(fitted_recordings, name):
+    """Rounding must not drown them, nor sharp resonances bend away from them."""
+    evidence, unknowns = fitted_recordings
+    cause, label = CAUSES[name], next(iter(CAUSES[name].labels(evidence)))
+    values = {
+        p.name: p.starts[len(p.starts) // 2] if p.places else p.null + 0.1 * (p.starts[0] - p.null)
+        for p in cause.parameters(evidence, label)
+    }
+    trial = Trial(evidence, None, unknowns, (Blame(cause, label, values, {}),))
+    trial.weigh(trial.x0)
+    columns = trial.evaluate(trial.x0)[1][:, trial.count :]
+    for k, (_, parameter) in enumerate(trial.slots):
+        step = np.zeros(len(trial.x0))
+        step[trial.count + k] = 3e-4
+        there, back = (trial.predict(trial.x0 + side * step).residual for side in (1, -1))
+        expected = (back - there) / (2 * 3e-4)
+        assert np.linalg.norm(columns[:, k] - expected) <= 0.05 * np.linalg.norm(expected), parameter.name

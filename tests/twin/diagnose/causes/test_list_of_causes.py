@@ -80,6 +80,13 @@ def test_parameters_begin_inside_their_limits(evidence):
                 assert p.lower <= p.null <= p.upper, (cause.name, p.name)
 
 
+def test_parameters_that_remake_the_structure_say_so(evidence):
+    for cause, label in every(evidence):
+        parameters = cause.parameters(evidence, label)
+        remade = cause.extension(evidence, label, {p.name: p.starts[0] for p in parameters}).changes_structure
+        assert all(p.remakes == remade for p in parameters), cause.name
+
+
 def test_every_cause_but_a_sign_has_a_strength_that_may_vanish(evidence):
     without = {
         cause.name for cause, label in every(evidence) if all(p.places for p in cause.parameters(evidence, label))
