@@ -7,12 +7,10 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_genlaguerre
 
 __all__ = [
     "RIPPLES",
     "jenkins_harmonics",
-    "jenkins_under_random_motion",
     "slipping_harmonics",
     "slipping_harmonics_numpy",
 ]
@@ -21,10 +19,6 @@ Array = NDArray[Any]
 
 RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""
-
-
-NODES, WEIGHTS = roots_genlaguerre(24, 1.0)
-"""Quadrature of f(u) u exp(-u): amplitudes a^2 = 2 u sigma^2, Rayleigh distributed and weighted by a^2."""
 
 
 def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -> Array:
@@ -40,17 +34,6 @@ def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -
     sticking = (top - k * a) * _turned(h, t) + k * a / 2 * (_turned(h - 1, t) + _turned(h + 1, t))
     slipping = -top * (_turned(h, np.pi) - _turned(h, t))
     return np.where(h % 2, 2 / np.pi * (sticking + slipping), 0.0)
-
-
-def jenkins_under_random_motion(displacement: float, k: float, slip_force: float) -> complex:
-    """Equivalent stiffness of a Jenkins element whose motion is narrow-band noise of this rms.
-
-    The describing function's mean over amplitudes that are Rayleigh distributed, weighted by their squares, which is
-    what fits the force best in the least-squares sense.
-    """
-    amplitude = displacement * np.sqrt(2 * NODES)
-    force = jenkins_harmonics(amplitude, k, slip_force, 1)[:, 0]
-    return complex(np.sum(WEIGHTS * force / np.maximum(amplitude, 1e-300)))
 
 
 def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: Array) -> Array:

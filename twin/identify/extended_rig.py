@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
 from twin.identify.extended_model import extended_model
-from twin.identify.extension import Extension
+from twin.identify.extension import Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Influence, LocalForces
 from twin.identify.receptance import attach
@@ -146,8 +146,8 @@ class ExtendedRig:
         dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
         return self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega
 
-    def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[Array, Array]:
-        """Rms displacement and velocity (n,) at the ports of local nonlinear forces under a broadband run.
+    def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
+        """How the port of each local nonlinear force moves in a broadband run.
 
         As with steps, the motion is that of the measured channels, carried to the ports by the model's shapes.
         """
@@ -155,11 +155,11 @@ class ExtendedRig:
         measured = np.sum(np.conj(H) * data.H, axis=1) / np.sum(np.abs(H) ** 2, axis=1)
         motion = self.driven(R, omega)[:, self.nonlinear_ports] * measured[:, None]
         power = np.abs(motion) ** 2 * data.force_power[:, None]
-        return np.sqrt(power.sum(axis=0)), np.sqrt((omega[:, None] ** 2 * power).sum(axis=0))
+        return tuple(NoiseMotion(omega, column) for column in power.T)
 
-    def in_noise(self, R: Array, omega: Array, motion: tuple[Array, Array]) -> Array:
+    def in_noise(self, R: Array, omega: Array, motion: tuple[NoiseMotion, ...]) -> Array:
         """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
-        return attach(R, self.nonlinear_ports, self.local.substitutes(*motion, omega))
+        return attach(R, self.nonlinear_ports, self.local.substitutes(motion, omega))
 
     def step_receptance(self, unknowns: Unknowns, *, inner: bool = True) -> tuple[Array, Array]:
         """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""

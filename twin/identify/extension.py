@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twin.structure import Structure
 
-__all__ = ["Attachment", "Extension", "JointState", "NonlinearForce"]
+__all__ = ["Attachment", "Extension", "JointState", "NoiseMotion", "NonlinearForce"]
 
 Array = NDArray[Any]
 
@@ -56,6 +56,32 @@ class JointState:
 
 
 @dataclass(frozen=True)
+class NoiseMotion:
+    """Motion of a port under broadband noise.
+
+    Attributes
+    ----------
+    omega : ndarray, (f,)
+        Middles of frequency bands, rad/s.
+    power : ndarray, (f,)
+        Mean square displacement in each, m2.
+    """
+
+    omega: Array
+    power: Array
+
+    @property
+    def displacement(self) -> float:
+        """Rms, m."""
+        return float(np.sqrt(np.sum(self.power)))
+
+    @property
+    def velocity(self) -> float:
+        """Rms, m/s."""
+        return float(np.sqrt(np.sum(self.omega**2 * self.power)))
+
+
+@dataclass(frozen=True)
 class NonlinearForce:
     """A force on one port that depends on that port's motion.
 
@@ -69,14 +95,14 @@ class NonlinearForce:
         Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,); its third
         argument is what surrounds the joint.
     random : callable, optional
-        Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from the rms displacement,
-        the rms velocity and omega (f,): statistical linearisation.  Without it the force is taken to vanish there.
+        Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
+        (f,): statistical linearisation.  Without it the force is taken to vanish there.
     """
 
     row: Callable[[Structure], Array]
     equivalent: Callable[[Array, Array], Array]
     harmonics: Callable[[Array, int, JointState], Array]
-    random: Callable[[float, float, Array], Array] | None = None
+    random: Callable[[NoiseMotion, Array], Array] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

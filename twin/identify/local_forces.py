@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.extension import JointState, NonlinearForce
+from twin.identify.extension import JointState, NoiseMotion, NonlinearForce
 
 __all__ = ["Influence", "LocalForces"]
 
@@ -63,12 +63,12 @@ class LocalForces:
         """Whether any of them is felt in a broadband run."""
         return any(force.random is not None for force in self.forces)
 
-    def substitutes(self, displacement: Array, velocity: Array, omega: Array) -> Array:
-        """Dynamic stiffness (f, n) of the forces' best linear substitutes under noise of these rms motions (n,)."""
+    def substitutes(self, motion: tuple[NoiseMotion, ...], omega: Array) -> Array:
+        """Dynamic stiffness (f, n) of the forces' best linear substitutes under noise that moves their ports so."""
         Z = np.zeros((len(omega), len(self.forces)), complex)
         for i, force in enumerate(self.forces):
             if force.random is not None:
-                Z[:, i] = force.random(float(displacement[i]), float(velocity[i]), omega)
+                Z[:, i] = force.random(motion[i], omega)
         return Z
 
     def balance(

@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, single_point
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NonlinearForce
+from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
 
 __all__ = ["AirDrag"]
 
@@ -40,8 +40,8 @@ class AirDrag(Cause):
                 out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (joint.omega * a) ** 2
             return out
 
-        def random(displacement: float, velocity: float, omega: Any) -> Any:
-            return 1j * omega * np.sqrt(8 / np.pi) * c * velocity
+        def random(motion: NoiseMotion, omega: Any) -> Any:
+            return 1j * omega * np.sqrt(8 / np.pi) * c * motion.velocity
 
         places = [single_point((i + 0.5) * length) for i in range(POINTS)]
         return Extension(nonlinear=tuple(NonlinearForce(place, equivalent, harmonics, random) for place in places))

@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NonlinearForce
+from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
 
 __all__ = ["CubicStiffness"]
 
@@ -47,8 +47,8 @@ class CubicStiffness(Cause):
                 out[:, 2] = 0.25 * k * a**3
             return out
 
-        def random(displacement: float, velocity: float, omega: Any) -> Any:
-            return np.full(len(omega), 3 * k * displacement**2 + 0j)
+        def random(motion: NoiseMotion, omega: Any) -> Any:
+            return np.full(len(omega), 3 * k * motion.displacement**2 + 0j)
 
         place = single_point(values["position_m"])
         force = NonlinearForce(place, lambda a, omega: 0.75 * k * a**2 + 0j, harmonics, random)

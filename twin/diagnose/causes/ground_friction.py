@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
-from twin.diagnose.slipping import jenkins_harmonics, jenkins_under_random_motion
+from twin.diagnose.slider_in_noise import slider_in_noise
+from twin.diagnose.slipping import jenkins_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NonlinearForce
+from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
 
 __all__ = ["GroundFriction"]
 
@@ -55,8 +56,8 @@ class GroundFriction(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return jenkins_harmonics(a, k, F, 1)[:, 0] / np.maximum(a, 1e-15)
 
-        def random(displacement: float, velocity: float, omega: Any) -> Any:
-            return np.full(len(omega), jenkins_under_random_motion(max(displacement, 1e-12), k, F))
+        def random(motion: NoiseMotion, omega: Any) -> Any:
+            return slider_in_noise(motion, omega, k, F)
 
         force = NonlinearForce(single_point(values["position_m"]), equivalent, harmonics, random)
         return Extension(nonlinear=(force,))

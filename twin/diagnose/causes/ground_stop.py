@@ -11,7 +11,7 @@ from scipy.stats import norm
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NonlinearForce
+from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
 
 __all__ = ["GroundStop"]
 
@@ -45,8 +45,8 @@ class GroundStop(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return k * one_sided_harmonics(a, gap, 1)[:, 0] / np.maximum(a, 1e-12)
 
-        def random(displacement: float, velocity: float, omega: Any) -> Any:
-            return np.full(len(omega), k * norm.sf(gap / max(displacement, 1e-12)) + 0j)
+        def random(motion: NoiseMotion, omega: Any) -> Any:
+            return np.full(len(omega), k * norm.sf(gap / max(motion.displacement, 1e-12)) + 0j)
 
         force = NonlinearForce(single_point(values["position_m"]), equivalent, harmonics, random)
         return Extension(nonlinear=(force,))

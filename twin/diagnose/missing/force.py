@@ -74,7 +74,7 @@ class LocalForce(Cause):
             row=single_point(values["position_m"]),
             equivalent=equivalent,
             harmonics=lambda amplitude, count, joint: force_harmonics(force, amplitude, joint.omega, count),
-            random=lambda u, v, omega: linear_substitute(force, u, v, omega),
+            random=lambda motion, omega: linear_substitute(force, motion.displacement, motion.velocity, omega),
         )
         return Extension(nonlinear=(local,))
 

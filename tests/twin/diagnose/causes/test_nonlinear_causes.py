@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twin.diagnose.causes import CAUSES
-from twin.identify.extension import JointState
+from twin.identify.extension import JointState, NoiseMotion
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
 from twin.joint import jenkins
@@ -199,6 +199,7 @@ def test_the_linear_substitute_is_the_best_one_under_noise(evidence, noise, name
     x, v = noise.real, -CENTRE * noise.imag
     f = force(x, v)
     expected = np.mean(f * x) / np.mean(x**2) + 1j * CENTRE * np.mean(f * v) / np.mean(v**2)
-    each = [one.random(np.std(x), np.std(v), np.array([CENTRE]))[0] for one in local]
+    motion = NoiseMotion(np.array([CENTRE]), np.array([np.var(x)]))
+    each = [one.random(motion, np.array([CENTRE]))[0] for one in local]
     found = sum(each) / (evidence.rig.length if name == "air-drag" else 1.0)
     assert abs(found - expected) < 0.03 * abs(expected)
