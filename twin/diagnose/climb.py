@@ -122,16 +122,20 @@ class Climb:
 
     def _look_further(self) -> Stage | None:
         """Rivals for the next cause; None where nothing promises one."""
+        kept: tuple[Candidate, ...] = ()
         while True:
             scores = self._scores()
-            if self.model.blames and max((score.gain for score in scores), default=0.0) < self._least_promise():
+            promise = max((score.gain for score in scores), default=0.0)
+            if self.model.blames and not kept and promise < self._least_promise():
                 return None
-            finalists = self._finalists(scores)
+            finalists = self._finalists(scores, kept)
             pay, anew = self._paying(finalists)
             if anew is None:
                 if pay:
                     finalists = finalists[finalists.index(pay[0]) :]
                 return Stage(tuple(finalists), tuple(scores), pay)
+            # From the better minimum what was found beside the other one may have no slope to be seen by.
+            kept = pay
             self._begin_from(anew)
 
     def _paying(self, finalists: list[Candidate]) -> tuple[tuple[Candidate, ...], Candidate | None]:
@@ -162,14 +166,14 @@ class Climb:
         """First-order gain below which no further cause is looked for."""
         return max(PROMISING, self._left_behind * _count(self._thin[0]) / _count(self.evidence))
 
-    def _finalists(self, scores: list[Score]) -> list[Candidate]:
-        """The best models with one more cause, fitted to all evidence, the most probable first."""
+    def _finalists(self, scores: list[Score], kept: tuple[Candidate, ...]) -> list[Candidate]:
+        """The best models with one more cause, fitted to all evidence, and those kept; the most probable first."""
         evidence, harmonics = self.evidence, self.harmonics
         rivals = [(*self.model.blames, blame) for blame in shortlist(self._thin[0], scores)]
         trials = tournament(*self._thin, self._start, rivals, self._slack, self._report)
         trials = at_the_best_place(*self._thin, trials, scores)
         if not trials:
-            return []
+            return list(kept)
         # Where not even the best follows the data, any may be the first of two.
         if (least := trials[0].chi2_per_dof) < FOLLOWS:
             trials = [trial for trial in trials if trial.chi2_per_dof <= RIVAL * least]
@@ -180,7 +184,7 @@ class Climb:
             # No minimum lies above that without the cause: all came to rest in false ones on their way from afar.
             field = [(self.model.unknowns, _from_nothing(evidence, trial.blames)) for trial in trials]
             finalists += side_by_side(fitted_to_the_end, (evidence, harmonics), field)
-        finalists = best_of_each(sorted(finalists, key=lambda c: -c.log_evidence))
+        finalists = best_of_each(sorted([*finalists, *kept], key=lambda c: -c.log_evidence))
         begin = partial(with_own_law, evidence, harmonics, slack=TIGHT)
         finalists[0] = refined(evidence, harmonics, finalists[0], begin=begin)
         temper = finalists[0].chi2_per_dof
