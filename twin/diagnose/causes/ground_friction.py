@@ -34,7 +34,15 @@ class GroundFriction(Cause):
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,), model_error=0.03),
             position(evidence, 8),
-            Parameter(name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(TRAVEL_m, 0.1 * TRAVEL_m)),
+            # Its error is that of a slider's linear substitute in noise.
+            Parameter(
+                name="travel_m",
+                scale=3e-6,
+                lower=1e-8,
+                upper=3e-5,
+                starts=(TRAVEL_m, 0.1 * TRAVEL_m),
+                model_error=0.05,
+            ),
         )
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
