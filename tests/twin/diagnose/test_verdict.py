@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from twin.diagnose.candidate import Blame
@@ -12,13 +13,15 @@ from twin.diagnose.verdict import decide, named_causes
 FINDING = [SimpleNamespace(cause="clipping")]
 
 
-def search(before, after, blamed=True):
-    """A search whose base family and model leave these chi2 per number in each part."""
+def search(before, after, blamed=True, detuning=(1e-5, -4e-5)):
+    """A search whose base family and model leave these chi2 per number in each part, and the model these detunings."""
+    unknowns = SimpleNamespace(base=SimpleNamespace(detuning=np.array(detuning)))
     blame = SimpleNamespace(key="a", cause=SimpleNamespace(name="a"))
     finalist = SimpleNamespace(blames=(blame,), weight=lambda temper: 0.0, chi2_per_dof=1.0)
 
     def model(parts, blames):
-        return SimpleNamespace(chi2_per_number=parts, chi2_per_dof=sum(parts.values()) / len(parts), blames=blames)
+        mean = sum(parts.values()) / len(parts)
+        return SimpleNamespace(chi2_per_number=parts, chi2_per_dof=mean, blames=blames, unknowns=unknowns)
 
     return SimpleNamespace(
         base=model(before, ()),
@@ -40,6 +43,12 @@ def search(before, after, blamed=True):
 )
 def test_every_part_of_the_evidence_must_be_explained(before, after, verdict):
     assert decide(search(before, after), []) == verdict
+
+
+@pytest.mark.parametrize(("detuning", "verdict"), [((3e-5, -7e-4), "explained"), ((3e-5, -2e-3), "unknown")])
+def test_a_frequency_that_no_parameter_explains_is_not_explained(detuning, verdict):
+    """However well the fit follows the data by shifting it."""
+    assert decide(search({"steps": 60.0}, {"steps": 0.7}, detuning=detuning), []) == verdict
 
 
 def test_without_a_cause_a_poor_fit_is_unknown_and_a_good_one_is_nothing():
