@@ -146,6 +146,7 @@ class Trial:
         self.x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._factor: Array | None = None
+        self._remakes = [blame.extension(evidence).changes_structure for blame in blames]
 
     def unknowns(self, x: Array) -> Unknowns:
         """The base family's part."""
@@ -176,8 +177,8 @@ class Trial:
         here = self.predict(x, sensitivities=True)
         r, self.blocks = here.residual, here.blocks
         columns = np.zeros((len(r), len(self.slots)))
-        for k, (_, p) in enumerate(self.slots):
-            step = _difference_step(p, x[self.count + k] * self.scales[k]) / p.scale
+        for k, (i, p) in enumerate(self.slots):
+            step = _difference_step(p, x[self.count + k] * self.scales[k], remakes=self._remakes[i]) / p.scale
             moved = x.copy()
             moved[self.count + k] += step
             columns[:, k] = (r - self.predict(moved).residual) / step
@@ -263,16 +264,17 @@ def log_evidence(solution: Solution, base_precision: Array, parameters: list[Par
     return float(value)
 
 
-def _difference_step(parameter: Parameter, value: float) -> float:
+def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> float:
     """Step of the difference quotient in a cause's parameter, away from its upper bound.
 
     Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
-    stiffness; coarser along the structure.  Where the modes are solved anew, their rounding is a millionth of a usual
-    strength: a step of that size finds some tenths of the sensitivity to be noise, and the fit creeps.
+    stiffness; coarser along the structure.  Where a cause remakes the structure its modes are solved anew, and
+    their rounding is a millionth of a usual strength: a step of that size finds some tenths of the sensitivity to be
+    noise, and the fit creeps.
     """
     along = parameter.places and "position" in parameter.name
     size = parameter.scale + (0.0 if parameter.places else abs(value - parameter.null))
-    step = (1e-3 if along else 3e-4 if parameter.remakes else 1e-6) * size
+    step = (1e-3 if along else 3e-4 if remakes else 1e-6) * size
     return -step if value + step > parameter.upper else step
 
 

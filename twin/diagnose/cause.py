@@ -56,9 +56,6 @@ class Parameter:
         Relative error of what is found, beyond what noise makes: of the distance from `null`, or of the value itself
         where that places an effect.  The model's mesh and modes, and for some causes its simplifications; as large as
         blind cases on the finer bench showed it to be.
-    remakes : bool
-        Whether it changes the structure's own matrices: each value then has modes of its own, and differences between
-        two values carry the rounding of both solutions.
     """
 
     name: str
@@ -69,7 +66,6 @@ class Parameter:
     starts: tuple[float, ...] = ()
     negligible: float = 0.02
     model_error: float = 0.0
-    remakes: bool = False
 
     def spread(self, value: float, std: float) -> float:
         """Standard deviation of what was found, from that of a fit."""

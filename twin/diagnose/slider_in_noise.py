@@ -48,7 +48,6 @@ def slider_in_noise(motion: NoiseMotion, omega: Array, k: float, slip_force: flo
 def series_spring_and_rate(motion: NoiseMotion, k: float, slip_force: float) -> tuple[float, float]:
     """Stiffness C, N/m, of the spring, and its ratio r to the dashpot, 1/s; `k` and zero for one that always sticks."""
     power, omega2 = motion.power * motion.omega**2, motion.omega**2
-    velocity = max(motion.velocity, 1e-300)
 
     def linear(odds: float) -> tuple[float, float, float]:
         slips, sticks = 1 / (1 + np.exp(-odds)), 1 / (1 + np.exp(odds))
@@ -56,7 +55,7 @@ def series_spring_and_rate(motion: NoiseMotion, k: float, slip_force: float) -> 
         h = 1 - sticks**exponent
         y = 2 / np.pi * slips**0.3 * (1 - 0.27 * slips * sticks)
         stiffness = k * sticks ** (1 - exponent)
-        return y, stiffness, stiffness * velocity * np.sqrt(h / y) / slip_force
+        return y, stiffness, stiffness * motion.velocity * np.sqrt(h / y) / slip_force
 
     def excess(odds: float) -> float:
         y, stiffness, rate = linear(odds)

@@ -219,8 +219,9 @@ class Predictor(ExtendedRig):
         p, steps, into = self.model.ports, self.evidence.steps, self.driven(R, omega)
         all_ports = np.arange(R.shape[1])
         ports = np.concatenate([all_ports[p.outputs], all_ports[self.nonlinear_ports]])
-        base = self._base_change(R, omega, unknowns, steps.time_s - self.evidence.origin_s, ports, into)
-        left = self.normal_left(steps.time_s - self.evidence.origin_s)
+        time = steps.time_s - self.evidence.origin_s
+        base = self._base_change(R, omega, unknowns, time, ports, into)
+        left = self.normal_left(time)
         SE = -np.sum(R[:, ports, p.normal] * into[:, None, p.normal], axis=2) * left[:, None]
         SG = -np.sum(R[:, ports, p.shear] * into[:, None, p.shear], axis=2)
         B = unknowns.law.basis(self.amplitude_m)

@@ -24,16 +24,7 @@ class BeamModulus(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """True over believed modulus."""
         return (
-            Parameter(
-                name="factor",
-                scale=0.05,
-                lower=0.3,
-                upper=3.0,
-                null=1.0,
-                starts=(0.98,),
-                model_error=0.025,
-                remakes=True,
-            ),
+            Parameter(name="factor", scale=0.05, lower=0.3, upper=3.0, null=1.0, starts=(0.98,), model_error=0.025),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -20,16 +20,7 @@ class JointUneven(Cause):
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
         return (
-            Parameter(
-                name="gradient",
-                scale=0.7,
-                lower=-1.95,
-                upper=1.95,
-                null=0.0,
-                starts=(0.4,),
-                model_error=0.1,
-                remakes=True,
-            ),
+            Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -25,14 +25,7 @@ class TransverseShear(Cause):
         """E over kappa G: about 3 for a metal, tens for laminates."""
         return (
             Parameter(
-                name="modulus_ratio",
-                scale=30.0,
-                lower=1e-3,
-                upper=500.0,
-                null=1e-3,
-                starts=(10.0,),
-                model_error=0.08,
-                remakes=True,
+                name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,), model_error=0.08
             ),
         )
 
