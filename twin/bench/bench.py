@@ -52,7 +52,6 @@ class Bench:
         *,
         seed: int,
         sample_rate_Hz: float,
-        acting: Literal["amplitude", "element"],
         drive: Literal["shaker", "force"],
         noise: bool,
         converter: bool,
@@ -66,7 +65,7 @@ class Bench:
         self._noise, self._converter, self._kernel = noise, converter, kernel
         self._internal_rate = internal_rate_Hz
         self._built = build(
-            plan, acting=acting, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements
+            plan, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements
         )
         self._instruments = list(plan.instruments.values())
         self._channels = tuple(_described(instrument) for instrument in self._instruments)
@@ -290,7 +289,6 @@ def open_bench(
     effects: Sequence[Effect] = (),
     joint_law: JointLaw | None = None,
     sample_rate_Hz: float = 1024.0,
-    acting: Literal["amplitude", "element"] = "amplitude",
     drive: Literal["shaker", "force"] = "shaker",
     monitors: Sequence[str] = (),
     noise: bool = True,
@@ -316,8 +314,6 @@ def open_bench(
         In place of the rig's `joint.law` or, without one, of :func:`twin.bench.default_law`.
     sample_rate_Hz
         The nearest of :data:`SAMPLE_RATES_Hz` is taken.
-    acting
-        Whether one opening for the whole layer or one for each of its elements carries the law.
     drive
         ``force`` takes the shaker away and applies the generator's volts as newtons.
     monitors
@@ -362,7 +358,6 @@ def open_bench(
         plan,
         seed=seed,
         sample_rate_Hz=sample_rate_Hz,
-        acting=acting,
         drive=drive,
         noise=noise,
         converter=converter,

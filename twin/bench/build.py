@@ -12,16 +12,15 @@ from numpy.typing import NDArray
 from twin.bench.effects.added_mass import add_point_mass
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
-from twin.bench.layer import JointLaw, default_law, law_from_functions
+from twin.bench.layer import JointLaw, default_law, law_from_table
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
-from twin.bench.local_amplitude import LayerRows, local_law
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense
 from twin.bench.shaker import COORDINATES, Shaker
 from twin.joint import Hinges, Law, jenkins
 from twin.rigs import Rig
-from twin.structure import Structure, assemble, mesh_rig, normal_modes
+from twin.structure import Structure, assemble, layer_points, mesh_rig
 
 __all__ = ["Built", "build"]
 
@@ -53,8 +52,6 @@ class Built:
         Distinct local coordinates of the shaker, numbered after the structure's.
     auxiliary_rows
         Displacements that velocity laws read.
-    opening_per_m, slip_per_m
-        Rms opening and slip of the layer per metre of tip deflection in mode 1.
     """
 
     plan: Plan
@@ -71,8 +68,6 @@ class Built:
     drive_load: Matrix
     channel_rows: tuple[Matrix | None, ...]
     shaker: Shaker | None
-    opening_per_m: float
-    slip_per_m: float
 
     @property
     def locals(self) -> int:
@@ -199,7 +194,6 @@ class Built:
 def build(
     plan: Plan,
     *,
-    acting: Literal["amplitude", "element"],
     drive: Literal["shaker", "force"],
     beam_elements: int,
     layer_elements: int,
@@ -213,23 +207,19 @@ def build(
     ))  # fmt: skip
     if drive == "shaker" and rig.force_sensor.stinger_side_mass:
         add_point_mass(matrices, rig.force_sensor.position, rig.force_sensor.stinger_side_mass)
-    structure = matrices.structure
-    K = matrices.K_beam + plan.E * matrices.K_E + plan.G * matrices.K_G
-    first = normal_modes(matrices.M, K, 1).Phi[: len(structure.M), 0]
-    first = first / (structure.deflection(rig.length) @ first)
-    openings = _layer_rows(structure.B_E, structure.normal_weight, first, layer_elements if acting == "element" else 1)
-    ((slip_row, slip_weight),) = _layer_rows(structure.B_G, structure.shear_weight, first, 1)
-    opening_per_m = float(np.sqrt(
-        sum((row @ first) ** 2 * weight for row, weight in openings) / sum(weight for _, weight in openings)
-    ))  # fmt: skip
-    slip_per_m = float(slip_row @ first)
-
-    padded = [(matrices.pad(row), weight) for row, weight in openings]
-    law = _law(plan, matrices, LayerRows(padded, matrices.pad(slip_row), slip_weight))
-    elements = [Element(row, law.normal, weight, follows="E") for row, weight in padded]
+    points = layer_points(matrices.structure, rig.joint.layer_elements)
+    openings, slips = ([matrices.pad(row) for row in rows] for rows in (points.opening, points.slip))
+    law = _law(plan)
+    elements = [
+        Element(row, law.normal, weight, follows="E")
+        for row, weight in zip(openings, points.opening_weight, strict=True)
+    ]
     if law.loss:
-        elements.append(Element(matrices.pad(slip_row), law.loss, slip_weight, velocity=True, follows="all"))
-    elements += [Element(matrices.pad(slip_row), jenkins(k, F)) for k, F in plan.joint_sliders]
+        elements += [
+            Element(row, law.loss, weight, velocity=True, follows="all")
+            for row, weight in zip(slips, points.slip_weight, strict=True)
+        ]
+    elements += [Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N)) for slider in plan.joint_sliders]
     for make in plan.element_makers:
         elements.extend(make(matrices))
 
@@ -249,20 +239,18 @@ def build(
         M=matrices.M, K_beam=matrices.K_beam, K_E=matrices.K_E, K_G=matrices.K_G, C=matrices.C,
         E=plan.E, G=plan.G, loads=loads,
     )  # fmt: skip
-    return _placed(
-        plan, condensed, law, elements, drive_row, drive_load, channel_rows, drive, opening_per_m, slip_per_m
-    )
+    return _placed(plan, condensed, law, elements, drive_row, drive_load, channel_rows, drive)
 
 
 def _matrices(plan: Plan, free: Structure) -> Matrices:
     """Clamp the root, rigidly or on a rotational spring, and let the effects change the matrices."""
     keep = np.arange(2 if plan.clamp_compliance else 3, len(free.M))
-    B_E, B_G = free.B_E[:, keep], free.B_G[:, keep]
-    if plan.layer_gradient:
-        B_E = B_E * np.sqrt(1.0 + plan.layer_gradient * (0.5 - _along(plan, free.layer_x)))[:, None]
-        B_G = B_G * np.sqrt(1.0 + plan.layer_gradient * (0.5 - _along(plan, free.shear_x)))[:, None]
     box = np.ix_(keep, keep)
-    structure = replace(free, M=free.M[box], K0=free.K0[box], B_E=B_E, B_G=B_G, free=free.free[keep])
+    structure = replace(
+        free, M=free.M[box], K0=free.K0[box], B_E=free.B_E[:, keep], B_G=free.B_G[:, keep], free=free.free[keep]
+    )
+    if plan.layer_gradient:
+        structure = structure.with_layer_gradient(plan.layer_gradient)
     K_beam = structure.K0.copy()
     if plan.clamp_compliance:
         K_beam[0, 0] += 1.0 / plan.clamp_compliance
@@ -282,35 +270,13 @@ def _seen(matrices: Matrices, position_m: float, instrument: InstrumentChannel, 
     return row
 
 
-def _along(plan: Plan, x: Matrix) -> Matrix:
-    """Position along the overlap, 0 at the clamp's end and 1 at the tip's."""
-    return (x - (plan.rig.lower.length - plan.rig.joint.overlap)) / plan.rig.joint.overlap
-
-
-def _layer_rows(B: Matrix, weight: Matrix, first: Matrix, groups: int) -> list[tuple[Matrix, float]]:
-    """Generalised opening (or slip) of each group of Gauss points, and its integral of (t/h) dx."""
-    rows = []
-    for part in np.array_split(np.arange(len(B)), groups):
-        b = B[part] @ first
-        W = np.sqrt(np.sum(weight[part] ** 2))
-        rows.append(((b @ B[part]) / (np.linalg.norm(b) * W), float(W**2)))
-    return rows
-
-
-def _law(plan: Plan, matrices: Matrices, layer: LayerRows) -> JointLaw:
+def _law(plan: Plan) -> JointLaw:
     """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
     table = plan.rig.joint.law
     if plan.law is not None:
         law = plan.law
     elif table is not None:
-        positions = {s.channel: s.position for s in plan.rig.sensor}
-        if table.channel not in positions:
-            raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
-        local = local_law(
-            matrices, layer, E=plan.E, G=plan.G, tip=matrices.deflection(positions[table.channel]),
-            amplitude_m=np.array(table.amplitude_m), softening=np.array(table.softening), loss=np.array(table.loss),
-        )  # fmt: skip
-        law = law_from_functions(local, E=plan.E)
+        law = law_from_table(table, E=plan.E)
     else:
         law = default_law(plan.E)
     for change in plan.law_changes:
@@ -327,8 +293,6 @@ def _placed(
     drive_load: Matrix,
     channel_rows: list[Matrix | None],
     drive: str,
-    opening_per_m: float,
-    slip_per_m: float,
 ) -> Built:
     """Condense all rows and number the distinct local coordinates."""
     T = condensed.T
@@ -372,6 +336,4 @@ def _placed(
         drive_load=drive_load @ T,
         channel_rows=tuple(None if row is None else row @ T for row in channel_rows),
         shaker=shaker,
-        opening_per_m=opening_per_m,
-        slip_per_m=slip_per_m,
     )

@@ -1,15 +1,7 @@
-"""The joint's law on the bench: softening of the layer's opening, loss in its slip.
+"""The joint's law on the bench: every point of the layer softens by its own opening and loses by its own slip.
 
-The layer is reduced to generalised coordinates that do the same work as its Gauss points do in the first mode: the
-opening of a group of layer elements is ``o = b' (B_E x) / (|b| W)`` with b the weighted openings of mode 1 and W^2 the
-group's integral of (t/h) dx, so that o is the root-mean-square opening of the group in metres and a modulus E' holds
-the energy E' W^2 o^2 / 2.  The slip likewise.
-
-``amplitude`` makes one group of the whole layer: one Newton unknown for the opening and one for the slip's velocity.
-``element`` gives every layer element its own opening (and the slip still one).  Six elements cost 2.9 times the time of
-one group, and with the same law in terms of the rms opening they lower the resonance at 6 N by 0.055 Hz more; the third
-harmonic of the tip there is 1.04 instead of 0.99 % of its fundamental.  That is another law of the same kind and not
-better physics, so the cheap ``amplitude`` is the default.
+The points are those of :func:`twin.structure.layer_points`, one for each layer element of the rig file, whatever the
+bench's own mesh is.  Nothing here knows of modes or sensors: the same law holds in every motion of the joint.
 """
 
 from __future__ import annotations
@@ -20,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from twin.bench.local_amplitude import LocalLaw
-from twin.bench.opening_harmonics import with_own_harmonics
 from twin.joint import Law, Linear, RunningLoss, Saturating, Table, table_from_stiffness
+from twin.rigs import LayerLawTable
 
-__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_from_functions", "no_law", "slapping"]
+__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_from_table", "no_law", "slapping"]
 
 Matrix = NDArray[np.float64]
 
@@ -32,14 +23,14 @@ SOFT_SHARE = 0.85
 """Share of E' that the default law loses at large amplitudes."""
 REFERENCE_MODULUS = 3.9e8
 """E' at which SOFT_OPENING holds, N/m2; the softening starts later in a joint that is clamped harder."""
-SOFT_OPENING = 1.2e-6
-"""Scale of the softening, m of rms opening; linear mode 1 opens so far at a tip amplitude of 1.8 mm at 120 N."""
-REFERENCE_OPENING = 8e-6
-"""End of tabulated laws, m of rms opening: a tip amplitude of 12 mm on the steel rig at 120 N."""
+SOFT_OPENING = 1.0e-6
+"""Scale of the softening, m of a point's opening."""
+REFERENCE_OPENING = 1.5e-5
+"""End of tabulated laws, m of opening."""
 LOSS_MODULUS = 3.0e9
 """Loss modulus in shear at large amplitudes, N/m2: the paper's g2 reaches 1.5e9 within its range."""
-LOSS_SLIP = 1.45e-6
-"""Scale of the loss, m of rms slip, at REFERENCE_MODULUS: a tip amplitude of 4.7 mm in mode 1 of the linear rig."""
+LOSS_SLIP = 1.65e-6
+"""Scale of the loss, m of a point's slip, at REFERENCE_MODULUS."""
 LOSS_POWER = 4
 LOSS_POINTS = 1025
 RUN_OUT = 0.1
@@ -53,9 +44,9 @@ class JointLaw:
     Attributes
     ----------
     normal
-        Law of the rms opening (m), giving modulus times opening (N/m): the part that is added to E' o.
+        Law of a point's opening (m), giving modulus times opening (N/m): the part that is added to E' o.
     loss
-        Law of the rms slip, on its velocity; None loses nothing.
+        Law of a point's slip, on its velocity; None loses nothing.
     """
 
     normal: Law
@@ -94,9 +85,9 @@ def no_law() -> JointLaw:
 def default_law(E: float) -> JointLaw:
     """The paper's law in kind: a saturating softening of E' and a loss modulus that grows with amplitude.
 
-    Calibrated on the steel rig: at 120 N and 1.5, 3 and 6 N the tip's receptance peaks at 1.09, 0.90 and 0.65e-3 m/N
-    (the paper: 1.2, 0.9, 0.65e-3) and the resonance falls by 0.16 Hz from 1.5 to 6 N.  The rig file's own damping of
-    0.0023 alone would allow 1.13e-3.  At 540 N the peaks are 1.11, 0.97 and 0.71e-3 m/N, and the fall 0.02 Hz.
+    Calibrated on the steel rig: at 120 N and 1.5, 3 and 6 N the tip's receptance peaks at 1.09, 0.91 and 0.66e-3 m/N
+    (the paper: 1.2, 0.9, 0.65e-3) and the resonance falls by 0.10 Hz from 1.5 to 6 N.  The rig file's own damping of
+    0.0023 alone would allow 1.13e-3.  At 540 N the peaks are 1.12, 0.98 and 0.73e-3 m/N, and the fall 0.02 Hz.
 
     Parameters
     ----------
@@ -110,16 +101,16 @@ def default_law(E: float) -> JointLaw:
     return JointLaw(Saturating(soft, SOFT_OPENING * E / REFERENCE_MODULUS, -soft), RunningLoss(slip[-1], eta))
 
 
-def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
-    """The time form of functions of the layer's own amplitudes: constant before their first knots, the loss also after.
+def law_from_table(table: LayerLawTable, *, E: float) -> JointLaw:
+    """The time form of a file's functions of amplitude: constant before their first knots, the loss also after.
 
-    The softening levels off beyond its last knot instead of ending in a corner, which a sine of nearly that amplitude
-    already meets with its harmonics, and which no smooth correction of the table undoes.
+    The softening is the one odd, single-valued force that has this describing function.  It levels off beyond its last
+    knot instead of ending in a corner, which a sine of nearly that amplitude already meets with its harmonics.
 
     Parameters
     ----------
-    local
-        Softening over the rms opening, loss over the rms slip.
+    table
+        Of the rig file.
     E
         Normal modulus, N/m2.
 
@@ -128,29 +119,22 @@ def law_from_functions(local: LocalLaw, *, E: float) -> JointLaw:
     ValueError
         If the law's tangent modulus would be negative, which no passive layer has.
     """
-    o, s = local.opening_m, local.slip_m
-    g2 = PchipInterpolator(s, local.loss)
+    o, s = np.array(table.opening_m), np.array(table.slip_m)
+    g1, g2 = PchipInterpolator(o, table.softening), PchipInterpolator(s, table.loss)
+    dg1 = g1.derivative()
+    last, run_out = float(dg1(o[-1])), RUN_OUT * o[-1]
 
-    def softened(values: Matrix) -> Table:
-        g1 = PchipInterpolator(o, values)
-        dg1 = g1.derivative()
-        last, run_out = float(dg1(o[-1])), RUN_OUT * o[-1]
+    def beyond(x: Matrix) -> Matrix:
+        return np.exp(-np.maximum(x - o[-1], 0.0) / run_out)
 
-        def beyond(x: Matrix) -> Matrix:
-            return np.exp(-np.maximum(x - o[-1], 0.0) / run_out)
+    def softening(x: Matrix) -> Matrix:
+        return -np.asarray(g1(np.clip(x, o[0], o[-1])) + last * run_out * (1 - beyond(x)))
 
-        def softening(x: Matrix) -> Matrix:
-            return -np.asarray(g1(np.clip(x, o[0], o[-1])) + last * run_out * (1 - beyond(x)))
+    def slope(x: Matrix) -> Matrix:
+        inside = np.where(x > o[0], dg1(np.clip(x, o[0], o[-1])), 0.0)
+        return -np.where(x < o[-1], inside, last * beyond(x))
 
-        def slope(x: Matrix) -> Matrix:
-            inside = np.where(x > o[0], dg1(np.clip(x, o[0], o[-1])), 0.0)
-            return -np.where(x < o[-1], inside, last * beyond(x))
-
-        return table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
-
-    normal = softened(with_own_harmonics(
-        lambda values: softened(values).path, amplitude_m=o, softening=local.softening, flexibility=local.flexibility
-    ))  # fmt: skip
+    normal = table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
     lowest = E + normal.tangent.min()
     if lowest < -0.02 * E:
         raise ValueError(
@@ -171,7 +155,7 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: f
     E
         Normal modulus, N/m2.
     gap_m
-        Rms opening at which contact is lost, counted from rest.
+        Opening of a point at which it loses contact, counted from rest.
     factor
         Stiffness that remains beyond the gap, over what it was.
     limit_m

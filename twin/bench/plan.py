@@ -14,7 +14,7 @@ from twin.joint import Law
 from twin.rigs import Rig
 from twin.structure import Structure
 
-__all__ = ["Element", "Matrices", "Plan"]
+__all__ = ["Element", "JointSlider", "Matrices", "Plan"]
 
 Matrix = NDArray[np.float64]
 
@@ -72,6 +72,15 @@ class Element:
     follows: str = ""
 
 
+@dataclass(frozen=True)
+class JointSlider:
+    """A friction element on the slip of one of the layer's points, counted from the clamp's end."""
+
+    point: int
+    stiffness_N_per_m: float
+    slip_force_N: float
+
+
 @dataclass
 class Plan:
     """A rig as the truth has it.  Effects change `rig` first, then matrices, elements and instruments.
@@ -97,7 +106,7 @@ class Plan:
     clock_error
         Relative error of the converter's clock.
     joint_sliders
-        (N/m, N) of friction elements on the layer's rms slip.
+        Friction elements in the layer.
     matrix_changes, element_makers
         Called in order with the matrices.
     instruments
@@ -116,7 +125,7 @@ class Plan:
     moduli_rate_per_s: float = 0.0
     clock_error: float = 0.0
     law_changes: list[Callable[[JointLaw, float], JointLaw]] = field(default_factory=list)
-    joint_sliders: list[tuple[float, float]] = field(default_factory=list)
+    joint_sliders: list[JointSlider] = field(default_factory=list)
     matrix_changes: list[Callable[[Matrices], None]] = field(default_factory=list)
     element_makers: list[Callable[[Matrices], list[Element]]] = field(default_factory=list)
 

@@ -14,7 +14,7 @@ from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.prediction import Prediction, Predictor
+from twin.identify.prediction import Linearisation, Prediction, Predictor
 from twin.identify.unknowns import STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
@@ -145,7 +145,7 @@ class Trial:
         self.scales = np.array([p.scale for _, p in self.slots])
         self.x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
-        self._factor: Array | None = None
+        self._held: Linearisation | None = None
         self._remakes = [blame.extension(evidence).changes_structure for blame in blames]
 
     def unknowns(self, x: Array) -> Unknowns:
@@ -160,16 +160,16 @@ class Trial:
         return tuple(replace(blame, values=table) for blame, table in zip(self._blames, tables, strict=True))
 
     def weigh(self, x: Array) -> None:
-        """From now on give the steps the weights that the law has here."""
+        """From now on hold what a fit holds that begins here."""
         predictor = Predictor(
             self.evidence, extension_of(self.evidence, self.blames(x)), self.harmonics, slack=self.slack
         )
-        self._factor = predictor.step_factor(self.unknowns(x))
+        self._held = predictor.linearisation(self.unknowns(x))
 
     def predict(self, x: Array, *, sensitivities: bool = False) -> Prediction:
         """The whitened residual, with its sensitivities to the base family if they are wanted."""
         extension = extension_of(self.evidence, self.blames(x))
-        predictor = Predictor(self.evidence, extension, self.harmonics, slack=self.slack, step_factor=self._factor)
+        predictor = Predictor(self.evidence, extension, self.harmonics, slack=self.slack, held=self._held)
         return predictor.evaluate(self.unknowns(x), sensitivities=sensitivities)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
@@ -280,7 +280,7 @@ def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> fl
 
 def _largest_base_steps(unknowns: Unknowns) -> Array:
     base = np.concatenate([[0.3, 0.3, 0.05, 0.3], np.full(5, 1.0), np.full(5, 1e-2)])
-    return np.concatenate([base, np.full(len(unknowns.vector) - len(base) - 2, np.inf), [0.3, 0.3]])
+    return np.concatenate([base, np.full(len(unknowns.law.vector), np.inf)])
 
 
 def _free_count(solution: Solution) -> int:

@@ -62,9 +62,9 @@ class SweepComparison:
 
 
 def predicted_steps(evidence: Evidence, model: Candidate) -> Array:
-    """Predicted fundamentals (s, o) per force; the law is taken at the measured amplitude, as in the papers."""
+    """Predicted fundamentals (s, o) per force; everything moves as far as the reference channel says."""
     predictor = Predictor(evidence, extension_of(evidence, model.blames))
-    R, omega = predictor.step_receptance(model.unknowns)
+    R, omega, _ = predictor.step_receptance(model.unknowns, inner=False)
     return predictor.responses(R, omega)
 
 
@@ -73,8 +73,7 @@ def predicted_harmonics(evidence: Evidence, model: Candidate, harmonics: Harmoni
     predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics)
     if not predictor.extension.nonlinear:
         return np.zeros_like(harmonics.residual)
-    R, _ = predictor.step_receptance(model.unknowns)
-    return predictor.extra_harmonics(model.unknowns, R)
+    return predictor.extra_harmonics(predictor.step_receptance(model.unknowns, inner=False)[0])
 
 
 def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> dict[int, Array]:

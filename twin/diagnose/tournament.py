@@ -11,7 +11,7 @@ from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidat
 from twin.diagnose.cause import main_strength
 from twin.diagnose.score import Score
 from twin.diagnose.side_by_side import side_by_side
-from twin.identify.base_fit import starting_unknowns, stepwise_law
+from twin.identify.base_fit import law_from_steps, starting_unknowns
 from twin.identify.evidence import Evidence
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
@@ -140,7 +140,7 @@ def with_own_law(
         return start
     extension = extension_of(evidence, rival)
     predictor = Predictor(evidence, extension, harmonics, slack=slack)
-    anew = stepwise_law(predictor, start)
+    anew = law_from_steps(predictor, start.base)
     now, then = (predictor.evaluate(u, sensitivities=False).chi2 for u in (start, anew))
     return anew if then < now else start
 

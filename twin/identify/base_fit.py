@@ -11,16 +11,26 @@ from numpy.typing import NDArray
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.joint_law import LayerLaw, choose_knots, spline_basis
 from twin.identify.linear_fit import base_bounds
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import BaseParameters, believed_parameters
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 
-__all__ = ["fit_base", "starting_unknowns", "stepwise_law", "unknowns_bounds"]
+__all__ = ["fit_base", "law_from_steps", "starting_unknowns", "unknowns_bounds"]
 
 Array = NDArray[Any]
 
+TURNS = 25
+"""Newton steps for each step's own softening and loss; eight are usual."""
+LARGEST_LOSS = 10.0
+"""Loss modulus that is looked for, over E'."""
+READ_OFF = 1e-3
+"""Relative error of a response within which a step's softening and loss count as found."""
+SMOOTHNESS = 0.3
+"""Weight of a law's second differences beside the steps' own weights when it is first read off them."""
+MOST_SOFTENED = 0.98
+"""Share of E' that a law may take off."""
 REWEIGHTED = 2
 """Fits with each slack, each with the weights that the last one's law gives the steps."""
 HELD_PRECISION = 1e16
@@ -30,60 +40,75 @@ HELD_PRECISION = 1e16
 def starting_unknowns(evidence: Evidence, *, knots: int = 20, extension: Extension | None = None) -> Unknowns:
     """Base parameters of the broadband fit, else what is believed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
-    law = SplineLaw.zero(choose_knots(evidence.steps.amplitude_m, knots))
-    unknowns = Unknowns(base, law)
-    return stepwise_law(Predictor(evidence, extension), unknowns) if len(evidence.steps) else unknowns
+    return law_from_steps(Predictor(evidence, extension), base, knots=knots)
 
 
-def stepwise_law(predictor: Predictor, unknowns: Unknowns) -> Unknowns:
-    """The law that reproduces each step's reference channel, smoothed onto the knots.
+def law_from_steps(predictor: Predictor, base: BaseParameters, *, knots: int = 20) -> Unknowns:
+    """The law that reproduces each step's reference channel, smoothed onto knots that follow the layer's own motion.
 
-    Newton's method on the inverse of the response, which near one resonance is almost linear in the layer's moduli,
-    so that it converges from a linear joint even where the resonance has moved by many of its widths.
+    For each step by itself one softening and one loss are found that all points share, by Newton's method on the inverse
+    of the response, which near one resonance is almost linear in the layer's moduli: it converges from a linear joint
+    even where the resonance has moved by many of its widths.  A point counts in what is found by its part in the energy,
+    that is by the square of its motion.
     """
     evidence = predictor.evidence
-    steps = evidence.steps
-    omega, X = steps.omega, predictor.amplitude_m
-    time = steps.time_s - evidence.origin_s
-    measured = steps.response[:, evidence.reference, 0] / steps.force[:, 0]
-    s, loss, left = np.zeros(len(omega)), np.zeros(len(omega)), predictor.normal_left(time)
-    zero = Unknowns(unknowns.base, SplineLaw.zero(unknowns.law.knots))
-    dE0, dG0 = predictor.moduli_changes(zero, X, time)
-    port, drive = predictor.model.ports.outputs.start + evidence.reference, predictor.model.ports.drive
-    p, E = predictor.model.ports, predictor.moduli[0]
-    largest_loss = 5 * E / predictor.shear_share
-    for _ in range(8):
-        R = predictor.receptance(omega, unknowns.base, dE0 - left * s, dG0 + 1j * loss)
-        R = predictor.with_nonlinear(R, omega)
-        H = predictor.responses(R, omega)[:, evidence.reference]
-        receptance = R[:, port, drive]
-        SE = -np.sum(R[:, port, p.normal] * R[:, p.normal, drive], axis=1) * left
-        SG = -np.sum(R[:, port, p.shear] * R[:, p.shear, drive], axis=1)
-        # d(1/H)/H^-1 = -dH/H; both unknowns are real, the equation is complex.
-        gap = H / measured - 1
-        a, b = SE / receptance, -1j * SG / receptance
+    if not len(evidence.steps):
+        nowhere = choose_knots(np.zeros(0), knots)
+        return Unknowns(base, LayerLaw.zero(nowhere, nowhere))
+    steps, time, p = evidence.steps, predictor.step_times, len(predictor.points)
+    omega = predictor.clock(steps.omega, time)
+    free = predictor.receptance(omega, base, time, inner=False, points=True)
+    around, weights = predictor.surroundings(free, omega), predictor.local.weights
+    E = predictor.moduli[0]
+    largest_loss = LARGEST_LOSS * E
+    n = len(predictor.moving)
+    s, loss = np.zeros((2, len(omega)))
+    for _ in range(TURNS):
+        stiffness = np.zeros((len(omega), n), complex)
+        stiffness[:, :p], stiffness[:, p : 2 * p] = -s[:, None] * weights[:, :p], 1j * loss[:, None] * weights[:, p:]
+        if predictor.local.forces:
+            law = _smoothed(predictor, s, loss, around.motion(stiffness)[0], knots)
+            stiffness[:, 2 * p :] = predictor.local.balance(law, omega, around).stiffness[:, 2 * p :]
+        motion, reading, by_stiffness = around.reading(stiffness)
+        # d(1/H) H = -dH/H; both unknowns are real, the equation is complex.
+        gap = reading * steps.force[:, 0] / around.amplitude - 1
+        a = np.sum(by_stiffness[:, :p] * weights[:, :p], axis=1)
+        b = -1j * np.sum(by_stiffness[:, p : 2 * p] * weights[:, p:], axis=1)
         determinant = a.real * b.imag - a.imag * b.real
         ds = (gap.real * b.imag - gap.imag * b.real) / determinant
         dl = (a.real * gap.imag - a.imag * gap.real) / determinant
-        s = np.clip(s + np.clip(ds, -0.3 * E, 0.3 * E), -0.5 * E, 0.95 * E)
-        loss = np.clip(loss + dl, -0.1 * largest_loss, largest_loss)
-    B = unknowns.law.basis(X)
-    weight = np.minimum(1.0, np.abs(a))[:, None] + 1e-3
-    k = len(unknowns.law.knots)
-    ridge = 1e-3 * np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
+        s = np.clip(s + np.clip(ds, -0.3 * E, 0.3 * E), -0.5 * E, 0.98 * E)
+        loss = np.clip(loss + np.clip(dl, -E, E), -0.1 * largest_loss, largest_loss)
+    return Unknowns(base, _smoothed(predictor, s, loss, motion, knots, np.abs(a), np.abs(b), np.abs(gap)))
 
-    def smooth(values: Array, B: Array) -> Array:
-        rows = np.vstack([weight * B, ridge * np.max(weight)])
-        return np.linalg.lstsq(rows, np.concatenate([weight[:, 0] * values, np.zeros(len(ridge))]), rcond=None)[0]
 
-    law = SplineLaw(unknowns.law.knots, smooth(s, unknowns.law.basis(X / left)), smooth(loss, B))
-    return Unknowns(unknowns.base, law)
+def _smoothed(
+    predictor: Predictor, s: Array, loss: Array, motion: Array, knots: int,
+    by_softening: Array | float = 1.0, by_loss: Array | float = 1.0, gap: Array | float = 0.0,
+) -> LayerLaw:  # fmt: skip
+    """Splines through what the steps show, each weighted by how much it shows it."""
+    p, weights = len(predictor.points), predictor.local.weights
+    found = []
+    for values, sensitivity, part in ((s, by_softening, slice(0, p)), (loss, by_loss, slice(p, 2 * p))):
+        amplitude = np.abs(motion[:, part])
+        x = choose_knots(amplitude, knots)
+        energy = weights[:, part] * amplitude**2
+        B = np.einsum("sp,spk->sk", energy / energy.sum(axis=1, keepdims=True), spline_basis(x, amplitude)[0])
+        weight = np.broadcast_to(sensitivity, len(values)) * (gap < READ_OFF)
+        weight = np.minimum(weight, 3 * np.median(weight))
+        weight = weight / (np.max(weight) or 1.0)
+        rows = np.vstack([weight[:, None] * B, SMOOTHNESS * np.diff(np.eye(knots), 2, axis=0), 1e-3 * np.eye(knots)])
+        right = np.concatenate([weight * values, np.zeros(len(rows) - len(values))])
+        found.append((x, np.linalg.lstsq(rows, right, rcond=None)[0]))
+    (opening, softening), (slip, losing) = found
+    return LayerLaw(opening, slip, np.minimum(softening, MOST_SOFTENED * predictor.moduli[0]), np.maximum(losing, 0.0))
 
 
 def unknowns_bounds(unknowns: Unknowns, side: int) -> Array:
-    """Lower (0) or upper (1) limits of the unknowns' vector; the law is free."""
-    rest = np.full(len(unknowns.vector) - len(unknowns.base.vector), -np.inf if side == 0 else np.inf)
-    return np.concatenate([base_bounds()[side], rest])
+    """Lower (0) or upper (1) limits of the unknowns' vector: a layer gives no energy away, and keeps some stiffness."""
+    n, m, E = len(unknowns.law.softening), len(unknowns.law.loss), unknowns.base.E
+    softening, loss = ((-np.inf, 0.0), (MOST_SOFTENED * E, np.inf))[side]
+    return np.concatenate([base_bounds()[side], np.full(n, softening), np.full(m, loss)])
 
 
 def fit_base(
@@ -113,8 +138,7 @@ def fit_base(
         unknowns = unknowns.with_vector(vector)
     # With slack the weights hardly depend on the law.
     for slack in (each for each in slacks for _ in range(REWEIGHTED if each is TIGHT else 1)):
-        factor = Predictor(evidence, slack=slack).step_factor(unknowns)
-        predictor = Predictor(evidence, slack=slack, step_factor=factor)
+        predictor = Predictor(evidence, slack=slack, held=Predictor(evidence, slack=slack).linearisation(unknowns))
         mean, precision = predictor.prior(unknowns)
         mean[held], precision[held, held] = 0.0, HELD_PRECISION
 

@@ -44,7 +44,7 @@ class Known(Protocol):
 class StepArrays:
     """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS).
 
-    `unsettled` is the relative change of the reference channel's fundamental within each measurement: what was left
+    `amplitude_m` is the displacement amplitude at the reference channel, and `unsettled` the relative change of the reference channel's fundamental within each measurement: what was left
     of the transient, and so an error that all channels share.
     """
 
@@ -235,7 +235,7 @@ def gather_evidence(
         force=force,
         reference=reference,
         broadband=tuple(binned),
-        steps=_arrays(settled, force, outputs, reference, float(model.basis.omega[0])),
+        steps=_arrays(settled, force, outputs, reference),
         unsettled=tuple(state for state in states if _unsettled(state, outputs[reference].channel, force)),
         linear=fit,
         runs=tuple(runs),
@@ -268,7 +268,7 @@ def _unsettled(state: SteadyState, channel: str, force: str) -> bool:
 
 
 def _arrays(
-    states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int, reference_omega: float
+    states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int
 ) -> StepArrays:
     def harmonics(values: Array, fill: float) -> Array:
         out = np.full(HARMONICS, fill, values.dtype)
@@ -281,8 +281,7 @@ def _arrays(
     F_var = np.array([harmonics(s.variance[force], np.inf) for s in states]).reshape(len(states), HARMONICS)
     A = np.array([[harmonics(s.amplitude[o.channel], 0.0) for o in outputs] for s in states]).reshape(shape)
     A_var = np.array([[harmonics(s.variance[o.channel], np.inf) for o in outputs] for s in states]).reshape(shape)
-    # The joint's load follows the inertia outboard of it: amplitude times omega^2, expressed at the reference.
-    amplitude = np.abs(A[:, reference, 0]) * omega ** (2 - outputs[reference].derivative) / reference_omega**2
+    amplitude = np.abs(A[:, reference, 0]) / omega ** outputs[reference].derivative
     time = np.array([state.time_s for state in states])
     change = np.array([abs(state.change(outputs[reference].channel, force=force)) for state in states])
     return StepArrays(omega, F, F_var, A, A_var, amplitude, time, change, tuple(states))

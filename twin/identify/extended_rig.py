@@ -1,7 +1,7 @@
 """The rig with what an extension changes: what its channels answer to the drive, at each step and in broadband runs.
 
-Every step has the joint's law at its own amplitude, and local nonlinear forces the stiffness that their own motion
-gives them.
+At every step the joint's law and local nonlinear forces have the stiffness that the motion of their own ports gives
+them.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from twin.identify.evidence import Evidence
 from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
-from twin.identify.local_forces import Influence, LocalForces
-from twin.identify.receptance import attach
-from twin.identify.response_amplitude import response_amplitude
+from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
+from twin.identify.receptance import attach, update_receptance
 from twin.identify.unknowns import Unknowns
+from twin.structure import layer_points
 
 __all__ = ["ExtendedRig"]
 
@@ -33,10 +33,14 @@ class ExtendedRig:
     ----------
     model : LinearModel
         With the extension's structure, positions and ports.
-    amplitude_m : ndarray, (s,)
-        X of each step, that the joint's law goes by.
-    shear_share : float
-        Of mode 1's layer energy: its shear part per unit of modulus over its normal part.
+    points : LayerPoints
+        Of the joint.
+    step_model : LinearModel
+        The same with the points as ports behind all others.
+    moving : ndarray of int
+        Ports of the points, openings before slips, and of the extension's nonlinear forces.
+    local : LocalForces
+        What acts there.
     moduli : tuple of float
         E', G' that the model's modes were computed with, N/m2.
     """
@@ -45,26 +49,31 @@ class ExtendedRig:
         self.evidence = evidence
         self.extension = evidence.known.merged(extension) if extension else evidence.known
         self.model = extended_model(evidence, self.extension)
-        self.amplitude_m = response_amplitude(evidence, self.extension)
-        self.local = LocalForces(self.extension.nonlinear)
-        phi, s = self.model.basis.Phi[:, 0], self.model.structure
-        self.shear_share = float(np.sum((s.B_G @ phi) ** 2) / np.sum((s.B_E @ phi) ** 2))
+        self.points = layer_points(self.model.structure, evidence.rig.joint.layer_elements)
+        self.step_model = self.model.with_points(self.points.rows)
+        count = len(self.model.ports.rows)
+        forces = np.arange(count)[self.nonlinear_ports]
+        self.moving = np.concatenate([np.arange(count, len(self.step_model.ports.rows)), forces])
+        self.local = LocalForces(self.extension.nonlinear, self._weights())
         self.moduli = (self.model.reference_E, self.model.reference_G)
 
-    def moduli_changes(self, unknowns: Unknowns, X: Array, time_s: Array) -> tuple[Array, Array]:
-        """Complex changes of E' and G' at amplitudes X and times since the run's first step.
+    def _weights(self) -> Array:
+        """Of the layer's points at each step; what a drift has left of E' is left of what the law takes off it, too."""
+        weights = np.tile(self.points.weights, (len(self.evidence.steps), 1))
+        weights[:, : len(self.points)] *= self.normal_left(self.step_times)[:, None]
+        return weights
 
-        What a drift has left of E' opens the further under the same load: X is the load, and softening goes by opening.
-        """
-        left = self.normal_left(time_s)
-        s, loss = unknowns.law.softening_at(X / left), unknowns.law.loss_at(X)
-        a, b = unknowns.softening_in_shear, unknowns.loss_in_normal
-        base, (more_E, more_G) = unknowns.base, self.extension.moduli_factor
-        linear_E = base.E * (1 + 1j * base.loss_E) * (more_E * left - 1)
-        linear_G = base.G * (1 + 1j * base.loss_G) * (more_G - 1)
-        dE = linear_E - left * ((1 - a) * s - 1j * b * self.shear_share * loss)
-        dG = linear_G - a * s / self.shear_share + 1j * (1 - b) * loss
-        return dE, dG
+    @property
+    def step_times(self) -> Array:
+        """Of each step since the first one, s."""
+        steps = self.evidence.steps
+        return np.asarray(steps.time_s - self.evidence.origin_s) if len(steps) else np.zeros(0)
+
+    def moduli_changes(self, base: BaseParameters, time_s: Array) -> tuple[Array, Array]:
+        """Complex changes of the linear layer's E' and G' by the extension, at times since the run's first step."""
+        more_E, more_G = self.extension.moduli_factor
+        dE = base.E * (1 + 1j * base.loss_E) * (more_E * self.normal_left(time_s) - 1)
+        return dE, np.full(len(time_s), base.G * (1 + 1j * base.loss_G) * (more_G - 1))
 
     def normal_left(self, time_s: Array) -> Array:
         """Share that a drift has left of E', and of what its law takes off it at an opening."""
@@ -89,8 +98,11 @@ class ExtendedRig:
 
     def responses(self, R: Array, omega: Array) -> Array:
         """Measured response per measured force (f, o) from receptances, with what the channels do to it."""
-        H = self.model.response(R, omega)
-        H = H + self._base_motion(R, omega)
+        return self.measured(self.driven(R, omega)[:, self.model.ports.outputs], omega)
+
+    def measured(self, displacement: Array, omega: Array) -> Array:
+        """What the channels show (f, o) of displacements of the outputs per drive force, in a frame on the base."""
+        H = (displacement + self.extension.base_receptance) * self.model.to_quantity(omega)
         outputs, force = self.channel_factors(omega)
         H = outputs * H / force[:, None]
         for channel, source, part in self.extension.cross_talk:
@@ -115,9 +127,21 @@ class ExtendedRig:
         change = self.measured_change(change, omega)
         return change / self.responses(R, omega)[:, :, None]
 
-    def receptance(self, omega: Array, base: BaseParameters, dE: Array, dG: Array, *, inner: bool = True) -> Array:
-        """Receptances between all ports, attachments included; without `inner` ones not those that only they need."""
-        R = self.model.receptance(omega, base, dE=dE, dG=dG, inner=inner)
+    def receptance(
+        self, omega: Array, base: BaseParameters, time_s: Array, *, inner: bool = True, points: bool = False
+    ) -> Array:
+        """Receptances between all ports without the joint's law, attachments included.
+
+        Parameters
+        ----------
+        inner
+            Whether the ports that only sensitivities need are wanted.
+        points
+            Whether those of the layer's points are.
+        """
+        dE, dG = self.moduli_changes(base, time_s)
+        model = self.step_model if points else self.model
+        R = model.receptance(omega, base, dE=dE, dG=dG, inner=inner)
         at = self.model.ports.extra.start
         for attachment in self.extension.attachments:
             Z = attachment.stiffness(omega)
@@ -143,8 +167,7 @@ class ExtendedRig:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         omega = self.clock(omega, time)
-        dE, dG = self.moduli_changes(unknowns, np.zeros(len(omega)), time)
-        return self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega
+        return self.receptance(omega, unknowns.base, time, inner=inner), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.
@@ -161,24 +184,32 @@ class ExtendedRig:
         """Receptances with the linear substitutes of the local nonlinear forces at this :meth:`noise_motion`."""
         return attach(R, self.nonlinear_ports, self.local.substitutes(motion, omega))
 
-    def step_receptance(self, unknowns: Unknowns, *, inner: bool = True) -> tuple[Array, Array]:
-        """Receptances at the steps' drive frequencies, each with the law at its own amplitude; and omega."""
-        steps = self.evidence.steps
-        time = steps.time_s - self.evidence.origin_s
-        omega = self.clock(steps.omega, time)
-        dE, dG = self.moduli_changes(unknowns, self.amplitude_m, time)
-        return self.with_nonlinear(self.receptance(omega, unknowns.base, dE, dG, inner=inner), omega), omega
+    def step_receptance(
+        self, unknowns: Unknowns, *, inner: bool = True, more: Array | float = 0.0, start: Array | None = None
+    ) -> tuple[Array, Array, Balance]:
+        """Receptances at the steps' drive frequencies, with all that acts at the moving ports; omega; their balance.
 
-    def with_nonlinear(self, R: Array, omega: Array) -> Array:
-        """Receptances with the equivalent stiffness of local nonlinearities at each step's own amplitude."""
-        if not self.extension.nonlinear:
-            return R
-        return self.local.balance(
-            omega,
-            R,
-            attach=lambda stiffness: attach(R, self.nonlinear_ports, stiffness),
-            motion=lambda R: self.port_motion(R, omega),
-        )
+        Parameters
+        ----------
+        more, start
+            As for :meth:`LocalForces.balance`.
+        """
+        time = self.step_times
+        omega = self.clock(self.evidence.steps.omega, time)
+        free = self.receptance(omega, unknowns.base, time, inner=inner, points=True)
+        found = self.local.balance(unknowns.law, omega, self.surroundings(free, omega), more=more, start=start)
+        return update_receptance(free, self.moving, found.stiffness), omega, found
+
+    def surroundings(self, free: Array, omega: Array) -> Surroundings:
+        """What is around the moving ports at the steps, from receptances without what acts there."""
+        at, outputs, reference = self.moving, self.model.ports.outputs, self.evidence.reference
+        into = self.driven(free, omega)
+        reading = self.measured(into[:, outputs], omega)[:, reference]
+        to_outputs = self.measured_change(free[:, outputs][:, :, at], omega)[:, reference]
+        return Surroundings(
+            free[:, at[:, None], at], into[:, at], reading, to_outputs,
+            self.evidence.steps.response[:, reference, 0],
+        )  # fmt: skip
 
     @property
     def nonlinear_ports(self) -> slice:
@@ -194,23 +225,16 @@ class ExtendedRig:
         return into + self.extension.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
 
     def port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
-        """Complex amplitudes (s, n) at the nonlinear forces' ports, m, and how stiffness there changes things.
+        """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.
 
-        The amplitudes follow from the measured motion of the reference channel, as the law's does, not from the force:
-        near a sharp resonance the response to that is far more uncertain than the shape of the motion.
+        The amplitudes follow from the measured motion of the reference channel, not from the force: near a sharp
+        resonance the response to that is far more uncertain than the shape of the motion.
         """
-        steps, reference, n = self.evidence.steps, self.evidence.reference, self.nonlinear_ports
+        steps, reference, n = self.evidence.steps, self.evidence.reference, self.moving
         into = self.driven(R, omega)
         per_reference = into[:, n] / self.responses(R, omega)[:, reference, None]
         motion = per_reference * steps.response[:, reference, 0, None]
-        by_response = self.log_response_change(-R[:, self.model.ports.outputs, n] * into[:, None, n], R, omega)
-        by_motion = -R[:, n, n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
+        to_outputs = -R[:, self.model.ports.outputs][:, :, n] * into[:, None, n]
+        by_response = self.log_response_change(to_outputs, R, omega)
+        by_motion = -R[:, n[:, None], n] * into[:, None, n] / into[:, n, None] - by_response[:, None, reference]
         return motion, Influence(by_motion, by_response)
-
-    def _base_motion(self, R: Array, omega: Array) -> Array | float:
-        """Response to a clamp that moves with the drive force: rigid motion plus the inertia load it causes."""
-        if self.extension.base_receptance == 0.0:
-            return 0.0
-        p = self.model.ports
-        inertia = R[:, p.outputs, p.extra.stop - 1] * omega[:, None] ** 2
-        return self.extension.base_receptance * (1 + inertia) * self.model.to_quantity(omega)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twin.structure import Structure
 
-__all__ = ["Attachment", "Extension", "JointState", "NoiseMotion", "NonlinearForce"]
+__all__ = ["Attachment", "Extension", "NoiseMotion", "NonlinearForce", "Opening"]
 
 Array = NDArray[Any]
 
@@ -33,26 +33,6 @@ class Attachment:
 
     rows: Callable[[Structure], Array]
     stiffness: Callable[[Array], Array]
-
-
-@dataclass(frozen=True)
-class JointState:
-    """What surrounds the joint's opening at each step.
-
-    Attributes
-    ----------
-    left : ndarray, (f,)
-        Share of the layer's linear normal stiffness that the joint's law has left.
-    compliance : ndarray, (f, 1 + H)
-        Rms opening in the shape of mode 1 at 0 ... H times the drive frequency, by a unit force on it times the linear
-        stiffness.
-    omega : ndarray, (f,)
-        Frequency of the motion, rad/s.
-    """
-
-    left: Array
-    compliance: Array
-    omega: Array
 
 
 @dataclass(frozen=True)
@@ -92,8 +72,8 @@ class NonlinearForce:
     equivalent : callable
         Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion.
     harmonics : callable
-        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude (f,); its third
-        argument is what surrounds the joint.
+        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude a (f,), asked for
+        with h and omega (f,).
     random : callable, optional
         Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
         (f,): statistical linearisation.  Without it the force is taken to vanish there.
@@ -101,8 +81,19 @@ class NonlinearForce:
 
     row: Callable[[Structure], Array]
     equivalent: Callable[[Array, Array], Array]
-    harmonics: Callable[[Array, int, JointState], Array]
+    harmonics: Callable[[Array, int, Array], Array]
     random: Callable[[NoiseMotion, Array], Array] | None = None
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A layer that loses contact where a point opens by more than `gap_m`: its force goes on with `factor` of its slope.
+
+    The opening counts from rest, in the direction of :func:`twin.structure.layer_points`.
+    """
+
+    gap_m: float
+    factor: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +125,8 @@ class Extension:
         True over commanded frequency.
     moduli_factor : (E', G')
         Factors on the layer's moduli beyond what the experimenter may be wrong about anyway.
+    opening : Opening, optional
+        One-sided contact in the layer.
     layer_drift_per_s, beam_drift_per_s : float
         Relative rates at which the layer's E' and all moduli of the structure fall, from the first step on.
     """
@@ -151,6 +144,7 @@ class Extension:
     cross_talk: tuple[tuple[str, str, float], ...] = ()
     frequency_factor: float = 1.0
     moduli_factor: tuple[float, float] = (1.0, 1.0)
+    opening: Opening | None = None
     layer_drift_per_s: float = 0.0
     beam_drift_per_s: float = 0.0
 
@@ -177,6 +171,7 @@ class Extension:
                 self.moduli_factor[0] * other.moduli_factor[0],
                 self.moduli_factor[1] * other.moduli_factor[1],
             ),
+            opening=other.opening or self.opening,
             layer_drift_per_s=self.layer_drift_per_s + other.layer_drift_per_s,
             beam_drift_per_s=self.beam_drift_per_s + other.beam_drift_per_s,
         )

@@ -9,21 +9,20 @@ from numpy.typing import NDArray
 
 from twin.identify.evidence import HARMONICS
 from twin.identify.prediction import Predictor
+from twin.identify.receptance import update_receptance
 from twin.identify.unknowns import Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["LINEAR_ERROR", "harmonic_fields", "harmonic_residuals", "opening_compliance"]
+__all__ = ["LINEAR_ERROR", "harmonic_fields", "harmonic_residuals"]
 
 Array = NDArray[Any]
 
 SIGNATURE_ERROR = 0.04
-"""Relative error of the joint's signature: its opening is not quite mode 1's when it softens."""
+"""Relative error of the joint's signature: the law's time form shares its harmonics out among the points."""
 EVEN_ERROR = 0.15
 """Relative error of any model of the even harmonics: one coordinate stands for the joint."""
 RESONANCE_ERROR = 0.01
 """Relative error of the higher natural frequencies at large amplitudes: it matters to harmonics that fall near them."""
-BALANCED = 13
-"""Harmonics of the opening that are balanced: those beyond the measured ones still move them."""
 LINEAR_ERROR = 0.1
 """Relative error of the response to the force's own harmonics, some of which fall near other resonances."""
 
@@ -51,7 +50,7 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     covariance = covariance + force_variance[:, :, None, None] * ratio[..., :, None] * np.conj(ratio)[..., None, :]
     odd = (orders % 2 == 1)[None, :, None, None]
     size = np.sum(np.abs(residual) ** 2, axis=2)
-    direction = joint / np.linalg.norm(joint, axis=2, keepdims=True)
+    direction = joint / np.maximum(np.linalg.norm(joint, axis=2, keepdims=True), 1e-300)
     anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
     even = _even_error(predictor, unknowns, orders, joint, size)
     tolerance = np.where(odd, SIGNATURE_ERROR**2 * size[..., None, None], even[..., None, None]) * np.eye(outputs)
@@ -61,7 +60,6 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
         residual,
         np.linalg.cholesky(covariance),
         field,
-        opening_compliance(predictor, unknowns),
         predictor.model.structure,
     )
 
@@ -76,43 +74,30 @@ def harmonic_fields(
     linear : ndarray, (s, h, o)
         Response to the measured force harmonics.
     joint : ndarray, (s, h, o)
-        Response to a unit force on the layer's opening in the shape of mode 1: what the joint's law adds.
+        Response to forces on the layer's openings, shared out as the law's softening: what its time form adds.
     field : ndarray, (s, h, o, n)
         Response of each output to a unit force on every degree of freedom.
     """
-    steps, model = predictor.evidence.steps, predictor.model
-    p = model.ports
-    time = steps.time_s - predictor.evidence.origin_s
-    dE, dG = predictor.moduli_changes(unknowns, predictor.amplitude_m, time)
+    steps, model, points = predictor.evidence.steps, predictor.step_model, predictor.points
+    time = predictor.step_times
     first = stretch * predictor.clock(steps.omega, time)
-    opening = p.rows[p.normal] @ model.basis.Phi[:, 0]
+    balance = predictor.step_receptance(unknowns, inner=False)[2]
+    at = predictor.moving[: 2 * len(points)]
+    springs = balance.stiffness[:, : 2 * len(points)]
+    opening = balance.motion[:, : len(points)]
+    softened = -springs[:, : len(points)].real * np.abs(opening)
+    dE, dG = predictor.moduli_changes(unknowns.base, time)
     linear, joint, field = [], [], []
     for h in orders:
         omega = h * first
-        R = predictor.receptance(omega, unknowns.base, dE, dG)
+        R = update_receptance(predictor.receptance(omega, unknowns.base, time, inner=False, points=True), at, springs)
         factor = model.to_quantity(omega) * predictor.channel_factors(omega)[0]
         linear.append(predictor.responses(R, omega) * steps.force[:, h - 1, None])
-        joint.append((R[:, p.outputs, p.normal] @ opening) * factor)
-        field.append(model.output_field(omega, unknowns.base, dE, dG) * factor[:, :, None])
+        push = softened * np.exp(1j * h * np.angle(opening))
+        to_outputs = R[:, model.ports.outputs][:, :, at[: len(points)]]
+        joint.append(np.einsum("sop,sp->so", to_outputs, push) * factor)
+        field.append(model.output_field(omega, unknowns.base, dE, dG, at=at, springs=springs) * factor[:, :, None])
     return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
-
-
-def opening_compliance(predictor: Predictor, unknowns: Unknowns) -> Array:
-    """Opening (s, 1 + BALANCED) at multiples 0, 1 ... of the drive frequency by a unit force on it.
-
-    The force and the opening are in the shape of mode 1, and the result is in units of the layer's linear stiffness;
-    the layer has its secant stiffness at each step's amplitude.
-    """
-    steps, model = predictor.evidence.steps, predictor.model
-    time = steps.time_s - predictor.evidence.origin_s
-    dE, dG = predictor.moduli_changes(unknowns, predictor.amplitude_m, time)
-    opening = model.ports.rows[model.ports.normal] @ model.basis.Phi[:, 0]
-    opening = opening / np.linalg.norm(opening)
-    out = []
-    for h in range(BALANCED + 1):
-        R = predictor.receptance(h * predictor.clock(steps.omega, time), unknowns.base, dE, dG)
-        out.append(np.einsum("a,sab,b->s", opening, R[:, model.ports.normal, model.ports.normal], opening))
-    return np.asarray(model.reference_E * np.stack(out, axis=1))
 
 
 def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: Array, size: Array) -> Array:
@@ -125,8 +110,8 @@ def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: 
     beside = harmonic_fields(predictor, unknowns, orders, stretch=1 + RESONANCE_ERROR)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
-    steps = predictor.evidence.steps
-    softened = np.abs(predictor.moduli_changes(unknowns, predictor.amplitude_m, 0.0 * steps.time_s)[0].real)
-    softened = softened / unknowns.base.E
+    balance, p = predictor.step_receptance(unknowns, inner=False)[2], len(predictor.points)
+    lost = np.abs(balance.stiffness[:, :p].real) / (predictor.local.weights[:, :p] * unknowns.base.E)
+    softened = np.max(lost, axis=1)
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
     return np.asarray((EVEN_ERROR**2 + softened[:, None] ** 2 + detuned) * likely)

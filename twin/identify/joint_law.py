@@ -1,9 +1,8 @@
-"""The joint's law as smooth functions of amplitude: E' - s(X), G' + j l(X), splines with s(0) = l(0) = 0.
+"""The joint's law at each point of its layer: E' - s(o), G' + j l(q), over the point's own opening o and slip q.
 
-The papers take polynomials for g1 = s and g2 = l; a law that saturates wants many orders of them (four leave a per
-cent), so the base family is a natural cubic spline over the logarithm of amplitude, whose knots follow the data.
-X is the amplitude of the reference channel scaled by (omega / omega_1)^2, which is the joint's load: a law in terms of
-X alone then holds above and below resonance.
+The papers take polynomials of one sensor's amplitude X; that holds about one resonance.  A point's own motion is what
+its contact goes by, and then one pair of functions holds in every mode.  They are natural cubic splines over the
+logarithm of amplitude, with s(0) = l(0) = 0: a law that saturates wants many orders of a polynomial.
 """
 
 from __future__ import annotations
@@ -14,68 +13,92 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
-__all__ = ["SplineLaw", "choose_knots"]
+__all__ = ["LayerLaw", "choose_knots", "spline_basis"]
 
 Array = NDArray[Any]
 
+SMALLEST = 0.01
+"""First knot over the largest amplitude: below it a law is all but linear."""
+BEYOND = 1.15
+"""Last knot over the largest amplitude, for a fit may open the layer a little farther than its start did."""
+NO_DATA_M = 1e-6
+"""Last knot where no sweep tells how far the layer moves."""
+
 
 def choose_knots(amplitude_m: Array, count: int) -> Array:
-    """Knots over the measured amplitudes, evenly spaced in their square root.
-
-    The law is steepest near the largest amplitudes, where a sweep has fewest steps: knots spaced evenly in the
-    logarithm, or by quantiles of the steps, leave several parts in a thousand of the response there.
-    """
-    if len(amplitude_m) == 0:
-        return np.array([1e-4, 1e-3])
-    least, most = np.min(amplitude_m), np.max(amplitude_m)
-    if most < least * (1 + 1e-6):
-        return least * np.array([0.9, 1.1])
-    count = int(min(count, max(2, len(np.unique(amplitude_m)) // 2)))
-    return np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
+    """Knots (count,) that are evenly spaced over the logarithm of the amplitudes which matter."""
+    largest = float(np.max(amplitude_m, initial=0.0)) or NO_DATA_M
+    return np.geomspace(SMALLEST * largest, BEYOND * largest, count)
 
 
 @dataclass(frozen=True)
-class SplineLaw:
-    """Spline values at the knots: softening s and loss l, N/m2.
+class LayerLaw:
+    """Spline values at the knots: softening s of the opening and loss l of the slip, N/m2.
 
     Attributes
     ----------
-    knots : ndarray, (n,)
-        Amplitudes X > 0, m.
-    softening, loss : ndarray, (n,)
+    opening_knots, slip_knots : ndarray, (n,), (m,)
+        Amplitudes > 0, m.
+    softening, loss : ndarray, (n,), (m,)
     """
 
-    knots: Array
+    opening_knots: Array
+    slip_knots: Array
     softening: Array
     loss: Array
 
     @staticmethod
-    def zero(knots: Array) -> SplineLaw:
+    def zero(opening_knots: Array, slip_knots: Array) -> LayerLaw:
         """A law without nonlinearity."""
-        return SplineLaw(knots, np.zeros(len(knots)), np.zeros(len(knots)))
+        return LayerLaw(opening_knots, slip_knots, np.zeros(len(opening_knots)), np.zeros(len(slip_knots)))
 
-    def basis(self, X: Array) -> Array:
-        """Matrix (x, n) from knot values to values at X; constant beyond the last knot."""
-        return _basis(self.knots.tobytes(), np.asarray(X, float).tobytes())
+    @property
+    def vector(self) -> Array:
+        """Softening, then loss."""
+        return np.concatenate([self.softening, self.loss])
 
-    def softening_at(self, X: Array) -> Array:
-        """s(X), N/m2."""
-        return np.asarray(self.basis(np.atleast_1d(X)) @ self.softening)
+    def with_vector(self, vector: Array) -> LayerLaw:
+        """The law of the same knots with other values."""
+        n = len(self.opening_knots)
+        return LayerLaw(self.opening_knots, self.slip_knots, vector[:n], vector[n:])
 
-    def loss_at(self, X: Array) -> Array:
-        """l(X), N/m2."""
-        return np.asarray(self.basis(np.atleast_1d(X)) @ self.loss)
+    def softening_basis(self, opening_m: Array) -> Array:
+        """Matrix (..., n) from :attr:`softening` to its values at openings (...)."""
+        return spline_basis(self.opening_knots, opening_m)[0]
+
+    def loss_basis(self, slip_m: Array) -> Array:
+        """Matrix (..., m) from :attr:`loss` to its values at slips (...)."""
+        return spline_basis(self.slip_knots, slip_m)[0]
+
+    def softening_at(self, opening_m: Array) -> Array:
+        """s, N/m2."""
+        return np.asarray(self.softening_basis(np.atleast_1d(opening_m)) @ self.softening)
+
+    def loss_at(self, slip_m: Array) -> Array:
+        """l, N/m2."""
+        return np.asarray(self.loss_basis(np.atleast_1d(slip_m)) @ self.loss)
+
+
+def spline_basis(knots: Array, amplitude_m: Array) -> tuple[Array, Array]:
+    """Splines that are one at one knot each, constant beyond the last, and their derivatives by log amplitude.
+
+    Returns
+    -------
+    ndarray, ndarray, (..., n)
+    """
+    splines, slopes = _splines(knots.tobytes())
+    x, last, offset = np.asarray(amplitude_m, float), knots[-1], knots[0] / 2
+    inside = np.minimum(x, last)
+    u = np.log(inside + offset)
+    by_log = slopes(u) * (inside / (inside + offset) * (x <= last))[..., None]
+    return np.asarray(splines(u)), np.asarray(by_log)
 
 
 @lru_cache(maxsize=64)
-def _basis(knots: bytes, amplitudes: bytes) -> Array:
-    """Of natural cubic splines over log amplitude; fits ask for the same one hundreds of times."""
-    x, X = np.frombuffer(knots), np.frombuffer(amplitudes)
-    offset = x[0] / 2
-    u = np.log(np.concatenate([[0.0], x]) + offset)
+def _splines(knots: bytes) -> tuple[PPoly, PPoly]:
+    x = np.frombuffer(knots)
+    u = np.log(np.concatenate([[0.0], x]) + x[0] / 2)
     splines = CubicSpline(u, np.vstack([np.zeros(len(x)), np.eye(len(x))]), bc_type="natural")
-    B = np.asarray(splines(np.log(np.clip(X, 0, x[-1]) + offset)))
-    B.flags.writeable = False
-    return B
+    return splines, splines.derivative()

@@ -131,6 +131,10 @@ class LinearModel:
         extra = slice(self.ports.extra.start, len(stacked))
         return replace(self, ports=replace(self.ports, rows=stacked, extra=extra))
 
+    def with_points(self, rows: Real) -> LinearModel:
+        """The same model with further ports behind all others, rows (p, n)."""
+        return replace(self, ports=replace(self.ports, rows=np.vstack([self.ports.rows, rows])))
+
     def with_places(self, outputs: tuple[Output, ...], drive_position_m: float) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
         p, s = self.ports, self.structure
@@ -193,15 +197,27 @@ class LinearModel:
         return S
 
     def output_field(
-        self, omega: Real, base: BaseParameters, dE: Complex | float = 0.0, dG: Complex | float = 0.0
+        self, omega: Real, base: BaseParameters, dE: Complex, dG: Complex, *, at: NDArray[np.intp], springs: Complex
     ) -> Complex:
-        """Displacement of the outputs per unit force on every degree of freedom, (f, o, n)."""
+        """Displacement of the outputs per unit force on every degree of freedom, (f, o, n).
+
+        Parameters
+        ----------
+        at : ndarray, (q,)
+            Further ports,
+        springs : ndarray, (f, q)
+            and the complex stiffness on them.
+        """
         p, basis = self.ports, self.basis.with_damping(base.zeta, base.detuning)
-        R = basis.receptance(self.ports.rows[: p.outputs.stop], omega)
-        S = self.soft_stiffness(omega, base, dE, dG)
-        T = S[:, :, None] * np.linalg.inv(np.eye(S.shape[1]) + R[:, p.soft, p.soft] * S[:, None, :])
-        # By reciprocity: the reference structure driven by the outputs' rows less what the soft ports hold back.
-        effective = self.ports.rows[p.outputs] - (R[:, p.outputs, p.soft] @ T) @ self.ports.rows[p.soft]
+        held = np.concatenate([np.arange(p.soft.stop), at])
+        outputs = np.arange(len(p.rows))[p.outputs]
+        rows = p.rows[np.concatenate([held, outputs])]
+        R = basis.receptance(rows, omega)
+        k = len(held)
+        S = np.concatenate([self.soft_stiffness(omega, base, dE, dG), springs], axis=1)
+        T = S[:, :, None] * np.linalg.inv(np.eye(k) + R[:, :k, :k] * S[:, None, :])
+        # By reciprocity: the reference structure driven by the outputs' rows less what the held ports hold back.
+        effective = rows[k:] - (R[:, k:, :k] @ T) @ rows[:k]
         return basis.field(effective, omega)
 
     def to_quantity(self, omega: Real) -> Complex:

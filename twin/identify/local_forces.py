@@ -1,30 +1,103 @@
-"""Local nonlinear forces beside linear receptances: their equivalent stiffness at the motion that is there.
+"""Forces that go by a port's own motion: the joint's law at the layer's points, and what causes add elsewhere.
 
-The stiffness of a port depends on the port's own amplitude, and that on the stiffness: Newton's method on the logarithm
-of the amplitude finds both.  The same derivatives say how the port follows any other change of the model; without them
-a sensitivity near a slider that begins to slip is wrong by half of itself.
+The stiffness of a port depends on its own amplitude, and that on all the ports' stiffness: Newton's method on the
+logarithms of the amplitudes finds both.  With L the receptances among the ports and r those from the drive,
+
+    d = (1 + L S(|d|))^-1 r F,        response = r_out F - R_out,d S d.
+
+The force F is not needed where a response was measured, which tells how far everything moves: |d| = |d / response|
+times its amplitude has one solution where a given force has three, and folds do no harm.  The implicit function theorem
+says how the ports follow any other change of the model; without it a sensitivity near a slider that begins to slip is
+wrong by half of itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.extension import JointState, NoiseMotion, NonlinearForce
+from twin.identify.extension import NoiseMotion, NonlinearForce
+from twin.identify.joint_law import LayerLaw, spline_basis
 
-__all__ = ["Influence", "LocalForces"]
+__all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]
 
 Array = NDArray[Any]
 
-TURNS, SETTLED = 20, 1e-10
+TURNS, SETTLED = 40, 1e-9
 LONGEST = 0.7
 """Largest change of a log amplitude in one turn."""
+SHORTEST = 1 / 64
+"""Share of a Newton step below which a step that does not help is taken all the same."""
 DIFFERENCE = 1e-5
 """Relative step of amplitude or stiffness for a derivative."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The rig around n ports, without their forces, at s steps.
+
+    Attributes
+    ----------
+    among : ndarray, (s, n, n)
+        Receptances among the ports.
+    driven : ndarray, (s, n)
+        Displacement of the ports per drive force.
+    reference : ndarray, (s,)
+        What the reference channel reads per drive force,
+    to_reference : ndarray, (s, n)
+        and per force on each port.
+    amplitude : ndarray, (s,)
+        Complex, that channel's measured reading.
+    """
+
+    among: Array
+    driven: Array
+    reference: Array
+    to_reference: Array
+    amplitude: Array
+
+    def motion(self, stiffness: Array) -> tuple[Array, Array]:
+        """Complex amplitudes (s, n) of the ports with `stiffness` (s, n) there; d log motion_i / d stiffness_j."""
+        driven, among, reading, by_reading = self._with(stiffness)
+        influence = -among * driven[:, None, :] / driven[:, :, None] - by_reading[:, None, :]
+        return driven / reading[:, None] * self.amplitude[:, None], influence
+
+    def reading(self, stiffness: Array) -> tuple[Array, Array, Array]:
+        """The ports' motion (s, n), what the reference channel reads per force (s,), d log of that / d stiffness."""
+        driven, _, reading, by_reading = self._with(stiffness)
+        return driven / reading[:, None] * self.amplitude[:, None], reading, by_reading
+
+    def _with(self, stiffness: Array) -> tuple[Array, Array, Array, Array]:
+        n = stiffness.shape[1]
+        right = np.concatenate([self.driven[:, :, None], self.among], axis=2)
+        solved = np.linalg.solve(np.eye(n) + self.among * stiffness[:, None, :], right)
+        driven, among = solved[:, :, 0], solved[:, :, 1:]
+        held = self.to_reference * stiffness
+        reading = self.reference - np.sum(held * driven, axis=1)
+        to_reference = self.to_reference - (held[:, None, :] @ among)[:, 0]
+        return driven, among, reading, -to_reference * driven / reading[:, None]
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The ports' motion and stiffness where each agrees with the other.
+
+    Attributes
+    ----------
+    motion : ndarray, (s, n)
+        Complex amplitudes, m.
+    stiffness : ndarray, (s, n)
+        Complex, N/m.
+    unsettled : ndarray, (s,)
+        Largest relative disagreement that was left.
+    """
+
+    motion: Array
+    stiffness: Array
+    unsettled: Array
 
 
 @dataclass(frozen=True)
@@ -45,22 +118,45 @@ class Influence:
 
 @dataclass(frozen=True)
 class LocalForces:
-    """Nonlinear forces, each on a port of its own."""
+    """Forces of the law at the layer's points, openings before slips, then nonlinear forces, each on its own port.
+
+    Attributes
+    ----------
+    weights : ndarray, (s, 2 p)
+        Of the layer's points at each step: a modulus times its weight is a stiffness.
+    """
 
     forces: tuple[NonlinearForce, ...]
+    weights: Array
 
-    def stiffness(self, amplitude: Array, omega: Array) -> Array:
-        """Equivalent stiffness (s, n) at amplitudes (s, n)."""
-        return np.stack([f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.forces)], axis=1)
+    @property
+    def points(self) -> int:
+        """Number of the layer's points."""
+        return self.weights.shape[1] // 2
 
-    def growth(self, amplitude: Array, omega: Array) -> Array:
-        """Derivative of the stiffness with the logarithm of the amplitude, (s, n)."""
-        up, down = (self.stiffness(amplitude * (1 + side * DIFFERENCE), omega) for side in (1, -1))
-        return np.asarray((up - down) / (2 * DIFFERENCE))
+    def stiffness(self, law: LayerLaw, amplitude: Array, omega: Array) -> tuple[Array, Array]:
+        """Equivalent stiffness at amplitudes (s, n), and its derivative with the logarithm of each; (s, n) both."""
+        p = self.points
+        by_opening, open_slope = spline_basis(law.opening_knots, amplitude[:, :p])
+        by_slip, slip_slope = spline_basis(law.slip_knots, amplitude[:, p : 2 * p])
+        k = np.concatenate([-(by_opening @ law.softening), 1j * (by_slip @ law.loss)], axis=1) * self.weights
+        growth = np.concatenate([-(open_slope @ law.softening), 1j * (slip_slope @ law.loss)], axis=1) * self.weights
+        if not self.forces:
+            return k, growth
+        own = amplitude[:, 2 * p :]
+        more = self._equivalent(own, omega)
+        up, down = (self._equivalent(own * (1 + side * DIFFERENCE), omega) for side in (1, -1))
+        return np.concatenate([k, more], axis=1), np.concatenate([growth, (up - down) / (2 * DIFFERENCE)], axis=1)
+
+    def by_law(self, law: LayerLaw, amplitude: Array) -> tuple[Array, Array]:
+        """Derivatives of the points' stiffness by the law's softening (s, p, n) and by its loss (s, p, m)."""
+        p = self.points
+        opening, slip = law.softening_basis(amplitude[:, :p]), law.loss_basis(amplitude[:, p : 2 * p])
+        return -self.weights[:, :p, None] * opening, 1j * self.weights[:, p:, None] * slip
 
     @property
     def act_in_noise(self) -> bool:
-        """Whether any of them is felt in a broadband run."""
+        """Whether any nonlinear force is felt in a broadband run."""
         return any(force.random is not None for force in self.forces)
 
     def substitutes(self, motion: tuple[NoiseMotion, ...], omega: Array) -> Array:
@@ -72,33 +168,53 @@ class LocalForces:
         return Z
 
     def balance(
-        self, omega: Array, free: Array, attach: Callable[[Array], Array], motion: Callable[[Array], tuple[Array, Any]]
-    ) -> Array:
-        """Receptances with the forces' stiffness at the amplitudes that they themselves allow.
+        self, law: LayerLaw, omega: Array, around: Surroundings, *, more: Array | float = 0.0,
+        start: Array | None = None,
+    ) -> Balance:  # fmt: skip
+        """Stiffness at the amplitudes that it itself allows.
+
+        Bounded, and monotone in the largest disagreement of each step, which is told.
 
         Parameters
         ----------
-        free : ndarray, (s, p, p)
-            Receptances without the forces.
-        attach
-            Receptances with stiffness (s, n) at the ports.
-        motion
-            Of receptances: complex amplitudes (s, n) of the ports, and their :class:`Influence`.
+        more : ndarray, (s, n)
+            Stiffness beside that of the law and the forces, which does not go by the amplitude.
+        start : ndarray, (s, n)
+            Amplitudes to begin from; those without any force by default.
         """
-        log_a = _log(motion(free)[0])
+        n = around.driven.shape[1]
+        if start is None:
+            start = np.abs(around.motion(np.zeros((len(omega), n), complex))[0])
+        log_a = _log(start)
+        z, k, gap, step = self._turn(law, omega, around, more, log_a)
+        worst = np.max(np.abs(gap), axis=1)
+        share = np.ones(len(omega))
         for _ in range(TURNS):
-            amplitude = np.exp(log_a)
-            R = attach(self.stiffness(amplitude, omega))
-            z, influence = motion(R)
-            gap = _log(z) - log_a
-            if np.max(np.abs(gap)) < SETTLED:
+            if np.max(worst) < SETTLED:
                 break
-            step = np.linalg.solve(self._own(amplitude, omega, influence), gap[:, :, None])[:, :, 0]
-            log_a = log_a + np.clip(step, -LONGEST, LONGEST)
-        return R
+            trial = log_a + share[:, None] * np.clip(step, -LONGEST, LONGEST)
+            z2, k2, gap2, step2 = self._turn(law, omega, around, more, trial)
+            worst2 = np.max(np.abs(gap2), axis=1)
+            better = (worst2 < worst) | (share <= SHORTEST)
+            rows = better[:, None]
+            log_a, z, k = np.where(rows, trial, log_a), np.where(rows, z2, z), np.where(rows, k2, k)
+            step, worst = np.where(rows, step2, step), np.where(better, worst2, worst)
+            share = np.where(better, 1.0, share / 4)
+        return Balance(z, k, worst)
+
+    def _turn(
+        self, law: LayerLaw, omega: Array, around: Surroundings, more: Array | float, log_a: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """Motion and stiffness at assumed log amplitudes, what these miss, and Newton's step."""
+        k, growth = self.stiffness(law, np.exp(log_a), omega)
+        k = k + more
+        z, influence = around.motion(k)
+        gap = _log(np.abs(z)) - log_a
+        own = np.eye(gap.shape[1]) - (influence * growth[:, None, :]).real
+        return z, k, gap, np.linalg.solve(own, gap[:, :, None])[:, :, 0]
 
     def follow(
-        self, amplitude: Array, omega: Array, influence: Influence, motion: Array, response: Array
+        self, law: LayerLaw, amplitude: Array, omega: Array, influence: Influence, motion: Array, response: Array
     ) -> tuple[Array, Array]:
         """Changes of log motion (s, n, u) and log response (s, o, u) once the stiffness has followed the amplitude.
 
@@ -107,38 +223,31 @@ class LocalForces:
         motion, response
             The same changes at a stiffness that is held.
         """
-        followed = np.linalg.solve(self._own(amplitude, omega, influence), motion.real)
-        k = self.growth(amplitude, omega)[:, :, None] * followed
+        growth = self.stiffness(law, amplitude, omega)[1]
+        own = np.eye(amplitude.shape[1]) - (influence.motion * growth[:, None, :]).real
+        k = growth[:, :, None] * np.linalg.solve(own, motion.real)
         return motion + influence.motion @ k, response + influence.response @ k
 
-    def harmonics(self, motion: Array, count: int, joint: JointState) -> Array:
-        """Harmonics 1 ... count (s, n, count) of the forces for complex amplitudes (s, n), in their phase."""
-        values = [f.harmonics(np.abs(motion[:, i]), count, joint) for i, f in enumerate(self.forces)]
-        return np.stack(values, axis=1) * _turn(motion, count)
+    def harmonics(self, motion: Array, count: int, omega: Array) -> Array:
+        """Harmonics 1 ... count (s, n, count) of the nonlinear forces for complex amplitudes (s, n) of their ports."""
+        values = [f.harmonics(np.abs(motion[:, i]), count, omega) for i, f in enumerate(self.forces)]
+        return np.stack(values, axis=1) * _turned(motion, count)
 
-    def harmonic_changes(
-        self, here: Array, motion: Array, count: int, joint: JointState, log_motion: Array, left: Array
-    ) -> Array:
-        """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u) and left (s, u)."""
-        by_size = (self.harmonics(motion * (1 + DIFFERENCE), count, joint) - here) / DIFFERENCE
-        stiffer = replace(joint, left=joint.left + DIFFERENCE)
-        by_left = (self.harmonics(motion, count, stiffer) - here) / DIFFERENCE
+    def harmonic_changes(self, here: Array, motion: Array, count: int, omega: Array, log_motion: Array) -> Array:
+        """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u)."""
+        by_size = (self.harmonics(motion * (1 + DIFFERENCE), count, omega) - here) / DIFFERENCE
         by_phase = 1j * np.arange(1, count + 1) * here
         return np.asarray(
-            by_size[..., None] * log_motion.real[:, :, None, :]
-            + by_phase[..., None] * log_motion.imag[:, :, None, :]
-            + by_left[..., None] * left[:, None, None, :]
+            by_size[..., None] * log_motion.real[:, :, None, :] + by_phase[..., None] * log_motion.imag[:, :, None, :]
         )
 
-    def _own(self, amplitude: Array, omega: Array, influence: Influence) -> Array:
-        """1 - d log (amplitude that follows) / d log (amplitude assumed), (s, n, n)."""
-        slope = (influence.motion * self.growth(amplitude, omega)[:, None, :]).real
-        return np.eye(amplitude.shape[1]) - slope
+    def _equivalent(self, amplitude: Array, omega: Array) -> Array:
+        return np.stack([f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.forces)], axis=1)
 
 
-def _log(motion: Array) -> Array:
-    return np.asarray(np.log(np.maximum(np.abs(motion), 1e-300)))
+def _log(amplitude: Array) -> Array:
+    return np.asarray(np.log(np.maximum(amplitude, 1e-300)))
 
 
-def _turn(motion: Array, count: int) -> Array:
+def _turned(motion: Array, count: int) -> Array:
     return np.exp(1j * np.angle(motion)[:, :, None] * np.arange(1, count + 1))

@@ -1,8 +1,7 @@
 """Residuals of all evidence against an extended model, whitened, with their sensitivities to what is always unknown.
 
-Unknowns of the base family: the base parameters (moduli, losses, modal damping, detuning), the spline law's values at
-its knots, and two shares that say where in the layer the law acts: how much of the softening is in shear, and how much
-of the loss in the normal direction.  All sensitivities are products of receptances (2011 paper, equation 15), taken on
+Unknowns of the base family: the base parameters (moduli, losses, modal damping, detuning) and the values of the
+joint's law at its knots.  All sensitivities are products of receptances (2011 paper, equation 15), taken on
 the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
 """
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
 from twin.identify.extended_rig import ExtendedRig
-from twin.identify.extension import Extension, JointState
+from twin.identify.extension import Extension
 from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import believed_parameters
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
@@ -27,8 +26,21 @@ __all__ = ["Prediction", "Predictor"]
 
 Array = NDArray[Any]
 
-SHARE_STD = 0.1
-"""Of the shares that say where in the layer the law acts; zero is the papers' softening of E' and loss in G'."""
+
+@dataclass(frozen=True)
+class Linearisation:
+    """What a fit holds while its parameters move; it would creep if these moved with them.
+
+    Attributes
+    ----------
+    step_factor : ndarray, (s, 2 o, 2 o)
+        Cholesky factors of the steps' covariance.
+    motion : ndarray, (s, n)
+        Amplitudes of the moving ports to begin from, m.
+    """
+
+    step_factor: Array
+    motion: Array
 
 
 @dataclass(frozen=True)
@@ -65,12 +77,12 @@ class Predictor(ExtendedRig):
         harmonics: HarmonicResiduals | None = None,
         *,
         slack: Slack = TIGHT,
-        step_factor: Array | None = None,
+        held: Linearisation | None = None,
     ) -> None:
         super().__init__(evidence, extension)
         self.harmonics = harmonics
         self.slack = slack
-        self._factor = step_factor
+        self._held = held
 
     def prior(self, unknowns: Unknowns) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
@@ -83,20 +95,19 @@ class Predictor(ExtendedRig):
             detuning_std=self.slack.detuning_std,
             moduli_std=self.slack.moduli_std,
         )
-        k = len(unknowns.law.knots)
-        E = self.moduli[0]
-        size = len(mean) + 2 * k + 2
+        E, phi, structure = self.moduli[0], self.model.basis.Phi[:, 0], self.model.structure
+        # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
+        shear_share = float(np.sum((structure.B_G @ phi) ** 2) / np.sum((structure.B_E @ phi) ** 2))
+        size = len(unknowns.vector)
         precision = np.zeros((size, size))
         precision[: len(mean), : len(mean)] = base
-        # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a loss in all of E' does.
-        for part, scale in enumerate((E, 0.1 * E / self.shear_share)):
-            block = slice(len(mean) + part * k, len(mean) + (part + 1) * k)
+        for block, scale in ((unknowns.softening, E), (unknowns.loss, 0.1 * E / shear_share)):
+            k = block.stop - block.start
             # The same curvature, however many knots there are.
             bend = self.slack.law_bend * (19 / max(k - 1, 1)) ** 2
             second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
             precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
-        precision[-2, -2] = precision[-1, -1] = 1 / SHARE_STD**2
-        return np.concatenate([mean, np.zeros(2 * k + 2)]), precision
+        return np.concatenate([mean, np.zeros(size - len(mean))]), precision
 
     def evaluate(self, unknowns: Unknowns, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
@@ -114,7 +125,8 @@ class Predictor(ExtendedRig):
             (f"broadband {i}", self._broadband(i, unknowns, sensitivities)) for i in range(len(self.evidence.broadband))
         ]
         if len(self.evidence.steps):
-            R, omega = self.step_receptance(unknowns, inner=sensitivities or self._factor is None)
+            start = self._held.motion if self._held else None
+            R, omega, _ = self.step_receptance(unknowns, inner=sensitivities or not self._held, start=start)
             change = self._step_changes(unknowns, R, omega) if sensitivities else None
             out.append(("steps", self._steps(unknowns, R, omega, change)))
             if self.harmonics is not None:
@@ -149,8 +161,9 @@ class Predictor(ExtendedRig):
     ) -> tuple[Array, Array]:
         steps = self.evidence.steps
         r = np.log(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
-        factor = self._factor
-        if factor is None:
+        if self._held:
+            factor = self._held.step_factor
+        else:
             factor = self._law_factor((change or self._step_changes(unknowns, R, omega))[0], unknowns)
         white = np.linalg.solve(factor, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0].ravel()
         if change is None:
@@ -158,29 +171,26 @@ class Predictor(ExtendedRig):
         J = np.concatenate([change[0].real, change[0].imag], axis=1)
         return white, np.linalg.solve(factor, J).reshape(len(white), -1)
 
-    def step_factor(self, unknowns: Unknowns) -> Array | None:
-        """Cholesky factors (s, 2 o, 2 o) of the steps' covariance, which depends on the law; None without steps.
-
-        Given to another predictor it is held: a fit whose weights moved with its parameters would creep.
-        """
+    def linearisation(self, unknowns: Unknowns) -> Linearisation | None:
+        """What a fit that begins at these unknowns may hold; None without steps."""
         if not len(self.evidence.steps):
             return None
-        R, omega = self.step_receptance(unknowns)
-        return self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
+        R, omega, found = self.step_receptance(unknowns)
+        factor = self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
+        return Linearisation(factor, np.abs(found.motion))
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
-        n, k = len(unknowns.base.vector), len(unknowns.law.knots)
-        by_softening = J[:, :, n : n + k] @ unknowns.law.softening
-        by_loss = J[:, :, n + k : n + 2 * k] @ unknowns.law.loss
+        by_softening = J[:, :, unknowns.softening] @ unknowns.law.softening
+        by_loss = J[:, :, unknowns.loss] @ unknowns.law.loss
         return step_factor(self.evidence.steps, (by_softening, by_loss), self.slack.error_scale)
 
     def motion_at_forces(self, unknowns: Unknowns) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
-        return self.port_motion(*self.step_receptance(unknowns))[0]
+        return self.step_receptance(unknowns, inner=False)[2].motion[:, 2 * len(self.points) :]
 
-    def extra_harmonics(self, unknowns: Unknowns, R: Array) -> Array:
+    def extra_harmonics(self, R: Array) -> Array:
         """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
-        forces = self.local.harmonics(*self._forced(unknowns, R))
+        forces = self.local.harmonics(*self._forced(R))
         return self._by_local_forces(forces[..., None])[..., 0]
 
     def _harmonics(self, unknowns: Unknowns, R: Array, change: tuple[Array, Array] | None) -> tuple[Array, Array]:
@@ -188,13 +198,13 @@ class Predictor(ExtendedRig):
         assert self.harmonics is not None
         residual, forces = self.harmonics.residual, None
         if self.extension.nonlinear:
-            forced = self._forced(unknowns, R)
+            forced = self._forced(R)
             forces = self.local.harmonics(*forced)
             residual = residual - self._by_local_forces(forces[..., None])[..., 0]
         r = self.harmonics.whiten(residual)
         if change is None or forces is None:
             return r, np.zeros((len(r), len(unknowns.vector)))
-        changes = self.local.harmonic_changes(forces, *forced, change[1], self._left_change(unknowns))
+        changes = self.local.harmonic_changes(forces, *forced, change[1][:, 2 * len(self.points) :])
         return r, self.harmonics.whiten(self._by_local_forces(changes))
 
     def _by_local_forces(self, forces: Array) -> Array:
@@ -215,58 +225,27 @@ class Predictor(ExtendedRig):
         return change
 
     def _step_changes(self, unknowns: Unknowns, R: Array, omega: Array) -> tuple[Array, Array]:
-        """D log / d unknowns of the measured responses (s, o, u), and of the motion at nonlinear ports (s, n, u)."""
-        p, steps, into = self.model.ports, self.evidence.steps, self.driven(R, omega)
-        all_ports = np.arange(R.shape[1])
-        ports = np.concatenate([all_ports[p.outputs], all_ports[self.nonlinear_ports]])
-        time = steps.time_s - self.evidence.origin_s
-        base = self._base_change(R, omega, unknowns, time, ports, into)
-        left = self.normal_left(time)
-        SE = -np.sum(R[:, ports, p.normal] * into[:, None, p.normal], axis=2) * left[:, None]
-        SG = -np.sum(R[:, ports, p.shear] * into[:, None, p.shear], axis=2)
-        B = unknowns.law.basis(self.amplitude_m)
-        BS = unknowns.law.basis(self.amplitude_m / left)
-        a, b, q = unknowns.softening_in_shear, unknowns.loss_in_normal, self.shear_share
-        s, loss = (BS @ unknowns.law.softening)[:, None], (B @ unknowns.law.loss)[:, None]
-        softening = -(1 - a) * SE - a / q * SG
-        losing = 1j * (b * q * SE + (1 - b) * SG)
-        columns = [
-            base,
-            softening[:, :, None] * BS[:, None, :],
-            losing[:, :, None] * B[:, None, :],
-            (s * (SE - SG / q))[:, :, None],
-            (1j * loss * (q * SE - SG))[:, :, None],
-        ]
-        change = np.concatenate(columns, axis=2)
+        """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
+        p, into, moving = self.model.ports, self.driven(R, omega), self.moving
+        ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
+        change = self._base_change(R, omega, unknowns, self.step_times, ports, into)
+        change = np.pad(change, [(0, 0), (0, 0), (0, len(unknowns.law.vector))])
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)
-        if not self.extension.nonlinear:
-            return response, change[:, outputs:]
+        moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
-        moved = change[:, outputs:] / into[:, self.nonlinear_ports, None]
-        moved = moved - response[:, self.evidence.reference, None]
-        moved, response = self.local.follow(np.abs(motion), omega, influence, moved, response)
+        amplitude, points = np.abs(motion), len(self.points)
+        by_law = self.local.by_law(unknowns.law, amplitude)
+        for first, columns, k in zip((0, points), (unknowns.softening, unknowns.loss), by_law, strict=True):
+            which = slice(first, first + points)
+            response[:, :, columns] = influence.response[:, :, which] @ k
+            moved[:, :, columns] = influence.motion[:, :, which] @ k
+        moved, response = self.local.follow(unknowns.law, amplitude, omega, influence, moved, response)
         return response, moved
 
-    def _forced(self, unknowns: Unknowns, R: Array) -> tuple[Array, int, JointState]:
-        """Motion at the nonlinear ports, how many harmonics are wanted, and what surrounds the joint."""
+    def _forced(self, R: Array) -> tuple[Array, int, Array]:
+        """Motion at the nonlinear forces' ports, how many harmonics are wanted, and omega."""
         assert self.harmonics is not None
-        steps = self.evidence.steps
-        time = steps.time_s - self.evidence.origin_s
-        omega = self.clock(steps.omega, time)
+        omega = self.clock(self.evidence.steps.omega, self.step_times)
         motion, _ = self.port_motion(R, omega)
-        stiffness = unknowns.base.E + self.moduli_changes(unknowns, self.amplitude_m, time)[0].real
-        joint = JointState(stiffness / self.moduli[0], self.harmonics.compliance, omega)
-        return motion, int(self.harmonics.orders[-1]), joint
-
-    def _left_change(self, unknowns: Unknowns) -> Array:
-        """D left / d unknowns (s, u), of the share of E' that the law leaves."""
-        steps, law = self.evidence.steps, unknowns.law
-        time = steps.time_s - self.evidence.origin_s
-        left = self.normal_left(time)
-        change = np.zeros((len(steps), len(unknowns.vector)))
-        change[:, 0] = unknowns.base.E * self.extension.moduli_factor[0] * left
-        n, k = len(unknowns.base.vector), len(law.knots)
-        change[:, n : n + k] = -(1 - unknowns.softening_in_shear) * left[:, None] * law.basis(self.amplitude_m / left)
-        change[:, -2] = left * law.softening_at(self.amplitude_m / left)
-        return change / self.moduli[0]
+        return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega

@@ -104,8 +104,8 @@ def layer_ports(structure: Structure) -> tuple[Real, Real]:
     return _compress(structure.B_E), _compress(structure.B_G)
 
 
-def update_receptance(R: Complex, layer: slice, S: Complex) -> Complex:
-    """Receptances after adding stiffness S (f, r) on the ports of `layer`, one diagonal for each frequency.
+def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -> Complex:
+    """Receptances after adding stiffness S (f, r) on some `ports`, one diagonal for each frequency.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def update_receptance(R: Complex, layer: slice, S: Complex) -> Complex:
         Symmetric.
     """
     out = np.array(R, complex)
-    _eliminate(out, np.arange(R.shape[1])[layer], np.ascontiguousarray(S, complex))
+    _eliminate(out, np.arange(R.shape[1])[ports], np.ascontiguousarray(S, complex))
     return out
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.joint_law import SplineLaw
+from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import DETUNING_STD, MODULI_STD
 from twin.identify.linear_model import BaseParameters
 
@@ -54,23 +54,25 @@ class Unknowns:
     """The base family's parameters."""
 
     base: BaseParameters
-    law: SplineLaw
-    softening_in_shear: float = 0.0
-    loss_in_normal: float = 0.0
+    law: LayerLaw
 
     @property
     def vector(self) -> Array:
         """All in one vector; the law in units of the believed moduli is the caller's matter."""
-        return np.concatenate(
-            [self.base.vector, self.law.softening, self.law.loss, [self.softening_in_shear, self.loss_in_normal]]
-        )
+        return np.concatenate([self.base.vector, self.law.vector])
+
+    @property
+    def softening(self) -> slice:
+        """Where the law's softening is in :attr:`vector`."""
+        first = len(self.base.vector)
+        return slice(first, first + len(self.law.softening))
+
+    @property
+    def loss(self) -> slice:
+        """Where the law's loss is in :attr:`vector`."""
+        return slice(self.softening.stop, self.softening.stop + len(self.law.loss))
 
     def with_vector(self, vector: Array) -> Unknowns:
         """Unknowns of the same knots from a vector."""
-        n, k = len(self.base.vector), len(self.law.knots)
-        return Unknowns(
-            BaseParameters.from_vector(vector[:n]),
-            SplineLaw(self.law.knots, vector[n : n + k], vector[n + k : n + 2 * k]),
-            float(vector[-2]),
-            float(vector[-1]),
-        )
+        n = len(self.base.vector)
+        return Unknowns(BaseParameters.from_vector(vector[:n]), self.law.with_vector(vector[n:]))

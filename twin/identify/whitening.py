@@ -35,8 +35,6 @@ class HarmonicResiduals:
         direction of the joint's own signature, since the time form of the joint's law is not known beforehand.
     field : ndarray, (s, h, o, n)
         Response of the outputs to unit forces on all degrees of freedom of `structure`.
-    compliance : ndarray, (s, 1 + H)
-        Of the joint's opening at 0 ... H times the drive frequency, see :class:`~twin.identify.extension.JointState`.
     structure : Structure
         The model's that they were reduced against: a cause may have given it another mesh than the believed one.
     """
@@ -45,7 +43,6 @@ class HarmonicResiduals:
     residual: Array
     cholesky: Array
     field: Array
-    compliance: Array
     structure: Structure
 
     def select(self, keep: Array) -> HarmonicResiduals:
@@ -55,7 +52,6 @@ class HarmonicResiduals:
             residual=self.residual[keep],
             cholesky=self.cholesky[keep],
             field=self.field[keep],
-            compliance=self.compliance[keep],
         )
 
     def whiten(self, values: Array) -> Array:

@@ -1,7 +1,7 @@
 """Rigs as data: what the experimenter believes of a structure, its joint, shaker, sensors and converter."""
 
 from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, preload_record, recorded_preload
-from twin.rigs.rig import Effect, Joint, LawTable, Rig, Sensor
+from twin.rigs.rig import Effect, Joint, LawTable, LayerLawTable, Rig, Sensor
 from twin.rigs.store import RIG_FILES, believed_rig_file, load_rig, parse_rig, save_rig
 
 __all__ = [
@@ -9,6 +9,7 @@ __all__ = [
     "Effect",
     "Joint",
     "LawTable",
+    "LayerLawTable",
     "Rig",
     "Sensor",
     "believed_rig_file",

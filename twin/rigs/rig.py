@@ -16,6 +16,7 @@ __all__ = [
     "Effect",
     "Joint",
     "LawTable",
+    "LayerLawTable",
     "Mesh",
     "Preload",
     "Rig",
@@ -97,6 +98,36 @@ class LawTable(_Table):
         return self
 
 
+class LayerLawTable(_Table):
+    """Amplitude-dependent part of the layer's moduli at each of its points: E' - g1(o), G' + j g2(s).
+
+    `opening_m` and `slip_m` are the knots of piecewise cubic functions of a point's own amplitudes of opening and of
+    slip; `softening` is g1 at the former, `loss` g2 at the latter, N/m2.  Beyond the last knots both stay constant, and
+    so below the first.  A point is a layer element (`layer_elements`), its opening and slip are the element's means.
+
+    `softening_std` is the standard deviation of E'(o) = E'0 - g1(o), and `loss_std` that of g2(s).
+    """
+
+    opening_m: list[NonNegative] = Field(min_length=2, max_length=200)
+    softening: list[Finite]
+    slip_m: list[NonNegative] = Field(min_length=2, max_length=200)
+    loss: list[Finite]
+    softening_std: list[NonNegative] = []
+    loss_std: list[NonNegative] = []
+
+    @model_validator(mode="after")
+    def _equal_lengths(self) -> LayerLawTable:
+        for knots, values in (("opening_m", "softening"), ("slip_m", "loss")):
+            x = getattr(self, knots)
+            if any(b <= a for a, b in zip(x, x[1:], strict=False)):
+                raise ValueError(f"{knots} must increase")
+            if len(getattr(self, values)) != len(x):
+                raise ValueError(f"{values} must have as many entries as {knots}")
+            if getattr(self, f"{values}_std") and len(getattr(self, f"{values}_std")) != len(x):
+                raise ValueError(f"{values}_std must have as many entries as {knots}")
+        return self
+
+
 class Joint(_Table):
     """The overlap and its thin layer, whose height is measured from neutral axis to neutral axis."""
 
@@ -104,7 +135,7 @@ class Joint(_Table):
     layer_height: Positive
     layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
     preload: dict[str, Preload] = Field(min_length=1)
-    law: LawTable | None = None
+    law: LawTable | LayerLawTable | None = None
 
 
 class Mesh(_Table):

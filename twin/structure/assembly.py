@@ -91,12 +91,24 @@ class Structure:
 
     def with_layer_gradient(self, gradient: float) -> Structure:
         """The same structure with layer moduli that vary along the overlap as 1 - gradient (xi - 1/2), xi = 0 ... 1."""
-        start, end = (self.mesh.lower_x[self.mesh.layer_nodes[i][0]] for i in (0, -1))
+        start, end = self.layer_ends
         normal, shear = (
-            np.sqrt(np.maximum(1 - gradient * ((x - start) / (end - start) - 0.5), 1e-6))[:, None]
+            np.sqrt(np.maximum(1 - gradient * ((x - start) / (end - start) - 0.5), 1e-6))
             for x in (self.layer_x, self.shear_x)
         )
-        return replace(self, B_E=normal * self.B_E, B_G=shear * self.B_G)
+        return replace(
+            self,
+            B_E=normal[:, None] * self.B_E,
+            B_G=shear[:, None] * self.B_G,
+            normal_weight=normal * self.normal_weight,
+            shear_weight=shear * self.shear_weight,
+        )
+
+    @property
+    def layer_ends(self) -> tuple[float, float]:
+        """Where the layer begins and ends, m from the clamp."""
+        first, last = (self.mesh.lower_x[self.mesh.layer_nodes[i][0]] for i in (0, -1))
+        return float(first), float(last)
 
     def _row(self, position_m: float, shape: Callable[[float, float], Matrix], local: list[int]) -> Matrix:
         lower = position_m <= self.mesh.lower_x[-1]

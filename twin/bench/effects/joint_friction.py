@@ -1,16 +1,16 @@
-"""Micro-slip in the joint: a slider on the layer's slip.
-
-The slip of mode 1 changes its sign along the overlap, and its mean over the layer carries no load at all (the beams
-pull at each other only through the layer); so the slider acts on the root-mean-square slip in that pattern.
-"""
+"""Micro-slip in the joint: a slider on the slip of one of the layer's points."""
 
 from __future__ import annotations
 
-from twin.bench.plan import Plan
+from twin.bench.plan import JointSlider, Plan
 
 __all__ = ["joint_friction"]
 
 
-def joint_friction(plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float) -> None:
-    """Add a Jenkins element on the layer's rms slip (metres along the interface, in the first mode's pattern)."""
-    plan.joint_sliders.append((stiffness_N_per_m, slip_force_N))
+def joint_friction(plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float, layer_element: float = 0) -> None:
+    """Add a Jenkins element on the slip of a layer element, counted from 1 at the clamp's end; 0 is the last one."""
+    count = plan.rig.joint.layer_elements
+    number = int(layer_element) or count
+    if not 1 <= number <= count:
+        raise ValueError(f"the layer has {count} elements, numbered from 1, and no number {layer_element:g}")
+    plan.joint_sliders.append(JointSlider(number - 1, stiffness_N_per_m, slip_force_N))

@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, single_point
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
+from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
 
 __all__ = ["AirDrag"]
 
@@ -34,10 +34,10 @@ class AirDrag(Cause):
         def equivalent(a: Any, omega: Any) -> Any:
             return 1j * 8 / (3 * np.pi) * c * omega**2 * a
 
-        def harmonics(a: Any, count: int, joint: JointState) -> Any:
+        def harmonics(a: Any, count: int, omega: Any) -> Any:
             out = np.zeros((len(a), count), complex)
             for h in range(1, count + 1, 2):
-                out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (joint.omega * a) ** 2
+                out[:, h - 1] = -1j * 8 / (np.pi * h * (h**2 - 4)) * c * (omega * a) ** 2
             return out
 
         def random(motion: NoiseMotion, omega: Any) -> Any:

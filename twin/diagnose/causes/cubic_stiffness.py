@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
+from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
 
 __all__ = ["CubicStiffness"]
 
@@ -40,7 +40,7 @@ class CubicStiffness(Cause):
         """A local nonlinear force."""
         k = values["stiffness_N_per_m3"]
 
-        def harmonics(a: Any, count: int, joint: JointState) -> Any:
+        def harmonics(a: Any, count: int, omega: Any) -> Any:
             out = np.zeros((len(a), count), complex)
             out[:, 0] = 0.75 * k * a**3
             if count >= 3:

@@ -11,7 +11,7 @@ from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.slider_in_noise import slider_in_noise
 from twin.diagnose.slipping import jenkins_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
+from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
 
 __all__ = ["GroundFriction"]
 
@@ -58,7 +58,7 @@ class GroundFriction(Cause):
         """A local force."""
         F, k = values["force_N"], values["force_N"] / values["travel_m"]
 
-        def harmonics(a: Any, count: int, joint: JointState) -> Any:
+        def harmonics(a: Any, count: int, omega: Any) -> Any:
             return jenkins_harmonics(a, k, F, count)
 
         def equivalent(a: Any, omega: Any) -> Any:

@@ -11,7 +11,7 @@ from scipy.stats import norm
 from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, JointState, NoiseMotion, NonlinearForce
+from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
 
 __all__ = ["GroundStop"]
 
@@ -39,7 +39,7 @@ class GroundStop(Cause):
         """A local one-sided spring."""
         k, gap = values["stiffness_N_per_m"], values["gap_m"]
 
-        def harmonics(a: Any, count: int, joint: JointState) -> Any:
+        def harmonics(a: Any, count: int, omega: Any) -> Any:
             return k * one_sided_harmonics(a, gap, count)
 
         def equivalent(a: Any, omega: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,27 +10,32 @@ import numpy as np
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.slipping import RIPPLES, slipping_harmonics
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension, JointState, NonlinearForce
-from twin.structure import Structure
+from twin.identify.extension import Attachment, Extension, NonlinearForce
+from twin.identify.joint_motion import largest_motion
+from twin.structure import Structure, layer_points
 
 __all__ = ["JointFriction"]
 
 
 class JointFriction(Cause):
-    """A Jenkins element on the rms slip of the layer in the shape of mode 1."""
+    """A Jenkins element on the slip of one of the layer's points."""
 
     name = "joint-friction"
     summary = "the joint sticks up to a force and slips beyond it"
     tried_at_full_size = True
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The layer's elements, counted from the clamp's end."""
+        return tuple({"layer_element": str(n + 1)} for n in range(evidence.rig.joint.layer_elements))
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness while sticking, and the displacement at which slip begins.
 
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
         """
-        s = evidence.model.structure
-        unit = evidence.model.reference_G * float(np.sum(s.shear_weight**2))
-        slip = self._largest_slip(evidence)
+        points = layer_points(evidence.model.structure, evidence.rig.joint.layer_elements)
+        unit = evidence.model.reference_G * float(np.sum(points.slip_weight))
+        slip = self._largest_slip(evidence, label)
         starts = tuple(slip * share for share in (0.1, 0.25, 0.5, 0.04))
         return (
             Parameter(
@@ -61,7 +66,7 @@ class JointFriction(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The stuck spring everywhere, and what slipping takes off it."""
-        slip = _rms_slip(evidence)
+        slip = _slip(evidence, label)
         k = values["stiffness_N_per_m"]
         slip_force = k * values["slip_m"]
         row = slip(evidence.model.structure)[None]
@@ -78,8 +83,8 @@ class JointFriction(Cause):
                 )
             return known[key]
 
-        def harmonics(a: Any, count: int, joint: JointState) -> Any:
-            force = slipping_harmonics(a, k, slip_force, ripple(joint.omega))
+        def harmonics(a: Any, count: int, omega: Any) -> Any:
+            force = slipping_harmonics(a, k, slip_force, ripple(omega))
             out = np.zeros((len(a), max(count, RIPPLES[-1])), complex)
             out[:, [0, *(h - 1 for h in RIPPLES)]] = force
             out[:, 0] -= k * a
@@ -90,15 +95,12 @@ class JointFriction(Cause):
 
         return Extension(attachments=(stuck,), nonlinear=(NonlinearForce(slip, equivalent, harmonics),))
 
-    def _largest_slip(self, evidence: Evidence) -> float:
-        """Rms slip of the layer at the largest measured amplitude, in the shape of mode 1."""
-        s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
-        per_tip = abs(_rms_slip(evidence)(s) @ phi) / abs(s.deflection(evidence.rig.length) @ phi)
-        return float(per_tip * max(np.max(evidence.steps.amplitude_m, initial=0.0), 1e-5))
+    def _largest_slip(self, evidence: Evidence, label: Mapping[str, str]) -> float:
+        """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
+        return float(largest_motion(evidence)[1][int(label["layer_element"]) - 1])
 
 
-def _rms_slip(evidence: Evidence) -> Callable[[Structure], Any]:
-    """Row of the layer's rms slip in metres, in the pattern of mode 1."""
-    s, phi = evidence.model.structure, evidence.model.basis.Phi[:, 0]
-    pattern = (s.B_G @ phi) / np.linalg.norm(s.B_G @ phi) / np.sqrt(np.sum(s.shear_weight**2))
-    return lambda structure: pattern @ structure.B_G
+def _slip(evidence: Evidence, label: Mapping[str, str]) -> Callable[[Structure], Any]:
+    """Row of the point's slip, m."""
+    count, number = evidence.rig.joint.layer_elements, int(label["layer_element"]) - 1
+    return lambda structure: layer_points(structure, count).slip[number]

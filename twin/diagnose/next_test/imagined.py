@@ -116,7 +116,7 @@ def _steps(
     nearest = _nearest(evidence.steps, omega, X)
     shape = _shape(evidence, nearest, omega, X, force, time, proposal.longer)
     predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
-    R, driven = predictor.step_receptance(truth.unknowns)
+    R, driven, _ = predictor.step_receptance(truth.unknowns, inner=False)
     response = shape.response.copy()
     response[:, :, 0] = predictor.responses(R, driven) * shape.force[:, :1]
     moved = replace(shape, response=response)
@@ -124,14 +124,14 @@ def _steps(
         there = replace(evidence, broadband=(), steps=moved)
         residuals = harmonic_residuals(Predictor(there), truth.unknowns)
         predictor = Predictor(there, extension_of(there, truth.blames), residuals)
-        extra = predictor.extra_harmonics(truth.unknowns, R)
+        extra = predictor.extra_harmonics(R)
         response[:, :, residuals.orders - 1] += np.moveaxis(extra, 1, 2)
         moved = replace(moved, response=response)
     return moved
 
 
 def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float, time: Array) -> Array:
-    """Amplitudes X (s,) of the law at this force, on the branch that a sweep in this order stays on."""
+    """Displacement amplitudes X (s,) of the reference channel at this force, on the branch that a sweep in this order stays on."""
     known = evidence.steps.amplitude_m
     grid = np.geomspace(BEYOND[0] * known.min(), BEYOND[1] * known.max(), LAW_POINTS)
     count = len(omega)
@@ -139,12 +139,12 @@ def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float
     nearest = _nearest(evidence.steps, all_omega, all_X)
     shape = _shape(evidence, nearest, all_omega, all_X, force, np.repeat(time, LAW_POINTS), 1.0)
     reference = evidence.reference
-    per_X = evidence.reference_omega**2 / all_omega ** (2 - evidence.outputs[reference].derivative)
+    per_X = all_omega ** evidence.outputs[reference].derivative
     response = shape.response.copy()
     response[:, reference, 0] = all_X * per_X
     shape = replace(shape, response=response)
     predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
-    R, driven = predictor.step_receptance(truth.unknowns, inner=False)
+    R, driven, _ = predictor.step_receptance(truth.unknowns, inner=False)
     gain = np.abs(predictor.responses(R, driven)[:, reference])
     needed = (all_X * per_X / gain).reshape(count, LAW_POINTS)
     return _follow(np.log(grid), np.log(needed), np.log(force))

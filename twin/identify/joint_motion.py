@@ -1,0 +1,31 @@
+"""How far the layer's points moved in the measured steps, before anything is known of the joint's law."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.evidence import Evidence
+from twin.identify.joint_law import LayerLaw
+from twin.identify.linear_model import believed_parameters
+from twin.identify.prediction import Predictor
+from twin.identify.unknowns import Unknowns
+
+__all__ = ["largest_motion"]
+
+UNKNOWN_M = 1e-8
+"""Where nothing was measured that could tell."""
+
+
+def largest_motion(evidence: Evidence) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Largest opening and slip (p,) of each point over all steps, m, were the joint linear."""
+    predictor = Predictor(evidence)
+    base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
+    p = len(predictor.points)
+    if not len(evidence.steps):
+        return np.full(p, UNKNOWN_M), np.full(p, UNKNOWN_M)
+    nothing = np.array([UNKNOWN_M, 2 * UNKNOWN_M])
+    motion = np.abs(predictor.step_receptance(Unknowns(base, LayerLaw.zero(nothing, nothing)), inner=False)[2].motion)
+    return motion[:, :p].max(axis=0), motion[:, p : 2 * p].max(axis=0)
