@@ -1,0 +1,31 @@
+"""Which measured frequencies belong to the same resonance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["by_resonance"]
+
+APART = 1.5
+"""Ratio of neighbouring frequencies beyond which they belong to different resonances."""
+
+
+def by_resonance(omega: NDArray[Any]) -> list[NDArray[np.intp]]:
+    """Groups of frequencies with a gap between them, from the lowest group to the highest.
+
+    Parameters
+    ----------
+    omega : ndarray, (s,)
+        Frequencies of steps, or one of each sweep, in any unit.
+
+    Returns
+    -------
+    list of ndarray
+        Places of each group's frequencies in `omega`, in their order there.
+    """
+    rising = np.argsort(omega, kind="stable")
+    gaps = np.flatnonzero(omega[rising][1:] > APART * omega[rising][:-1]) + 1
+    return [np.sort(group) for group in np.split(rising, gaps) if len(group)]
