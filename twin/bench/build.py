@@ -21,6 +21,7 @@ from twin.bench.shaker import COORDINATES, Shaker
 from twin.joint import Hinges, Law, jenkins
 from twin.rigs import Rig
 from twin.structure import Structure, assemble, layer_points, mesh_rig
+from twin.structure.law_table import layer_table
 
 __all__ = ["Built", "build"]
 
@@ -219,7 +220,10 @@ def build(
             Element(row, law.loss, weight, velocity=True, follows="all")
             for row, weight in zip(slips, points.slip_weight, strict=True)
         ]
-    elements += [Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N)) for slider in plan.joint_sliders]
+    elements += [
+        Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N))
+        for slider in plan.joint_sliders
+    ]
     for make in plan.element_makers:
         elements.extend(make(matrices))
 
@@ -227,7 +231,7 @@ def build(
     drive_row = matrices.deflection(force.position)
     drive_load = drive_row.copy()
     if plan.base_receptance:
-        translation = matrices.pad((structure.free % 3 == 1).astype(float))
+        translation = matrices.pad((matrices.structure.free % 3 == 1).astype(float))
         drive_load = drive_load + plan.base_receptance * (matrices.K_beam @ translation)
     positions = {s.channel: s.position for s in rig.sensor}
     channel_rows = [
@@ -272,13 +276,11 @@ def _seen(matrices: Matrices, position_m: float, instrument: InstrumentChannel, 
 
 def _law(plan: Plan) -> JointLaw:
     """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
-    table = plan.rig.joint.law
     if plan.law is not None:
         law = plan.law
-    elif table is not None:
-        law = law_from_table(table, E=plan.E)
     else:
-        law = default_law(plan.E)
+        table = layer_table(plan.rig, E=plan.E, G=plan.G)
+        law = default_law(plan.E) if table is None else law_from_table(table, E=plan.E)
     for change in plan.law_changes:
         law = change(law, plan.E)
     return law

@@ -1,0 +1,96 @@
+"""The joint's law of a rig file as every model takes it: over each point's own opening and slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import LawTable, LayerLawTable, Rig
+from twin.structure.assembly import assemble
+from twin.structure.layer_points import layer_points
+from twin.structure.mode_law import LayerModes, layer_law_of_mode
+from twin.structure.point_law import Curve
+
+__all__ = ["layer_table"]
+
+Array = NDArray[Any]
+
+AMPLITUDES = 100
+"""At which functions of a sensor's amplitude are translated, beside their own knots."""
+MOST_KNOTS = 200
+"""Of a table in a rig file."""
+SMALLEST, NEAREST = 1e-3, 4e-3
+"""Of them over the largest; and the least distance between two, over their amplitude."""
+
+
+def layer_table(rig: Rig, *, E: float, G: float) -> LayerLawTable | None:
+    """The law of `rig` over opening and slip: its own table, or what one over a sensor's amplitude means.
+
+    The latter is what gives the first mode of this file's beams and moduli, without any effect, the same frequency and
+    damping at every amplitude; a standard deviation goes with its value.
+
+    Parameters
+    ----------
+    E, G
+        Moduli of the linear layer, N/m2.
+
+    Raises
+    ------
+    ValueError
+        If the rig has not the table's channel, or the table is not what a law of the points could be.
+    """
+    table = rig.joint.law
+    if not isinstance(table, LawTable):
+        return table
+    if table.channel not in {sensor.channel for sensor in rig.sensor}:
+        raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
+    return _translated(_RigFile(rig.model_dump_json(), rig), E, G)
+
+
+@dataclass(frozen=True)
+class _RigFile:
+    """A rig that is known again by its text."""
+
+    text: str
+    rig: Rig = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _translated(file: _RigFile, E: float, G: float) -> LayerLawTable:
+    rig, table = file.rig, file.rig.joint.law
+    assert isinstance(table, LawTable)
+    structure = assemble(rig)
+    position_m = next(sensor.position for sensor in rig.sensor if sensor.channel == table.channel)
+    modes = LayerModes.of(structure, layer_points(structure, rig.joint.layer_elements), E=E, G=G, position_m=position_m)
+    knots = np.array(table.amplitude_m)
+    X = _amplitudes(knots)
+    softening, loss = Curve(knots, np.array(table.softening)), Curve(knots, np.array(table.loss))
+    law = layer_law_of_mode(modes, softening, loss, X)
+    std = [Curve(knots, np.array(s))(X).tolist() if s else [] for s in (table.softening_std, table.loss_std)]
+    return LayerLawTable(
+        opening_m=law.softening.knots.tolist(),
+        softening=law.softening.values.tolist(),
+        slip_m=law.loss.knots.tolist(),
+        loss=law.loss.values.tolist(),
+        softening_std=std[0],
+        loss_std=std[1],
+    )
+
+
+def _amplitudes(knots: Array) -> Array:
+    """X to translate at: the table's own, and more between them: opening and slip are no straight functions of X."""
+    count = min(AMPLITUDES, MOST_KNOTS - len(knots))
+    if count <= 0:
+        return knots
+    first, last = knots[0], knots[-1]
+    # Half of them evenly over the amplitude, half over its logarithm.
+    even = np.linspace(first, last, count // 2)
+    kept = list(knots)
+    for X in (*even, *np.geomspace(max(first, SMALLEST * last), last, count - len(even))):
+        if np.min(np.abs(np.array(kept) - X)) > NEAREST * X:
+            kept.append(X)
+    return np.sort(kept)

@@ -1,0 +1,368 @@
+"""A law of the layer's points seen through one mode: uniform moduli over a sensor's amplitude X, and the way back.
+
+The papers give the whole layer E' - g1(X) and G' + j g2(X), with X the amplitude of one sensor in the first mode.  The
+joint's own law takes off E' at each point what its opening takes off, and loses by its slip.  Both are the same for one
+mode where they give it the same complex eigenvalue at every X, that is the same frequency and damping::
+
+    (K - g1 K_E + j g2 K_G) phi = lambda M phi        (K + sum w_i (- s(o_i) r_i r_i' + j l(q_i) t_i t_i')) phi = ...
+
+One complex equation has two real unknowns.  From the law of the points follow g1 and g2 at each X, in any mode.  From
+g1 and g2 in the first mode follows the law of the points, with X rising: the largest opening of any point is a new knot
+of the softening, the largest slip one of the loss, and points that move less use what is known already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr, solve
+
+from twin.structure.assembly import Structure
+from twin.structure.layer_points import LayerPoints
+from twin.structure.modes import normal_modes
+from twin.structure.point_law import Curve, PointLaw
+
+__all__ = ["LayerModes", "ModeFunctions", "layer_law_of_mode", "mode_functions"]
+
+Matrix = NDArray[np.float64]
+Complex = NDArray[Any]
+Function = Callable[[Matrix], Matrix]
+
+KEPT_MODES = 24
+INDEPENDENT = 1e-6
+"""Least part of a static shape that is none of the others'."""
+TURNS, TOLERANCE = 80, 1e-10
+RELAXATION = 0.6
+"""Share of the points' change of motion that a turn takes: the whole swings where a little loss hinders much slip."""
+LONGEST = 0.7
+"""Largest change of a log amplitude in one turn."""
+SETTLED, CLOSEST = 1e-7, 1e-9
+"""Relative change of the points' motion at which it is found, and the least growth from a knot to the next."""
+DIFFERENCE = 1e-5
+"""Relative step of amplitude for the slope of a law."""
+SATURATED = 0.25
+"""Below this damping by more loss modulus, over that in a layer that hardly loses, its share stays what it was."""
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class _Mode:
+    """Its eigenvalue omega^2, and its shape with phi' phi = 1 in coordinates whose mass is one."""
+
+    value: complex
+    shape: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class LayerModes:
+    """A structure in few coordinates: its lowest modes, and the statics of forces on its layer.
+
+    Attributes
+    ----------
+    squares : ndarray, (m,)
+        Of the natural frequencies with the linear layer, (rad/s)^2, which are the diagonal of the stiffness.
+    K_E, K_G : ndarray, (m, m)
+        Stiffness of the layer per unit of E' and of G'.
+    rows, weights : ndarray, (2 p, m), (2 p,)
+        Of the layer's points, openings before slips.
+    sensor : ndarray, (m,)
+        Row of the deflection whose amplitude X is.
+    """
+
+    squares: Matrix
+    K_E: Matrix
+    K_G: Matrix
+    rows: Matrix
+    weights: Matrix
+    sensor: Matrix
+
+    @staticmethod
+    def of(structure: Structure, points: LayerPoints, *, E: float, G: float, position_m: float) -> LayerModes:
+        """Reduce `structure` with a linear layer of moduli E, G (N/m2); the sensor is at `position_m`."""
+        K = structure.stiffness(E, G)
+        modes = normal_modes(structure.M, K, KEPT_MODES)
+        statics = solve(K, np.vstack([structure.B_E, structure.B_G]).T, assume_a="pos")
+        statics -= modes.Phi @ (modes.Phi.T @ (structure.M @ statics))
+        basis = qr(statics / np.linalg.norm(statics, axis=0), mode="economic", pivoting=True)
+        V = np.hstack([modes.Phi, basis[0][:, np.abs(np.diag(basis[1])) > INDEPENDENT * abs(basis[1][0, 0])]])
+        # In modes of the reduced structure, and from factors: mode 1 feels a minute part of the layer's stiffness.
+        own = normal_modes(V.T @ structure.M @ V, V.T @ K @ V)
+        V = V @ own.Phi
+        B_E, B_G = structure.B_E @ V, structure.B_G @ V
+        sensor = structure.deflection(position_m) @ V
+        return LayerModes(own.omega**2, B_E.T @ B_E, B_G.T @ B_G, points.rows @ V, points.weights, sensor)
+
+    @property
+    def points(self) -> int:
+        """Number of the layer's points."""
+        return len(self.weights) // 2
+
+    def linear(self, number: int) -> _Mode:
+        """The mode of that number, from 1, with the linear layer."""
+        return _Mode(complex(self.squares[number - 1]), np.eye(len(self.squares))[number - 1] + 0j)
+
+    def uniform(self, softening: float, loss: float, near: _Mode) -> _Mode:
+        """The mode with E' - softening and G' + j loss in the whole layer, N/m2."""
+        return self._mode(np.diag(self.squares) - softening * self.K_E + 1j * loss * self.K_G, near)
+
+    def local(self, moduli: Complex, near: _Mode) -> _Mode:
+        """The mode with complex changes of the moduli (2 p,) at the points, N/m2."""
+        return self._mode(np.diag(self.squares) + self._at_points(moduli), near)
+
+    def by_moduli(self, mode: _Mode) -> Complex:
+        """d(eigenvalue) / d(moduli at the points), (2 p,)."""
+        return np.asarray(self.weights * (self.rows @ mode.shape) ** 2)
+
+    def amplitude_per_X(self, mode: _Mode, number: int) -> Matrix:
+        """Openings and slips (2 p,) of the points per unit of X.
+
+        X is the sensor's acceleration amplitude over the square of that mode's natural frequency with the linear layer.
+        """
+        reached = abs(self.sensor @ mode.shape) * abs(mode.value) / self.squares[number - 1]
+        return np.abs(self.rows @ mode.shape) / max(reached, TINY)
+
+    def log_amplitude_by_moduli(self, moduli: Complex, mode: _Mode) -> Complex:
+        """Complex d(log motion at the points per X) / d(moduli at the points), (2 p, 2 p)."""
+        K, shape, m = np.diag(self.squares) + self._at_points(moduli), mode.shape, len(self.squares)
+        bordered = np.zeros((m + 1, m + 1), complex)
+        bordered[:m, :m] = K - mode.value * np.eye(m)
+        bordered[:m, m], bordered[m, :m] = -shape, shape
+        motion = self.rows @ shape
+        loads = np.vstack([-(self.rows * (self.weights * motion)[:, None]).T, np.zeros((1, len(motion)))])
+        # In units of the eigenvalue, so that rows and columns of the border are as large as the rest.
+        scale = np.append(np.ones(m), abs(mode.value))
+        found = np.linalg.solve(bordered * scale * scale[:, None], loads * scale[:, None]) * scale[:, None]
+        change, value = found[:m], found[m]
+        own = (self.rows @ change) / np.where(motion == 0, TINY, motion)[:, None]
+        return np.asarray(own - (self.sensor @ change) / (self.sensor @ shape) - value / mode.value)
+
+    def _at_points(self, moduli: Complex) -> Complex:
+        return np.asarray((self.rows.T * (self.weights * moduli)) @ self.rows)
+
+    def _mode(self, K: Complex, near: _Mode) -> _Mode:
+        """The eigenvalue nearest to a guess, by inverse iteration with Rayleigh quotients."""
+        value, shape = near.value, near.shape
+        for _ in range(TURNS):
+            shape = np.linalg.solve(K - value * (1 + 1e-12) * np.eye(len(K)), shape)
+            shape = shape / np.sqrt(shape @ shape)
+            before, value = value, complex(shape @ K @ shape)
+            if abs(value - before) < TOLERANCE * abs(value):
+                break
+        if not 0.1 < abs(value) / abs(near.value) < 10.0 or not np.isfinite(value):
+            raise ValueError("joint.law: the structure has no mode near the one asked for at some amplitude")
+        return _Mode(value, shape)
+
+
+@dataclass(frozen=True)
+class ModeFunctions:
+    """Uniform moduli E' - softening and G' + j loss that act on one mode as the law of the points does.
+
+    Attributes
+    ----------
+    amplitude_m : ndarray, (n,)
+        X: the sensor's acceleration amplitude over the square of the mode's natural frequency with the linear layer.
+    softening, loss : ndarray, (n,)
+        N/m2; NaN where no uniform moduli do.
+    eigenvalue : ndarray, (n,)
+        Of the mode, (rad/s)^2.
+    motion_m : ndarray, (n, 2 p)
+        Openings, then slips of the points.
+    by_moduli : ndarray, (n, 2, 2 p)
+        Derivatives of softening and loss by the softening at each point's opening and by the loss at each point's slip,
+        once the points' motion has followed: times the law's basis at `motion_m` they are those by the law's values.
+    """
+
+    amplitude_m: Matrix
+    softening: Matrix
+    loss: Matrix
+    eigenvalue: Complex
+    motion_m: Matrix
+    by_moduli: Matrix
+
+
+def mode_functions(
+    modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix, *, number: int = 1
+) -> ModeFunctions:
+    """What a law of the points is to one mode.
+
+    Parameters
+    ----------
+    softening, loss
+        Of openings and of slips (p,), m; N/m2.
+    amplitude_m : ndarray, (n,)
+        X of :class:`ModeFunctions`, rising from 0 or above.
+    number
+        Of the mode, from 1.
+
+    Raises
+    ------
+    ValueError
+        If at some amplitude the structure has no mode near the linear one of this number.
+    """
+    X = np.asarray(amplitude_m, float)
+    p = modes.points
+    g, values = np.full((2, len(X)), np.nan), np.zeros(len(X), complex)
+    motion, by_moduli = np.zeros((len(X), 2 * p)), np.zeros((len(X), 2, 2 * p))
+    mode = uniform = modes.linear(number)
+    own = np.zeros(2)
+    for n, x in enumerate(X):
+        mode, motion[n], growth = _balanced(modes, softening, loss, x, mode, number)
+        values[n] = mode.value
+        own, uniform, by_value = _uniform_moduli(modes, mode.value, own, uniform)
+        if not np.all(np.isfinite(own)):
+            own, uniform = np.zeros(2), modes.linear(number)
+            continue
+        g[:, n] = own
+        follow = modes.log_amplitude_by_moduli(_moduli(softening, loss, motion[n], p), mode)
+        signs = np.repeat([-1.0, 1j], p)
+        moved = np.eye(2 * p) - (follow * growth).real
+        change = np.eye(2 * p) * signs + growth[:, None] * np.linalg.solve(moved, (follow * signs).real)
+        eigenvalue = modes.by_moduli(mode) @ change
+        by_moduli[n] = np.linalg.solve(by_value, np.array([eigenvalue.real, eigenvalue.imag]))
+    return ModeFunctions(X, g[0], g[1], values, motion, by_moduli)
+
+
+def _moduli(softening: Function, loss: Function, motion: Matrix, p: int) -> Complex:
+    return np.concatenate([-softening(motion[:p]) + 0j, 1j * loss(motion[p:])])
+
+
+def _balanced(
+    modes: LayerModes, softening: Function, loss: Function, X: float, near: _Mode, number: int
+) -> tuple[_Mode, Matrix, Complex]:
+    """The mode at an amplitude, the points' motion (2 p,) and the growth of their moduli with its logarithm."""
+    p, motion = modes.points, X * modes.amplitude_per_X(near, number)
+    if X == 0:
+        return modes.local(_moduli(softening, loss, motion, p), near), motion, np.zeros(2 * p, complex)
+    log_a, share, worst = np.log(np.maximum(motion, TINY)), 1.0, np.inf
+    trial, mode, growth = log_a, near, np.zeros(2 * p, complex)
+    step = np.zeros(2 * p)
+    for _ in range(TURNS):
+        a = np.exp(trial)
+        k = _moduli(softening, loss, a, p)
+        up, down = (_moduli(softening, loss, a * (1 + side * DIFFERENCE), p) for side in (1, -1))
+        slope = (up - down) / (2 * DIFFERENCE)
+        found = modes.local(k, mode)
+        gap = np.log(np.maximum(X * modes.amplitude_per_X(found, number), TINY)) - trial
+        if np.max(np.abs(gap)) < worst or share < 1 / 64:
+            log_a, mode, growth, worst, share = trial, found, slope, float(np.max(np.abs(gap))), 1.0
+            if worst < TOLERANCE:
+                break
+            follow = modes.log_amplitude_by_moduli(k, found)
+            step = np.linalg.solve(np.eye(2 * p) - (follow * slope).real, gap)
+        else:
+            share /= 4
+        trial = log_a + share * np.clip(step, -LONGEST, LONGEST)
+    return mode, np.exp(log_a), growth
+
+
+def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mode) -> tuple[Matrix, _Mode, Matrix]:
+    """Softening and loss (2,) of the whole layer that give a mode an eigenvalue; NaN if none do; d(value) / d(them)."""
+    own, mode = start, near
+    by_value = np.eye(2)
+    for _ in range(TURNS):
+        mode = modes.uniform(own[0], own[1], mode)
+        by = np.array([-(mode.shape @ modes.K_E @ mode.shape), 1j * (mode.shape @ modes.K_G @ mode.shape)])
+        by_value, miss = np.array([by.real, by.imag]), meant - mode.value
+        if abs(miss) < TOLERANCE * abs(meant):
+            return own, mode, by_value
+        own = own + np.linalg.solve(by_value, [miss.real, miss.imag])
+    return np.full(2, np.nan), mode, by_value
+
+
+def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> PointLaw:
+    """The law of the points that acts on the first mode as uniform moduli of a sensor's amplitude do.
+
+    Parameters
+    ----------
+    softening, loss
+        g1 and g2 of X (m), N/m2.
+    amplitude_m : ndarray, (n,)
+        X at which to take them, rising from 0 or above: each is a knot of the result.
+
+    Raises
+    ------
+    ValueError
+        If at some X the structure has no mode near its first, or the layer's largest opening or slip does not grow
+        with X, or no law of the points gives the mode its frequency and damping.
+    """
+    known = _Known(modes.points)
+    meant = state = modes.linear(1)
+    more = np.zeros(2)
+    for X in np.asarray(amplitude_m, float):
+        g = np.array([float(softening(X)), float(loss(X))])
+        meant = modes.uniform(g[0], g[1], meant)
+        own, state, motion = _next_knot(modes, known, float(X), g + more, meant.value, state)
+        known.append(motion, own)
+        more = own - g
+    return known.law()
+
+
+class _Known:
+    """The law as far as it is known: knots and values of the softening, and of the loss."""
+
+    def __init__(self, points: int) -> None:
+        self.halves = (slice(0, points), slice(points, 2 * points))
+        self.knots: tuple[list[float], list[float]] = ([], [])
+        self.values: tuple[list[float], list[float]] = ([], [])
+
+    def with_next(self, motion: Matrix, own: Matrix) -> tuple[Complex, Complex]:
+        """Moduli (2 p,) at the points' motion with a next knot at the largest, and their growth with its value."""
+        moduli, growth = np.zeros((2, len(motion)), complex)
+        for half, knots, values, value, sign in zip(self.halves, self.knots, self.values, own, (-1.0, 1j), strict=True):
+            a = motion[half]
+            if not knots:
+                moduli[half], growth[half] = sign * value, sign
+                continue
+            # Where the motion has not grown yet, while it is being found, the point that moves most has the new value.
+            share = np.where(a == a.max(), 1.0, np.clip((a - knots[-1]) / max(a.max() - knots[-1], TINY), 0.0, 1.0))
+            moduli[half] = sign * ((1 - share) * np.interp(a, knots, values) + share * value)
+            growth[half] = sign * share
+        return moduli, growth
+
+    def append(self, motion: Matrix, own: Matrix) -> None:
+        """Take a next knot."""
+        for half, knots, values, value, name in zip(
+            self.halves, self.knots, self.values, own, ("opening", "slip"), strict=True
+        ):
+            largest = float(motion[half].max())
+            if knots and largest <= knots[-1] * (1 + CLOSEST):
+                raise ValueError(f"joint.law: the layer's {name} does not grow with the amplitude")
+            knots.append(largest)
+            values.append(float(value))
+
+    def law(self) -> PointLaw:
+        """All of it."""
+        curves = (Curve(np.array(k), np.array(v)) for k, v in zip(self.knots, self.values, strict=True))
+        return PointLaw(*curves)
+
+
+def _next_knot(
+    modes: LayerModes, known: _Known, X: float, start: Matrix, meant: complex, near: _Mode
+) -> tuple[Matrix, _Mode, Matrix]:
+    """Softening and loss (2,) at the next knots that give the first mode an eigenvalue; the mode and its motion."""
+    own, mode = start, near
+    motion = X * modes.amplitude_per_X(mode, 1)
+    linear = modes.by_moduli(modes.linear(1)).real
+    for _ in range(TURNS):
+        moduli, growth = known.with_next(motion, own)
+        mode = modes.local(moduli, mode)
+        change = X * modes.amplitude_per_X(mode, 1) - motion
+        by_points = modes.by_moduli(mode)
+        by = np.array([np.sum((by_points * growth)[half]) for half in known.halves])
+        damps = by[1].imag / np.sum((linear * np.abs(growth))[known.halves[1]])
+        free = [0] if damps < SATURATED else [0, 1]
+        miss = np.array([meant.real - mode.value.real, meant.imag - mode.value.imag])[free]
+        settled = np.max(np.abs(change)) <= SETTLED * np.max(motion)
+        if settled and np.max(np.abs(miss)) < TOLERANCE * abs(meant):
+            return own, mode, motion
+        both = np.array([by.real, by.imag])[free][:, free]
+        own = own.copy()
+        own[free] += np.linalg.solve(both, miss)
+        motion = motion + RELAXATION * change
+    raise ValueError(
+        f"joint.law: no law of the layer's points gives the first mode its frequency and damping at {X:.3g} m"
+    )
