@@ -19,14 +19,13 @@ from twin.identify.polynomial_law import relative_error_percent
 from twin.identify.prediction import Predictor
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.unknowns import Unknowns
-from twin.rigs import LawTable, Rig
-from twin.structure import normal_modes
+from twin.identify.updated_rig import updated_rig
+from twin.rigs import Rig
 
 __all__ = ["Estimate", "Identified", "identify_rig"]
 
 Array = NDArray[Any]
 
-LAW_POINTS = 48
 POOR_FIT = 1.5
 """Chi2 per degree of freedom above which the model misses something."""
 
@@ -88,7 +87,7 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
         report("identifying the papers' polynomials")
         polynomials = polynomials_by_level(predictor, *base)
     return Identified(
-        rig=_model_rig(evidence, predictor, model, solution),
+        rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
         linear=_linear(free, free_solution, model),
         unknowns=model,
@@ -103,9 +102,7 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
 def _held(unknowns: Unknowns) -> list[int]:
     """Unknowns that a rig file has no place for: they cost a few hundredths of a per cent of the response."""
     names = unknowns.base.names
-    last = len(unknowns.vector)
-    detunings = [i for i, name in enumerate(names) if name.startswith("detuning")]
-    return [names.index("loss_E"), *detunings, last - 2, last - 1]
+    return [names.index("loss_E"), *(i for i, name in enumerate(names) if name.startswith("detuning"))]
 
 
 def _linear(free: Unknowns, solution: Solution, model: Unknowns) -> dict[str, Estimate | list[Estimate]]:
@@ -122,56 +119,9 @@ def _linear(free: Unknowns, solution: Solution, model: Unknowns) -> dict[str, Es
     }
 
 
-def _model_rig(evidence: Evidence, predictor: Predictor, model: Unknowns, solution: Solution) -> Rig:
-    rig, base = evidence.rig, model.base
-    moduli = rig.joint.preload[evidence.preload].model_copy(update={"normal_modulus": base.E, "shear_modulus": base.G})
-    believed = list(rig.damping.modal_ratio)
-    # Modes beyond the list take its last entry, so the believed one must stay the last.
-    damping = rig.damping.model_copy(
-        update={"modal_ratio": [*map(float, base.zeta), *(believed[DAMPED_MODES:] or believed[-1:])]}
-    )
-    law = _law_table(evidence, predictor, model, solution)
-    joint = rig.joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law})
-    measured = {name: table for name, table in rig.measured.items() if name == evidence.preload}
-    return rig.model_copy(update={"joint": joint, "damping": damping, "measured": measured})
-
-
-def _law_table(evidence: Evidence, predictor: Predictor, model: Unknowns, solution: Solution) -> LawTable:
-    """The law in the file's own measure of amplitude, with standard deviations."""
-    law, base = model.law, model.base
-    n, k = len(base.vector), len(law.knots)
-    X = np.concatenate([[0.0], np.geomspace(law.knots[0] / 3, law.knots[-1], LAW_POINTS)])
-    if not len(evidence.steps):  # nothing but the constant loss is known, and the spline's wide prior does not count
-        X, k = np.array([0.0, law.knots[-1]]), 0
-    B = law.basis(X)
-    structure = predictor.model.structure
-    modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), 1)
-    by_E, by_loss = np.zeros((2, len(X), len(solution.x)))
-    by_E[:, 0], by_E[:, n : n + k] = base.E, -B[:, :k]
-    # One damping ratio of mode 1 is worth this much loss modulus in shear.
-    worth = 2 * modes.omega[0] ** 2 / float(np.sum((structure.B_G @ modes.Phi[:, 0]) ** 2))
-    by_loss[:, 1], by_loss[:, 3], by_loss[:, 4] = base.G * base.loss_G, base.G, worth * base.zeta[0]
-    by_loss[:, n + k : n + 2 * k] = B[:, :k]
-    covariance = solution.covariance
-    plain = evidence.model.structure
-    omega_1 = normal_modes(plain.M, plain.stiffness(base.E, base.G), 1).omega[0]
-    return LawTable(
-        channel=evidence.channels[evidence.reference],
-        amplitude_m=list(map(float, X * (evidence.reference_omega / omega_1) ** 2)),
-        softening=list(map(float, B @ law.softening)),
-        loss=list(map(float, np.maximum(base.G * base.loss_G + B @ law.loss, 0.0))),
-        softening_std=_std(by_E, covariance),
-        loss_std=_std(by_loss, covariance),
-    )
-
-
-def _std(rows: Array, covariance: Array) -> list[float]:
-    return [float(np.sqrt(max(row @ covariance @ row, 0.0))) for row in rows]
-
-
 def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]:
     evidence = predictor.evidence
-    R, omega = predictor.step_receptance(model)
+    R, omega, _ = predictor.step_receptance(model, inner=False)
     H = predictor.responses(R, omega)[:, evidence.reference]
     measured = evidence.steps.response[:, evidence.reference, 0] / evidence.steps.force[:, 0]
     return {

@@ -78,8 +78,10 @@ class IdentifiedJoint(Shown):
         write_identified_report(self.found, self.evidence, Path(path), warnings=self.warnings, commands=commands)
 
     def plot_law(self) -> Figure:
-        """Softening and loss against amplitude, with one standard deviation and the papers' polynomials."""
-        return identified_law_figure(self.found)
+        """Softening over opening and loss over slip, with one standard deviation, and the papers' polynomials."""
+        if not len(self.evidence.steps):
+            raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
+        return identified_law_figure(self.found, self.evidence)
 
     def plot_sweeps(self) -> Figure:
         """Measured and modelled receptances of every sweep."""
@@ -114,9 +116,9 @@ class IdentifiedJoint(Shown):
     def to_dict(self) -> dict[str, Any]:
         """As ``twin identify --json`` prints it, without the model file's name."""
         found = self.found
-        law = found.rig.joint.law
-        assert law is not None
-        nonlinear: dict[str, Any] = {"law": law.model_dump(exclude={"channel"}), "channel": law.channel}
+        assert found.rig.joint.law is not None
+        channel = self.evidence.channels[self.evidence.reference]
+        nonlinear: dict[str, Any] = {"law": found.rig.joint.law.model_dump(), "channel": channel}
         if found.polynomials is not None:
             levels = {name: _fit_dict(fit) for name, fit in found.polynomials.levels.items()}
             nonlinear["polynomials"] = levels | {"all": _fit_dict(found.polynomials.together)}

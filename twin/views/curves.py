@@ -13,21 +13,28 @@ from recordings.run import Run
 from twin.diagnose.candidate import Candidate, extension_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution
 from twin.identify.prediction import Predictor
+from twin.identify.resonances import by_resonance
 from twin.identify.sine_fit import SteadyState, steady_states
 from twin.identify.unknowns import Unknowns
-from twin.structure import normal_modes
+from twin.structure import layer_points, normal_modes
+from twin.structure.mode_law import LayerModes, mode_functions
 from twin.views.receptance import POWERS, receptance_mm_per_N
 
 __all__ = [
     "Fitted",
     "LawBand",
     "ModeShape",
+    "SeenByMode",
     "SteppedSweep",
+    "about_each_resonance",
     "broadband_responses",
     "compared_models",
-    "law_band",
+    "law_bands",
+    "law_in_lowest_mode",
+    "law_reach",
     "mode_shapes",
     "shown_models",
     "stepped_sweeps",
@@ -104,13 +111,55 @@ def _sweep(run: Run, name: str, states: Sequence[SteadyState], force: str | None
 
 @dataclass(frozen=True, kw_only=True)
 class LawBand:
-    """Softening s(X) and loss l(X) of the joint, N/m2, with their standard deviations, at amplitudes X in m."""
+    """One function of the joint's law with its standard deviation.
 
+    Attributes
+    ----------
+    quantity : str
+        ``softening`` or ``loss``.
+    amplitude_m : ndarray, (x,)
+        Of a layer point's opening, or slip.
+    value, std : ndarray, (x,)
+        N/m2.
+    reach_m : tuple of float
+        Smallest and largest amplitude of any point in any step; outside, the function rests on its smoothness.
+    """
+
+    quantity: str
     amplitude_m: Array
-    softening: Array
-    softening_std: Array
-    loss: Array
-    loss_std: Array
+    value: Array
+    std: Array
+    reach_m: tuple[float, float]
+
+    @property
+    def function(self) -> str:
+        """Its symbol, such as ``s(o)``."""
+        return {"softening": "s(o)", "loss": "l(q)"}[self.quantity]
+
+    @property
+    def title(self) -> str:
+        """What it does."""
+        return {"softening": "softening: E′ = E′₀ − s(o)", "loss": "loss: G′ = G′₀ + j l(q)"}[self.quantity]
+
+    @property
+    def label(self) -> str:
+        """Of its axis of amplitudes in micrometres."""
+        return {"softening": "opening o of a layer point, µm", "loss": "slip q of a layer point, µm"}[self.quantity]
+
+    @property
+    def unmeasured_m(self) -> list[tuple[float, float]]:
+        """Ranges of the amplitudes that no step reached."""
+        smallest, largest = self.reach_m
+        ends = ((float(self.amplitude_m[0]), smallest), (largest, float(self.amplitude_m[-1])))
+        return [(low, high) for low, high in ends if low < high]
+
+
+class Swept(Protocol):
+    """A sweep, of whatever kind."""
+
+    @property
+    def frequency_Hz(self) -> Array:
+        """Of its steps."""
 
 
 class Fitted(Protocol):
@@ -125,27 +174,96 @@ class Fitted(Protocol):
         """The minimum that they are."""
 
 
-def law_band(model: Fitted, *, points: int = 120) -> LawBand | None:
-    """The identified law over the amplitudes it was identified on; None where the data had no sine steps."""
-    law = model.unknowns.law
+def law_bands(evidence: Evidence, model: Fitted, *, points: int = 120) -> tuple[LawBand, ...]:
+    """The identified softening and loss over their knots; nothing where the data had no sine steps."""
+    unknowns, covariance = model.unknowns, model.solution.covariance
+    law = unknowns.law
     if not (np.any(law.softening) or np.any(law.loss)):
-        return None
-    X = np.geomspace(law.knots[0], law.knots[-1], points)
-    basis = law.basis(X)
-    start, k = len(model.unknowns.base.vector), len(law.knots)
-    covariance = model.solution.covariance
+        return ()
+    opening, slip = law_reach(evidence, model)
+    o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], points)
+    q = np.geomspace(law.slip_knots[0], law.slip_knots[-1], points)
 
-    def std(first: int) -> Array:
-        block = covariance[first : first + k, first : first + k]
-        return np.sqrt(np.maximum(np.einsum("xi,ij,xj->x", basis, block, basis), 0.0))
+    def band(quantity: str, x: Array, basis: Array, part: slice, reach: tuple[float, float]) -> LawBand:
+        variance = np.einsum("xi,ij,xj->x", basis, covariance[part, part], basis)
+        std = np.sqrt(np.maximum(variance, 0.0))
+        value = basis @ unknowns.vector[part]
+        return LawBand(quantity=quantity, amplitude_m=x, value=value, std=std, reach_m=reach)
 
-    return LawBand(
-        amplitude_m=X,
-        softening=basis @ law.softening,
-        softening_std=std(start),
-        loss=basis @ law.loss,
-        loss_std=std(start + k),
+    return (
+        band("softening", o, law.softening_basis(o), unknowns.softening, opening),
+        band("loss", q, law.loss_basis(q), unknowns.loss, slip),
     )
+
+
+def law_reach(evidence: Evidence, model: Fitted) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Smallest and largest opening, and slip, of any of the layer's points in the measured steps, m."""
+    predictor = Predictor(evidence, _extension(evidence, model))
+    p = len(predictor.points)
+    motion = np.abs(predictor.step_receptance(model.unknowns, inner=False)[2].motion)
+    opening, slip = motion[:, :p], motion[:, p : 2 * p]
+    return (float(opening.min()), float(opening.max())), (float(slip.min()), float(slip.max()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeenByMode:
+    """The law as uniform moduli E' - g1(X), G' + j g2(X) that act on one mode alike, as the papers have them.
+
+    Attributes
+    ----------
+    number : int
+        Of the mode.
+    amplitude_m : ndarray, (x,)
+        X: the acceleration amplitude of the reference channel over the square of that mode's natural frequency.
+    value, std : dict of ndarray, (x,)
+        ``softening`` g1 and ``loss`` g2 with the constant loss of G', N/m2; NaN where no uniform moduli act alike.
+    """
+
+    number: int
+    amplitude_m: Array
+    value: dict[str, Array]
+    std: dict[str, Array]
+
+
+def law_in_lowest_mode(evidence: Evidence, model: Fitted, *, points: int = 60) -> SeenByMode:
+    """The law as the lowest mode that was swept sees it, over the amplitudes that were measured there."""
+    unknowns, steps = model.unknowns, evidence.steps
+    base, law = unknowns.base, unknowns.law
+    structure, output = evidence.model.structure, evidence.outputs[evidence.reference]
+    modes = LayerModes.of(
+        structure, layer_points(structure, evidence.rig.joint.layer_elements),
+        E=base.E, G=base.G, position_m=output.position_m,
+    )  # fmt: skip
+    rows = by_resonance(steps.omega)[0]
+    number = 1 + int(np.argmin(np.abs(np.sqrt(modes.squares) - np.median(steps.omega[rows]))))
+    measured = steps.amplitude_m[rows] * steps.omega[rows] ** 2 / modes.squares[number - 1]
+    X = np.geomspace(measured.min(), measured.max(), points)
+    seen = mode_functions(modes, law.softening_at, law.loss_at, X, number=number)
+    opening, slip = np.split(seen.motion_m, 2, axis=1)
+    by_law = np.concatenate(
+        [
+            np.einsum("xgp,xpk->xgk", by_point, basis)
+            for by_point, basis in zip(
+                np.split(seen.by_moduli, 2, axis=2), (law.softening_basis(opening), law.loss_basis(slip)), strict=True
+            )
+        ],
+        axis=2,
+    )
+    part = slice(unknowns.softening.start, unknowns.loss.stop)
+    variance = np.einsum("xgi,ij,xgj->gx", by_law, model.solution.covariance[part, part], by_law)
+    std = np.sqrt(np.maximum(variance, 0.0))
+    return SeenByMode(
+        number=number,
+        amplitude_m=X,
+        value={"softening": seen.softening, "loss": base.G * base.loss_G + seen.loss},
+        std={"softening": std[0], "loss": std[1]},
+    )
+
+
+def about_each_resonance(sweeps: Sequence[Swept]) -> list[list[int]]:
+    """Places of the sweeps about each resonance, from the lowest resonance to the highest."""
+    middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
+    return [group.tolist() for group in by_resonance(middle)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,5 +338,10 @@ def shown_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
 
 def broadband_responses(evidence: Evidence, model: Fitted, index: int) -> Array:
     """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N."""
-    extension = extension_of(evidence, model.blames) if isinstance(model, Candidate) else None
-    return Predictor(evidence, extension).broadband_response(evidence.broadband[index], model.unknowns)
+    predictor = Predictor(evidence, _extension(evidence, model))
+    return predictor.broadband_response(evidence.broadband[index], model.unknowns)
+
+
+def _extension(evidence: Evidence, model: Fitted) -> Extension | None:
+    """What a candidate blames; nothing is beside a model that was not on trial."""
+    return extension_of(evidence, model.blames) if isinstance(model, Candidate) else None

@@ -4,31 +4,36 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
-from twin.views.curves import Fitted, broadband_responses, law_band, mode_shapes
+from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, law_bands, mode_shapes
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
 __all__ = [
     "Drawing",
     "broadband_figure",
+    "draw_law",
     "dressed",
+    "frame_law",
     "law_figure",
     "legend",
     "modes_figure",
     "panels",
     "residuals_figure",
     "sweeps_figure",
+    "unmeasured_entry",
 ]
 
 Array = NDArray[Any]
@@ -45,6 +50,8 @@ STYLES: dict[str, dict[str, Any]] = {
     "after": {"linestyle": "-", "linewidth": 1.6},
     "model": {"linestyle": "-", "linewidth": 1.6},
 }
+SHADE = "#e6e6e6"
+"""Of amplitudes that were not measured."""
 
 
 class Drawing(Figure):
@@ -59,15 +66,18 @@ class Drawing(Figure):
 def sweeps_figure(
     evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("measured", "before", "after")
 ) -> Figure:
-    """Receptance against frequency, a panel for each channel, a colour for each sweep.
+    """Receptance against frequency: a row for each resonance, in it a panel for each channel, a colour for each sweep.
 
     `kinds` are of ``measured``, ``before`` and ``after``, or ``model`` where both models are one.
     """
     quantity = {output.channel: output.quantity for output in evidence.outputs}
-    channels = sweeps[0].channels
-    figure, row = panels(len(channels), height_in=3.6)
-    for o, (channel, axes) in enumerate(zip(channels, row, strict=True)):
-        for i, sweep in enumerate(sweeps):
+    channels, groups = sweeps[0].channels, about_each_resonance(sweeps)
+    figure = Drawing(figsize=(WIDTH_IN, 0.6 + 3.0 * len(groups)), layout="constrained")
+    grid = figure.subplots(len(groups), len(channels), squeeze=False)
+    for (g, group), (o, channel) in product(enumerate(groups), enumerate(channels)):
+        axes = grid[g][o]
+        for i in group:
+            sweep = sweeps[i]
             order = np.argsort(sweep.frequency_Hz, kind="stable")
             for kind in kinds:
                 H = getattr(sweep, ATTRIBUTE.get(kind, kind))[:, o]
@@ -109,33 +119,44 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
 
 
 def law_figure(evidence: Evidence, models: Mapping[str, Fitted]) -> Figure | None:
-    """Softening and loss of the joint against amplitude, with one standard deviation either way; None without one."""
-    bands = {kind: band for kind, model in models.items() if (band := law_band(model)) is not None}
-    if not bands:
+    """Softening over a layer point's opening and loss over its slip, with one standard deviation; None without one."""
+    laws = {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
+    if not laws:
         return None
-    reference = evidence.channels[evidence.reference]
     figure, row = panels(2, height_in=3.3)
-    for axes, quantity, symbol in zip(row, ("softening", "loss"), ("s", "l"), strict=True):
-        low, high = 0.0, 0.0
-        for kind, band in bands.items():
-            X = 1e3 * band.amplitude_m
-            value, std = (1e-6 * getattr(band, name) for name in (quantity, f"{quantity}_std"))
-            axes.fill_between(X, value - std, value + std, color=KIND[kind], alpha=0.22, linewidth=0)
-            axes.semilogx(X, value, color=KIND[kind], label=kind, **STYLES[kind])
-            low, high = min(0.0, float(np.min(value - std))), max(0.0, float(np.max(value + std)))
-        # Framed by the last, the accepted one: a wrong model may need a law of quite another size.
-        axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
-        sign = "E′ = E′₀ − s(X)" if quantity == "softening" else "loss modulus l(X)"
-        axes.set(
-            title=f"{quantity}: {sign}",
-            xlabel=f"amplitude X at {reference}, mm",
-            ylabel=f"{symbol}(X), N/mm²",
-        )
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        dressed(axes)
-    legend(figure, row[0].get_lines())
+    for i, axes in enumerate(row):
+        for kind, bands in laws.items():
+            draw_law(axes, bands[i], colour=KIND[kind], label=kind, **STYLES[kind])
+        # The last is the accepted one: a wrong model may need a law of quite another size.
+        frame_law(axes, bands[i])
+    legend(figure, [*row[0].get_lines(), unmeasured_entry()])
     return figure
+
+
+def draw_law(axes: Axes, band: LawBand, *, colour: str, **style: Any) -> None:
+    """One function of the joint's law with one standard deviation, N/mm2 over micrometres."""
+    x, value, std = 1e6 * band.amplitude_m, 1e-6 * band.value, 1e-6 * band.std
+    axes.fill_between(x, value - std, value + std, color=colour, alpha=0.22, linewidth=0)
+    axes.semilogx(x, value, color=colour, **style)
+
+
+def frame_law(axes: Axes, band: LawBand) -> None:
+    """Axes that hold this function, and shade where no step reached."""
+    low = 1e-6 * min(0.0, float(np.min(band.value - band.std)))
+    high = 1e-6 * max(0.0, float(np.max(band.value + band.std)))
+    axes.set_xlim(1e6 * band.amplitude_m[0], 1e6 * band.amplitude_m[-1])
+    axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    for first, last in band.unmeasured_m:
+        axes.axvspan(1e6 * first, 1e6 * last, color=SHADE, linewidth=0, zorder=0.4)
+    axes.set(title=band.title, xlabel=band.label, ylabel=f"{band.function}, N/mm²")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    dressed(axes)
+
+
+def unmeasured_entry() -> Patch:
+    """What the shade of :func:`frame_law` means, for a legend."""
+    return Patch(facecolor=SHADE, label="no step reached this")
 
 
 def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure:

@@ -2,70 +2,96 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
+from numpy.typing import NDArray
 
+from twin.identify.evidence import Evidence
 from twin.identify.identified import Identified
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.regularisation import LCurve
-from twin.views.figures import dressed, legend, panels
+from twin.rigs import LayerLawTable
+from twin.views.curves import LawBand, law_in_lowest_mode, law_reach
+from twin.views.figures import WIDTH_IN, Drawing, draw_law, dressed, frame_law, legend, panels, unmeasured_entry
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
-__all__ = ["identified_law_figure", "strength_figure"]
+__all__ = ["file_law_bands", "identified_law_figure", "strength_figure"]
+
+Array = NDArray[Any]
 
 POINTS = 80
 
 
-def identified_law_figure(found: Identified) -> Figure:
-    """Softening and loss with one standard deviation, and the polynomials of each level and of all together."""
-    law = found.rig.joint.law
-    assert law is not None
-    X = np.array(law.amplitude_m)
-    # The file measures amplitude at the identified resonance, the fits at the believed one.
-    measure = X[-1] / found.unknowns.law.knots[-1]
-    figure, row = panels(2, height_in=3.6)
-    for axes, quantity in zip(row, ("softening", "loss"), strict=True):
-        value, std = (1e-6 * np.array(getattr(law, name)) for name in (quantity, f"{quantity}_std"))
-        axes.fill_between(1e3 * X, value - std, value + std, color=AFTER, alpha=0.22, linewidth=0)
-        axes.semilogx(1e3 * X, value, color=AFTER, linewidth=1.8)
-        if found.polynomials is not None:
-            fits = [*found.polynomials.levels.values(), found.polynomials.together]
-            for i, fit in enumerate(fits):
-                last = i == len(fits) - 1
-                _polynomial(axes, fit, quantity, X[1], measure, colour=INK if last else level_colour(i + 1))
-        top, bottom = max(0.0, float((value + std).max())), min(0.0, float((value - std).min()))
-        axes.set_ylim(bottom - 0.08 * (top - bottom), top + 0.08 * (top - bottom))
-        axes.set_xlim(1e3 * X[1], 1e3 * X[-1])
-        title = "softening: E′ = E′₀ − s(X)" if quantity == "softening" else "loss modulus l(X)"
-        axes.set(title=title, xlabel=f"amplitude X at {law.channel}, mm", ylabel=f"{title[0]}(X), N/mm²")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        dressed(axes)
-    entries = [Line2D([], [], color=AFTER, linewidth=1.8, label="model, ± one standard deviation")]
+def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
+    """Softening over opening and loss over slip; below, over a sensor's amplitude, the papers' polynomials.
+
+    Beside the polynomials of each level stands the same law as the lowest mode that was swept sees it.
+    """
+    rows = 2 if found.polynomials is not None else 1
+    figure = Drawing(figsize=(WIDTH_IN, 0.6 + 3.1 * rows), layout="constrained")
+    grid = figure.subplots(rows, 2, squeeze=False)
+    for axes, band in zip(grid[0], file_law_bands(found, evidence), strict=True):
+        draw_law(axes, band, colour=AFTER, linewidth=1.8)
+        frame_law(axes, band)
+    entries = [
+        Line2D([], [], color=AFTER, linewidth=1.8, label="model, ± one standard deviation"),
+        unmeasured_entry(),
+    ]
     if found.polynomials is not None:
         names = [*found.polynomials.levels, "all levels"]
-        entries += [
-            Line2D(
-                [], [], color=INK if i == len(names) - 1 else level_colour(i + 1), linestyle="--",
-                label=f"polynomials, {name}",
+        fits = [*found.polynomials.levels.values(), found.polynomials.together]
+        colours = [level_colour(i + 1) for i in range(len(fits) - 1)] + [INK]
+        seen = law_in_lowest_mode(evidence, found)
+        X = 1e3 * seen.amplitude_m
+        for axes, quantity in zip(grid[1], ("softening", "loss"), strict=True):
+            value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
+            axes.fill_between(X, value - std, value + std, color=AFTER, alpha=0.22, linewidth=0)
+            axes.semilogx(X, value, color=AFTER, linewidth=1.8)
+            for fit, colour in zip(fits, colours, strict=True):
+                _polynomial(axes, fit, quantity, seen.amplitude_m[0], colour=colour)
+            top, bottom = max(0.0, float(np.nanmax(value + std))), min(0.0, float(np.nanmin(value - std)))
+            axes.set_ylim(bottom - 0.08 * (top - bottom), top + 0.08 * (top - bottom))
+            function = {"softening": "g1(X)", "loss": "g2(X)"}[quantity]
+            axes.set(
+                title=f"{quantity} as mode {seen.number} sees it: {function}",
+                xlabel=f"amplitude X at {evidence.channels[evidence.reference]}, mm",
+                ylabel=f"{function}, N/mm²",
             )
-            for i, name in enumerate(names)
-        ]  # fmt: skip
+            axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axes.xaxis.set_major_formatter("{x:g}")
+            dressed(axes)
+        entries += [
+            Line2D([], [], color=colour, linestyle="--", label=f"polynomials, {name}")
+            for name, colour in zip(names, colours, strict=True)
+        ]
     legend(figure, entries, columns=3)
     return figure
 
 
-def _polynomial(
-    axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, measure: float, *, colour: str
-) -> None:
+def file_law_bands(found: Identified, evidence: Evidence) -> tuple[LawBand, LawBand]:
+    """The law as the model file has it, constant loss included; of what a response feels, the standard deviations."""
+    law = found.rig.joint.law
+    assert isinstance(law, LayerLawTable)
+
+    def band(quantity: str, knots: list[float], reach: tuple[float, float]) -> LawBand:
+        value, std = (np.array(getattr(law, name)[1:]) for name in (quantity, f"{quantity}_std"))
+        return LawBand(quantity=quantity, amplitude_m=np.array(knots[1:]), value=value, std=std, reach_m=reach)
+
+    opening, slip = law_reach(evidence, found)
+    return band("softening", law.opening_m, opening), band("loss", law.slip_m, slip)
+
+
+def _polynomial(axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, *, colour: str) -> None:
     """One fit over the amplitudes that it holds for."""
-    X = np.geomspace(min(smallest_m / measure, 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, POINTS)
+    X = np.geomspace(min(smallest_m, 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, POINTS)
     value = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
-    axes.plot(1e3 * measure * X, 1e-6 * value, color=colour, linestyle="--", linewidth=1.2)
+    axes.plot(1e3 * X, 1e-6 * value, color=colour, linestyle="--", linewidth=1.2)
 
 
 def strength_figure(fit: PolynomialFit) -> Figure:

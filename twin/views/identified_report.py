@@ -14,8 +14,9 @@ from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.prediction import Predictor
 from twin.views.answer import estimate_text
+from twin.views.curves import law_reach
 from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
-from twin.views.identified_figures import identified_law_figure, strength_figure
+from twin.views.identified_figures import file_law_bands, identified_law_figure, strength_figure
 from twin.views.identified_tables import (
     Determined,
     determined,
@@ -36,7 +37,7 @@ def fitted_sweeps(found: Identified, evidence: Evidence) -> tuple[SweepCompariso
     if not len(evidence.steps):
         return ()
     predictor = Predictor(evidence)
-    R, omega = predictor.step_receptance(found.unknowns)
+    R, omega, _ = predictor.step_receptance(found.unknowns, inner=False)
     H = predictor.responses(R, omega)
     return sweeps_beside(evidence, H, H)
 
@@ -54,11 +55,13 @@ def identified_sentence(found: Identified, evidence: Evidence) -> str:
             "and no value below can be relied on before 'twin diagnose' has named what it is."
         )
     told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.unknowns.base.zeta[0]:.3g} %"
-    law, errors = found.rig.joint.law, list(found.residual_percent.values())
-    if errors and law is not None:
+    errors = list(found.residual_percent.values())
+    if errors:
+        (_, largest), _ = law_reach(evidence, found)
+        fallen = float(np.max(found.unknowns.law.softening_at(np.linspace(0.0, largest, 200))))
         told += (
-            f"; E′ falls by up to {100 * max(law.softening) / found.unknowns.base.E:.2g} % over the amplitudes measured"
-            f", and the model meets the sweeps within {min(errors):.2g} to {max(errors):.2g} %"
+            f"; E′ falls by up to {100 * fallen / found.unknowns.base.E:.2g} % as far as the layer was opened "
+            f"({1e6 * largest:.2g} µm), and the model meets the sweeps within {min(errors):.2g} to {max(errors):.2g} %"
         )
     return f"{told}."
 
@@ -108,7 +111,7 @@ def _sections(
     commands: Sequence[str],
 ) -> Iterator[Section]:
     rows = determined(found, evidence)
-    yield _parameters(found, rows)
+    yield _parameters(found, evidence, rows)
     if len(evidence.steps):
         yield _sweeps(found, evidence, fitted_sweeps(found, evidence))
     if evidence.broadband:
@@ -124,20 +127,31 @@ def _sections(
         yield Section(title="To get this again", commands=commands)
 
 
-def _parameters(found: Identified, rows: Sequence[Determined]) -> Section:
+def _parameters(found: Identified, evidence: Evidence, rows: Sequence[Determined]) -> Section:
     tables, pictures = [parameter_table(tuple(rows))], []
-    law = found.rig.joint.law
-    if found.residual_percent and law is not None:
-        last = f"at {1e3 * law.amplitude_m[-1]:.3g} mm"
+    if found.residual_percent:
+        softening, loss = file_law_bands(found, evidence)
+        told = "; ".join(
+            f"at {name} {1e6 * band.amplitude_m[-1]:.3g} µm the {band.quantity} is {1e-6 * band.value[-1]:.3g} N/mm²"
+            for name, band in (("an opening of", softening), ("a slip of", loss))
+        )
+        caption = (
+            "The joint's law as the model file has it, for each point of the layer by its own opening and slip: "
+            "splines, with one standard deviation either way. Shaded: no step moved any point so little, or so far."
+        )
+        if found.polynomials is not None:
+            caption += (
+                " Below, over one sensor's amplitude: the same law as moduli of the whole layer that act alike on "
+                "the lowest mode that was swept, and the papers' polynomials as far as they hold. Their own "
+                "uncertainty is in their table."
+            )
         pictures.append(
             picture(
-                identified_law_figure(found),
-                alt="Softening and loss modulus of the joint against amplitude, with bands of one standard deviation "
-                f"and the polynomials of each level. {last.capitalize()} the softening is "
-                f"{1e-6 * law.softening[-1]:.3g} N/mm² and the loss modulus {1e-6 * law.loss[-1]:.3g} N/mm².",
-                caption="The joint's law as the model file has it (splines, with one standard deviation either way), "
-                "and the papers' polynomials as far as they hold. The band covers the joint; a polynomial's own "
-                "uncertainty is in its table.",
+                identified_law_figure(found, evidence),
+                alt="Softening of the joint over the opening of a point of its layer, and loss modulus over its slip, "
+                f"with bands of one standard deviation: {told}."
+                + (" Below, the polynomials of each level over one sensor's amplitude." if found.polynomials else ""),
+                caption=caption,
             )
         )
     if found.polynomials is not None:
@@ -267,8 +281,9 @@ def _assumed(evidence: Evidence) -> Section:
         items=[
             f"The rig file: two beams with an overlap of {1e3 * rig.joint.overlap:g} mm, clamped at one end, driven at "
             f"{rig.drive.position:g} m; {places}." + (f" Its effects act: {effects}." if effects else ""),
-            "The joint is a thin layer with moduli E′ − s(X) and G′ + j l(X), smooth functions of one amplitude X, "
-            f"that of {evidence.channels[evidence.reference]} scaled to its inertia at resonance.",
+            f"The joint is a thin layer of {rig.joint.layer_elements} elements. Each has the moduli E′ − s(o) and "
+            "G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q; they are the same for all "
+            "elements and in every mode.",
             "The force is what the force cell reads; steps that were still changing were left out.",
             "The noise is estimated from the recordings themselves, and is Gaussian; the model may be wrong by a "
             "little more, which counts as noise.",

@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
+from twin.identify.extended_rig import ExtendedRig
 from twin.identify.extension import Extension
+from twin.identify.linear_model import BaseParameters
 from twin.identify.prediction import Predictor
+from twin.identify.receptance import update_receptance
 from twin.identify.sweeps import rows_by_sweep
 from twin.structure.assembly import Structure
 from twin.views.curves import Fitted, ModeShape
@@ -39,8 +42,10 @@ class Motion:
         How the layer opens across.
     shear_x, slip : ndarray, (q,)
         How its faces slide along each other.
+    widest, farthest : complex
+        Mean opening of the layer element that opens most, and mean slip of the one that slips most.
     peel_N, shear_N : complex
-        Normal and shear force that the layer carries at its point that opens, or slips, most; 0 where no force drives.
+        Normal and shear force that these carry; 0, as their motion, where no force drives.
     """
 
     title: str
@@ -53,18 +58,10 @@ class Motion:
     opening: Array
     shear_x: Array
     slip: Array
+    widest: complex = 0.0
+    farthest: complex = 0.0
     peel_N: complex = 0.0
     shear_N: complex = 0.0
-
-    @property
-    def widest(self) -> complex:
-        """The opening of the point that opens most."""
-        return complex(self.opening[np.argmax(np.abs(self.opening))])
-
-    @property
-    def farthest(self) -> complex:
-        """The slip of the point that slips most."""
-        return complex(self.slip[np.argmax(np.abs(self.slip))])
 
 
 def modal_motion(shape: ModeShape) -> Motion:
@@ -88,8 +85,7 @@ def operating_motions(
 ) -> list[Motion]:
     """The motion at the largest step of each sweep, mm.
 
-    The layer's moduli are those of the fitted law at the measured amplitude, as in the fit itself.  What nonlinear
-    causes add beside it (a stop, a slap, friction) acts on the fundamental here only as far as the law took it up.
+    The layer has the fitted law's stiffness at each of its points, and nonlinear causes theirs, as in the fit itself.
 
     Parameters
     ----------
@@ -110,43 +106,68 @@ def operating_motions(
             tops.append((sweep.sweep, int(inside[np.argmax(size[inside])])))
     if not tops:
         return []
+    fitted = Predictor(evidence, extension)
+    _, omega, balance = fitted.step_receptance(model.unknowns, inner=False)
     # The clamp's own motion is left out, and a sensor that sits elsewhere than believed moves no beam.
-    acting = evidence.known.merged(extension or Extension())
-    structural = replace(acting, output_offset_m={}, nonlinear=(), base_receptance=0.0)
-    predictor = Predictor(replace(evidence, effects=()), structural)
-    s, attached = predictor.model.structure, predictor.model.ports
-    mesh, looked = s.mesh, _looked_at(s)
-    predictor.model = predictor.model.with_ports(np.vstack([attached.rows[attached.extra], *looked]))
-    cuts = np.cumsum([len(part) for part in looked])[:-1]
+    seen = replace(fitted.extension, output_offset_m={}, base_receptance=0.0)
+    structural = ExtendedRig(replace(evidence, effects=()), seen)
+    s, base = structural.model.structure, model.unknowns.base
     rows = np.array([row for _, row in tops])
-    X, time_s = predictor.amplitude_m[rows], steps.time_s[rows] - evidence.origin_s
-    omega = predictor.clock(steps.omega[rows], time_s)
-    base = model.unknowns.base
-    dE, dG = predictor.moduli_changes(model.unknowns, X, time_s)
-    R = predictor.receptance(omega, base, dE, dG)
-    moved = R[:, attached.extra.stop :, attached.drive] * np.abs(steps.force[rows, :1])
-    E, G = base.E * (1 + 1j * base.loss_E) + dE, base.G * (1 + 1j * base.loss_G) + dG
+    force, time_s = np.abs(evidence.steps.force[rows, :1]), structural.step_times[rows]
+    looked = _looked_at(s)
+    first = len(structural.step_model.ports.rows)
+    structural.step_model = structural.step_model.with_points(np.vstack(looked))
+    R = structural.receptance(omega[rows], base, time_s, inner=False, points=True)
+    R = update_receptance(R, structural.moving, balance.stiffness[rows])
+    driven = R[:, :, structural.model.ports.drive] * force
+    # What harmonics of the motion add is energy that goes to and fro between them and the fundamental, not a loop.
+    by_law = (balance.stiffness - balance.more)[rows, : 2 * len(structural.points)]
+    moved, carried = _carried(structural, base, time_s, by_law, driven)
     motions = []
     for k, (name, row) in enumerate(tops):
-        v, opening, slip = np.split(moved[k], cuts)
-        widest, farthest = int(np.argmax(np.abs(opening))), int(np.argmax(np.abs(slip)))
+        v, opening, slip = np.split(driven[k, first:], np.cumsum([len(part) for part in looked])[:-1])
         motions.append(
             Motion(
-                title=f"{name}, {steps.omega[row] / (2 * np.pi):.5g} Hz",
+                title=f"{name}, {evidence.steps.omega[row] / (2 * np.pi):.5g} Hz",
                 unit="mm",
-                lower_x=mesh.lower_x,
-                upper_x=mesh.upper_x,
-                lower=1e3 * v[: len(mesh.lower_x)],
-                upper=1e3 * v[len(mesh.lower_x) :],
+                lower_x=s.mesh.lower_x,
+                upper_x=s.mesh.upper_x,
+                lower=1e3 * v[: len(s.mesh.lower_x)],
+                upper=1e3 * v[len(s.mesh.lower_x) :],
                 layer_x=s.layer_x,
                 opening=1e3 * opening,
                 shear_x=s.shear_x,
                 slip=1e3 * slip,
-                peel_N=complex(E[k] * s.normal_weight[widest] ** 2 * opening[widest]),
-                shear_N=complex(G[k] * s.shear_weight[farthest] ** 2 * slip[farthest]),
+                widest=complex(1e3 * moved[k, 0]),
+                farthest=complex(1e3 * moved[k, 1]),
+                peel_N=complex(carried[k, 0]),
+                shear_N=complex(carried[k, 1]),
             )
         )
     return motions
+
+
+def _carried(
+    rig: ExtendedRig, base: BaseParameters, time_s: Array, by_law: Array, driven: Array
+) -> tuple[Array, Array]:
+    """Motion (k, 2), m, of the elements that open and that slip most, and the forces (k, 2) that they carry, N.
+
+    Parameters
+    ----------
+    by_law : ndarray, (k, 2 p)
+        What the law adds to the stiffness of the layer's points, N/m.
+    driven : ndarray, (k, q)
+        Motion of all ports, m.
+    """
+    p = len(rig.points)
+    dE, dG = rig.moduli_changes(base, time_s)
+    moduli = np.stack([base.E * (1 + 1j * base.loss_E) + dE, base.G * (1 + 1j * base.loss_G) + dG], axis=1)
+    stiffness = np.repeat(moduli, p, axis=1) * rig.points.weights + by_law
+    motion = driven[:, rig.moving[: 2 * p]]
+    size = np.abs(motion)
+    most = np.stack([np.argmax(size[:, :p], axis=1), p + np.argmax(size[:, p:], axis=1)], axis=1)
+    moved = np.take_along_axis(motion, most, axis=1)
+    return moved, moved * np.take_along_axis(stiffness, most, axis=1)
 
 
 def _looked_at(s: Structure) -> tuple[Array, Array, Array]:

@@ -261,10 +261,11 @@ def _identified(diagnosis: Diagnosis) -> Section:
         pictures.append(
             picture(
                 law,
-                alt="Softening and loss of the joint against amplitude on a logarithmic axis, with bands of one "
-                "standard deviation.",
-                caption="The joint's law with one standard deviation either way. Framed by the accepted model: a wrong "
-                "one may need a law of quite another size, and then lies outside.",
+                alt="Softening of the joint over the opening of a point of its layer, and loss over its slip, on "
+                "logarithmic axes, with bands of one standard deviation.",
+                caption="The joint's law with one standard deviation either way, for each point of the layer by its "
+                "own opening and slip. Shaded: no step moved any point so little, or so far. Framed by the accepted "
+                "model: a wrong one may need a law of quite another size, and then lies outside.",
             )
         )
     pictures.append(
@@ -300,7 +301,8 @@ def _assumed(diagnosis: Diagnosis) -> Section:
             f"{rig.drive.position:g} m; {places}. "
             + (f"Its effects act: {effects}. " if effects else "")
             + "Anything else than the named causes is as it says.",
-            "The joint is a thin layer with moduli E′ − s(X) and G′ + j l(X), smooth functions of one amplitude X.",
+            f"The joint is a thin layer of {rig.joint.layer_elements} elements. Each has the moduli E′ − s(o) and "
+            "G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q.",
             "The force is what the force cell reads; the steps used were settled.",
             "The noise is estimated from the recordings themselves, and is Gaussian.",
             f"At most a few of the listed causes act at once. Anything up to chi² {diagnosis.misfit.threshold:g} per "

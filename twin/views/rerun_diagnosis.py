@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,14 @@ from twin.diagnose.result import Diagnosis
 from twin.identify.evidence import Evidence
 from twin.views.answer import answer_markdown
 from twin.views.chart import Chart, common_range
-from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes
+from twin.views.curves import (
+    LawBand,
+    about_each_resonance,
+    broadband_responses,
+    compared_models,
+    law_bands,
+    mode_shapes,
+)
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.rerun_fit import draw_backbone, draw_history, draw_l_curve, draw_residuals
@@ -28,6 +35,8 @@ from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 __all__ = ["save_diagnosis"]
 
 Array = NDArray[Any]
+
+UNREACHED = "#5f5f5f"
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
@@ -47,12 +56,10 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         moving = motions[-1] if motions else modal_motion(mode_shapes(evidence, fitted, count=1)[0])
         rig, joint = animate_rig(recording, evidence, moving), animate_joint(recording, moving)
         tabs: list[Any] = []
-        sweeps = _comparison(recording, evidence, diagnosis.sweeps, "sweeps")
-        if sweeps:
-            tabs.append(rrb.Grid(*sweeps, grid_columns=len(sweeps) // 2, name="Sweeps"))
-        held_out = _comparison(recording, evidence, diagnosis.held_out, "held_out")
-        if held_out:
-            tabs.append(rrb.Grid(*held_out, grid_columns=len(held_out) // 2, name="Held out"))
+        for title, group, shown in (
+            ("Sweeps", "sweeps", diagnosis.sweeps), ("Held out", "held_out", diagnosis.held_out)
+        ):  # fmt: skip
+            tabs += _by_resonance(recording, evidence, shown, title, group)
         broadband = _broadband(recording, diagnosis)
         if broadband:
             columns = len(evidence.channels)
@@ -80,12 +87,26 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         send_layout(recording, layout, timeline=SLOW_MOTION, play_state="playing", loop_mode="all")
 
 
+def _by_resonance(
+    recording: rr.RecordingStream, evidence: Evidence, sweeps: Sequence[SweepComparison], title: str, group: str
+) -> list[rrb.Grid]:
+    """A tab of charts for the sweeps about each resonance."""
+    groups = about_each_resonance(sweeps)
+    tabs = []
+    for number, places in enumerate(groups, 1):
+        several = len(groups) > 1
+        chosen = [sweeps[place] for place in places]
+        views = _comparison(recording, evidence, chosen, f"{group}/{number}" if several else group)
+        middle_Hz = float(np.median(np.concatenate([sweep.frequency_Hz for sweep in chosen])))
+        name = f"{title}, {middle_Hz:.3g} Hz" if several else title
+        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=name))
+    return tabs
+
+
 def _comparison(
     recording: rr.RecordingStream, evidence: Evidence, sweeps: Sequence[SweepComparison], group: str
 ) -> list[rrb.Spatial2DView]:
-    """Charts of receptance, one a channel, then of residuals, one a channel; all sweeps in each."""
-    if not sweeps:
-        return []
+    """Charts of receptance, one a channel, then of residuals, one a channel; all these sweeps in each."""
     quantity = {output.channel: output.quantity for output in evidence.outputs}
     channels = sweeps[0].channels
     x_range = common_range([sweep.frequency_Hz for sweep in sweeps])
@@ -191,37 +212,42 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
 
 
 def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
-    """Softening and loss against amplitude, with bands of one standard deviation, of both models."""
-    bands = {kind: law_band(candidate) for kind, candidate in compared_models(diagnosis).items()}
-    views = []
-    for quantity, symbol in (("softening", "s"), ("loss", "l")):
-        values = [
-            (kind, 1e3 * band.amplitude_m, 1e-6 * getattr(band, quantity), 1e-6 * getattr(band, f"{quantity}_std"))
-            for kind, band in bands.items()
-            if band is not None
-        ]
-        if not values:
+    """Softening over opening and loss over slip, with bands of one standard deviation, of both models."""
+    laws = {
+        kind: bands
+        for kind, candidate in compared_models(diagnosis).items()
+        if (bands := law_bands(diagnosis.evidence, candidate))
+    }
+    return [_law_chart(recording, {kind: bands[i] for kind, bands in laws.items()}) for i in range(2) if laws]
+
+
+def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> rrb.Spatial2DView:
+    """One function of the law by every model, framed by the last; dashed lines tell how far the steps reached."""
+    accepted = list(bands.values())[-1]
+    top, std = 1e-6 * accepted.value, 1e-6 * accepted.std
+    chart = Chart(
+        recording,
+        f"/law/{accepted.quantity}",
+        f"Joint's {accepted.title}",
+        accepted.label,
+        f"{accepted.quantity} {accepted.function}, N/mm²",
+        common_range([1e6 * band.amplitude_m for band in bands.values()], log=True),
+        common_range([np.zeros(1), top - std, top + std], margin=0.12),
+        log_x=True,
+    )
+    for kind, band in bands.items():
+        colour, x, y, std = KIND[kind], 1e6 * band.amplitude_m, 1e-6 * band.value, 1e-6 * band.std
+        if not np.any((y > chart.y_range[0]) & (y < chart.y_range[1])):
+            chart.tell(f"{kind}: {np.median(y):.3g}, off the axis", colour)
             continue
-        *_, top, std = values[-1]
-        chart = Chart(
-            recording,
-            f"/law/{quantity}",
-            f"Joint's {quantity} {symbol}(X)",
-            f"amplitude X at {diagnosis.evidence.channels[diagnosis.evidence.reference]}, mm",
-            f"{quantity} {symbol}(X), N/mm²",
-            common_range([X for _, X, _, _ in values], log=True),
-            common_range([np.zeros(1), top - std, top + std], margin=0.12),
-            log_x=True,
-        )
-        for kind, X, y, std in values:
-            colour = KIND[kind]
-            if not np.any((y > chart.y_range[0]) & (y < chart.y_range[1])):
-                chart.tell(f"{kind}: {np.median(y):.3g}, off the axis", colour)
-                continue
-            chart.line(kind, X, y, colour, width=2.5, dashed=kind == "before")
-            chart.line(f"{kind}/upper", X, y + std, colour, width=0.8, legend=False)
-            chart.line(f"{kind}/lower", X, y - std, colour, width=0.8, legend=False)
-        chart.tell("thin: one standard deviation", INK, "line")
-        chart.close()
-        views.append(chart.view())
-    return views
+        chart.line(kind, x, y, colour, width=2.5, dashed=kind == "before")
+        chart.line(f"{kind}/upper", x, y + std, colour, width=0.8, legend=False)
+        chart.line(f"{kind}/lower", x, y - std, colour, width=0.8, legend=False)
+    for i, end_m in enumerate(accepted.reach_m):
+        if chart.x_range[0] < 1e6 * end_m < chart.x_range[1]:
+            at = np.full(2, 1e6 * end_m)
+            chart.line(f"reach/{i}", at, np.array(chart.y_range), UNREACHED, width=1, dashed=True, legend=False)
+    chart.tell("thin: one standard deviation", INK, "line")
+    chart.tell("smallest and largest in any step", UNREACHED, "dashed")
+    chart.close()
+    return chart.view()

@@ -74,9 +74,10 @@ def test_polynomials_per_level_and_together(identified):
 
 def test_the_law_softens_and_loses_more_as_the_amplitude_grows(identified):
     law = identified.rig.joint.law
-    X, g1, g2 = (np.array(v) for v in (law.amplitude_m, law.softening, law.loss))
-    strong = X > 3e-4
+    o, q, g1, g2 = (np.array(v) for v in (law.opening_m, law.slip_m, law.softening, law.loss))
+    strong = o > 1e-6
     assert np.all(np.diff(g1[strong]) > 0)
     assert g1[-1] > 0.3 * identified.rig.joint.preload["120N"].normal_modulus
     assert g2[-1] > 3 * g2[0] >= 0
-    assert len(law.softening_std) == len(law.loss_std) == len(X)
+    assert len(law.softening_std) == len(o)
+    assert len(law.loss_std) == len(q)

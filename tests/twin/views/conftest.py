@@ -20,7 +20,7 @@ from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.identified import identify_rig
-from twin.identify.joint_law import SplineLaw
+from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.sine_fit import SteadyState
 from twin.identify.unknowns import TIGHT, Unknowns
@@ -55,8 +55,10 @@ def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
     outputs = (Output("acc1", "acceleration", 0.3), Output("acc2", "acceleration", 0.42))
     preload = rig.preload_name(None)
     model = build_linear_model(rig, list(outputs), preload=preload)
-    knots = np.geomspace(1e-4, 3e-3, 4)
-    law = SplineLaw(knots, 1e7 * np.array([0.1, 0.5, 2.0, 6.0]), 1e7 * np.array([0.1, 0.6, 3.0, 9.0]))
+    law = LayerLaw(
+        np.geomspace(1e-7, 1e-5, 4), np.geomspace(5e-8, 5e-6, 4),
+        1e7 * np.array([0.1, 0.5, 2.0, 6.0]), 1e7 * np.array([0.1, 0.6, 3.0, 9.0]),
+    )  # fmt: skip
     unknowns = Unknowns(believed_parameters(rig, preload), law)
     frequency = np.tile(np.linspace(25.0, 27.5, 21), 2)
     level = np.repeat([1.5, 3.0], 21)
@@ -86,12 +88,25 @@ def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
 
 
 def _measured(evidence: Evidence, truth: Candidate) -> Evidence:
-    """The evidence with what `truth` predicts as responses, the sweeps with noise."""
-    steps = evidence.steps
-    response = np.zeros_like(steps.response)
-    noise = np.random.default_rng(3).normal(size=response.shape[:2])
-    response[:, :, 0] = predicted_steps(evidence, truth) * steps.force[:, :1] * (1 + 0.3 * NOISE * noise)
-    evidence = replace(evidence, steps=replace(steps, response=response))
+    """The evidence with what `truth` predicts as responses, the sweeps with noise.
+
+    The reference channel moves as far as its level would move it were the joint linear; the force is what that takes.
+    """
+    steps, at = evidence.steps, evidence.reference
+    law = truth.unknowns.law
+    linear = replace(
+        truth, unknowns=Unknowns(truth.unknowns.base, LayerLaw.zero(law.opening_knots, law.slip_knots))
+    )  # fmt: skip
+    response, force = np.zeros_like(steps.response), np.zeros_like(steps.force)
+    response[:, at, 0] = predicted_steps(evidence, linear)[:, at] * steps.force[:, 0]
+    moved = replace(evidence, steps=replace(steps, response=response))
+    H = predicted_steps(moved, truth)
+    force[:, 0] = response[:, at, 0] / H[:, at]
+    noise = np.random.default_rng(3).normal(size=H.shape)
+    response = response.copy()
+    response[:, :, 0] = H * force[:, :1] * (1 + 0.3 * NOISE * noise)
+    amplitude_m = np.abs(response[:, at, 0]) / steps.omega**2
+    evidence = replace(evidence, steps=replace(steps, response=response, force=force, amplitude_m=amplitude_m))
     (binned,) = evidence.broadband
     return replace(evidence, broadband=(replace(binned, H=broadband_responses(evidence, truth, 0)),))
 

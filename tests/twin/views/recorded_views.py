@@ -156,6 +156,6 @@ def view_origins(path: Path) -> list[str]:
 def candidate(unknowns: Unknowns, blames: tuple[Blame, ...], history: tuple[float, ...]) -> Candidate:
     """A fit that ended at these unknowns, its chi2 by turns."""
     x = unknowns.vector
-    std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 16, 1e5), [0.1, 0.1]])
+    std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 14, 1e5)])
     solution = Solution(x, history[-1], 0.0, np.diag(1 / std**2), np.zeros(4), np.zeros((4, len(x))), history)
     return Candidate(blames, unknowns, solution, 0.0, 100)

@@ -13,10 +13,18 @@ from twin.diagnose.candidate import Blame, extension_of
 from twin.diagnose.causes import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate
 from twin.identify.evidence import Evidence
+from twin.identify.joint_law import LayerLaw
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import Unknowns
 from twin.views.answer import estimate_text, residual_rows
-from twin.views.curves import broadband_responses, compared_models, law_band, mode_shapes, stepped_sweeps
+from twin.views.curves import (
+    broadband_responses,
+    compared_models,
+    law_bands,
+    law_in_lowest_mode,
+    mode_shapes,
+    stepped_sweeps,
+)
 from twin.views.style import ticks
 
 
@@ -31,15 +39,62 @@ def test_receptances_of_a_run_are_those_of_its_resonance(run: Run) -> None:
         assert sweep.harmonics["acc1"][:, 1] / sweep.harmonics["acc1"][:, 0] == pytest.approx(0.01, rel=1e-3)
 
 
-def test_the_laws_band_is_the_scatter_of_its_knots(diagnosis: Diagnosis) -> None:
+def test_the_laws_bands_are_the_scatter_of_its_knots(diagnosis: Diagnosis) -> None:
     candidate = diagnosis.search.model
-    band = law_band(candidate)
-    assert band is not None
+    softening, loss = law_bands(diagnosis.evidence, candidate)
     law, generator = candidate.unknowns.law, np.random.default_rng(1)
-    knots = law.loss + 1e5 * generator.normal(size=(4000, len(law.knots)))
-    scatter = np.std(knots @ law.basis(band.amplitude_m).T, axis=0)
-    assert band.loss_std == pytest.approx(scatter, rel=0.06)
-    assert band.loss == pytest.approx(law.loss_at(band.amplitude_m))
+    for band, knots, basis in (
+        (softening, law.softening, law.softening_basis(softening.amplitude_m)),
+        (loss, law.loss, law.loss_basis(loss.amplitude_m)),
+    ):
+        scatter = np.std((knots + 1e5 * generator.normal(size=(4000, len(knots)))) @ basis.T, axis=0)
+        assert band.std == pytest.approx(scatter, rel=0.06)
+    assert softening.value == pytest.approx(law.softening_at(softening.amplitude_m))
+    assert loss.value == pytest.approx(law.loss_at(loss.amplitude_m))
+
+
+def test_a_law_is_shaded_where_no_step_reached(diagnosis: Diagnosis) -> None:
+    """The layer's points move as the measured steps say; beyond the farthest of them nothing was measured."""
+    evidence, model = diagnosis.evidence, diagnosis.search.model
+    predictor = Predictor(evidence, extension_of(evidence, model.blames))
+    motion = np.abs(predictor.step_receptance(model.unknowns)[2].motion)
+    points = len(predictor.points)
+    for band, part in zip(
+        law_bands(evidence, model), (motion[:, :points], motion[:, points : 2 * points]), strict=True
+    ):
+        assert band.reach_m == pytest.approx((part.min(), part.max()), rel=1e-6)
+        last = band.amplitude_m[-1]
+        assert [high for _, high in band.unmeasured_m if high > part.max()] == ([last] if last > part.max() else [])
+
+
+def test_uniform_moduli_as_the_mode_sees_them_answer_as_the_layers_points_do(diagnosis: Diagnosis) -> None:
+    """Near the resonance the moduli at each step's own amplitude and the points' own stiffness move the tip alike."""
+    evidence, model = diagnosis.evidence, diagnosis.search.base
+    seen, predictor, base = law_in_lowest_mode(evidence, model), Predictor(evidence), model.unknowns.base
+    omega, omega_1 = evidence.steps.omega, evidence.reference_omega
+    assert seen.number == 1
+    X = evidence.steps.amplitude_m * (omega / omega_1) ** 2
+    g1, g2 = (np.interp(X, seen.amplitude_m, seen.value[name]) for name in ("softening", "loss"))
+    nothing = replace(model.unknowns, law=LayerLaw.zero(*(np.array([1e-8, 1e-6]),) * 2))
+    own, plain = (predictor.responses(*predictor.step_receptance(u)[:2]) for u in (model.unknowns, nothing))
+    R = predictor.model.receptance(omega, base, dE=-g1, dG=1j * g2)
+    uniform, without = (np.abs(H / own - 1)[:, evidence.reference] for H in (predictor.responses(R, omega), plain))
+    assert np.max(uniform) < 0.02 * np.max(without)
+
+
+def test_the_band_of_a_law_in_a_mode_is_what_its_knots_move_it_by(diagnosis: Diagnosis) -> None:
+    evidence, model = diagnosis.evidence, diagnosis.search.model
+    unknowns, step = model.unknowns, 1e4
+    seen = law_in_lowest_mode(evidence, model, points=5)
+    variance = {name: np.zeros(5) for name in seen.std}
+    for i in range(unknowns.softening.start, unknowns.loss.stop):
+        vector = unknowns.vector
+        vector[i] += step
+        moved = law_in_lowest_mode(evidence, replace(model, unknowns=unknowns.with_vector(vector)), points=5)
+        for name in variance:
+            variance[name] += ((moved.value[name] - seen.value[name]) / step * 1e5) ** 2
+    for name, std in seen.std.items():
+        assert std == pytest.approx(np.sqrt(variance[name]), rel=0.02)
 
 
 def test_modes_are_clamped_at_the_root_and_open_where_the_beams_part(diagnosis: Diagnosis) -> None:

@@ -85,6 +85,25 @@ def test_no_pane_is_empty(run_file: Path, diagnosis_file: Path) -> None:
             assert any(entity == origin or entity.startswith(f"{origin}/") for entity in entities), origin
 
 
+def test_the_sweeps_about_each_resonance_have_their_own_charts(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    low, high = diagnosis.sweeps
+    path = tmp_path / "view.rrd"
+    save_diagnosis(replace(diagnosis, sweeps=(low, replace(high, frequency_Hz=6 * high.frequency_Hz))), path)
+    found = columns(path)
+    for number, sweep in (("1", low), ("2", high)):
+        assert f"/sweeps/{number}/receptance/acc2/{sweep.sweep}/measured" in found
+        assert f"/sweeps/{number}/residual/acc1/{sweep.sweep}/after" in found
+    assert not any(name.startswith("/sweeps/receptance") for name in found)
+    assert {"/sweeps/1/receptance/acc1", "/sweeps/2/receptance/acc1"} <= set(view_origins(path))
+
+
+def test_the_law_goes_by_opening_and_slip(diagnosis_file: Path) -> None:
+    found = columns(diagnosis_file)
+    for quantity, label in (("softening", "opening o of a layer point, µm"), ("loss", "slip q of a layer point, µm")):
+        assert found[f"/law/{quantity}/axes/x_label"]["Points2D:labels"][0] == [label]
+        assert f"/law/{quantity}/after/upper" in found
+
+
 def test_the_answer_and_the_animation_are_there(diagnosis: Diagnosis, diagnosis_file: Path) -> None:
     found = columns(diagnosis_file)
     (text,) = found["/answer"]["TextDocument:text"][0]
