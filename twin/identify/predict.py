@@ -1,8 +1,8 @@
 """Responses of an identified rig: the force for a given acceleration, or every acceleration that a force may give.
 
-At an amplitude X the layer's moduli are E'(X), G'(X), and the rig is linear: the force that holds X at a frequency is
-F = A / |H(omega, X)|, with A = omega_1^2 X the acceleration that belongs to X.  It is a function of X, and its
-crossings of a given force are all the steady states at that force.
+The joint's law goes by the motion of each of the layer's points.  Where the amplitude of a channel is held, that motion
+follows, and with it the moduli: the force that holds an amplitude A at a frequency is F = A / |H(omega, A)|, one for
+each A.  Its crossings of a given force are all the steady states at that force.
 """
 
 from __future__ import annotations
@@ -12,28 +12,39 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from twin.identify.evidence import Evidence, StepArrays
-from twin.identify.layer_response import LayerResponse, layer_response
+from twin.identify.extended_rig import ExtendedRig
+from twin.identify.held_response import HeldRig
+from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.modal_prediction import ModalResponse
-from twin.identify.prediction import Predictor
 from twin.identify.whitening import COMMON_ERROR, LAW_ERROR, RATIO_ERROR
-from twin.rigs import Rig
+from twin.rigs import LawTable, LayerLawTable, Rig
+from twin.structure.law_table import layer_table
+from twin.structure.point_law import Curve
 
-__all__ = ["RigResponse", "blank_evidence"]
+__all__ = ["RigPrediction", "RigResponse", "blank_evidence"]
 
 Array = NDArray[Any]
 
+LAW_KNOTS = 80
+"""Of the splines that stand for a rig file's piecewise cubic functions."""
+LEAST_KNOT = 1e-3
+"""First of them over the last, where the file begins with zero."""
 GRID_POINTS = 240
-SMALLEST = 1e-4
-"""Least amplitude of the search beside the largest; below it the rig is linear."""
-CHUNK = 4096
+SMALLEST, LEAST = 1e-4, 1e-8
+"""Least amplitude of the search beside the largest, where the rig is linear; and where the force is very small."""
+PAST_LAW = 2.0
+"""Largest amplitude of the search over that at which the joint's law has its last values."""
 NEAR = 0.1
 """How near to its target, as a logarithm, a curve that turns is looked at more closely."""
 TURNS = 30
-"""Of the fixed point for nonlinear forces, and of the bracketed search for a root."""
+"""Of the bracketed search for a root."""
+SEEN = 1.02
+"""Amplitude of a point over the law's last knot up to which the law counts as seen."""
+SETTLED = 1e-6
+"""Relative disagreement of motion and stiffness that is told."""
 
 
 def blank_evidence(rig: Rig, preload: str | None = None) -> Evidence:
@@ -58,120 +69,189 @@ def blank_evidence(rig: Rig, preload: str | None = None) -> Evidence:
 
 
 @dataclass(frozen=True)
-class _Law:
-    """E' and G' over X with their standard deviations; nothing where a rig has no law."""
+class RigPrediction(ModalResponse):
+    """One row a solution, as a :class:`ModalResponse`.
 
-    softening: Any
-    loss: Any
-    E_std: Any
-    loss_std: Any
-    largest: float
+    Attributes
+    ----------
+    beyond : ndarray, (r,)
+        Amplitude of the layer's points over the last that the law knows, the largest of opening and slip; where it
+        exceeds one, `std` is wide.  Zero without a law.
+    unsettled : ndarray of bool, (r,)
+        Where no motion of the layer was found that agrees with its own moduli.
+    """
+
+    beyond: Array
+    unsettled: NDArray[np.bool_]
+
+    @property
+    def unseen(self) -> NDArray[np.bool_]:
+        """Where the layer moves farther than the law knows, (r,)."""
+        return self.beyond > SEEN
+
+
+@dataclass(frozen=True)
+class _Law:
+    """A file's law, as splines beside what it is at rest, and standard deviations of E' - softening and of the loss."""
+
+    spline: LayerLaw
+    rest: tuple[float, float]
+    softening: Curve
+    loss: Curve
+    softening_std: Curve
+    loss_std: Curve
 
     @staticmethod
-    def of(rig: Rig) -> _Law:
-        table = rig.joint.law
+    def of(table: LayerLawTable | None) -> _Law:
+        nothing = np.zeros(2)
         if table is None:
-            return _Law(np.zeros_like, np.zeros_like, np.zeros_like, np.zeros_like, 1e-3)
-        X = np.array(table.amplitude_m)
+            none = Curve(np.array([0.0, 1.0]), nothing)
+            return _Law(LayerLaw.zero(*2 * (np.array([0.5, 1.0]),)), (0.0, 0.0), none, none, none, none)
+        o, q = np.array(table.opening_m), np.array(table.slip_m)
+        softening, loss = Curve(o, np.array(table.softening)), Curve(q, np.array(table.loss))
+        stds = (Curve(x, np.array(s or np.zeros(len(x)))) for x, s in ((o, table.softening_std), (q, table.loss_std)))
+        knots = [np.geomspace(max(x[0], LEAST_KNOT * x[-1]), x[-1], LAW_KNOTS) for x in (o, q)]
+        rest = (float(softening.values[0]), float(loss.values[0]))
+        values = (curve(x) - zero for curve, x, zero in zip((softening, loss), knots, rest, strict=True))
+        return _Law(LayerLaw(*knots, *values), rest, softening, loss, *stds)
 
-        def curve(values: list[float]) -> Any:
-            smooth = PchipInterpolator(X, values if values else np.zeros(len(X)))
-            return lambda x: smooth(np.clip(x, X[0], X[-1]))
+    def errors(self, motion: Array) -> tuple[Array, Array]:
+        """Standard deviations of the moduli at the points' openings and slips, (s, 2 p); farthest over the law's last.
 
-        fields = (table.softening, table.loss, table.softening_std, table.loss_std)
-        softening, loss, E_std, loss_std = map(curve, fields)
-        return _Law(softening, loss, E_std, loss_std, float(X[-1]))
+        The law's own error goes with its value.  Beyond its last knot it is anybody's guess: it may go on as steeply
+        as it went there.
+        """
+        p = motion.shape[1] // 2
+        std, farthest = [], np.zeros(len(motion))
+        halves = ((motion[:, :p], self.softening, self.softening_std), (motion[:, p:], self.loss, self.loss_std))
+        for amplitude, value, own in halves:
+            past = amplitude / value.knots[-1]
+            guess = np.ptp(value.values) * np.log(np.maximum(past, 1.0))
+            std.append(np.sqrt(own(amplitude) ** 2 + (LAW_ERROR * value(amplitude)) ** 2 + guess**2))
+            if np.any(value.values):
+                farthest = np.maximum(farthest, past.max(axis=1))
+        return np.concatenate(std, axis=1), farthest
 
 
 @dataclass(frozen=True)
 class _State:
-    """Steady states: acceleration per force, the force and the acceleration, and the former's relative std."""
+    """Steady states: acceleration per force, the force, the former's relative std, and what is told of each."""
 
     accelerance: Array
     force: Array
-    acceleration: Array
     relative_std: Array
+    beyond: Array
+    unsettled: Array
 
 
 class RigResponse:
-    """Predicts the response of a rig at the law's channel, the response sensor nearest the tip where it has no law.
+    """Predicts the response of a rig at one of its channels.
 
     Parameters
     ----------
     evidence
         As from :func:`blank_evidence`.
+    channel
+        The one that is held or asked for: that of the file's law, or the response sensor nearest the tip.
+    own_harmonics
+        Whether the openings' own harmonics act on their fundamental.
+
+    Raises
+    ------
+    ValueError
+        If the rig file's law is not what a law of the layer could be.
     """
 
-    def __init__(self, evidence: Evidence) -> None:
-        rig = evidence.rig
-        self._predictor = Predictor(evidence)
-        self._law = _Law.of(rig)
-        self._base = believed_parameters(rig, evidence.preload)
-        names = evidence.channels
-        table = rig.joint.law
-        self.channel = table.channel if table is not None else names[evidence.reference]
+    def __init__(self, evidence: Evidence, *, channel: str | None = None, own_harmonics: bool = True) -> None:
+        self._rig = ExtendedRig(evidence)
+        base = believed_parameters(evidence.rig, evidence.preload)
+        more_E, more_G = self._rig.extension.moduli_factor
+        self._law = _Law.of(layer_table(evidence.rig, E=base.E * more_E, G=base.G * more_G))
+        self._base = base
+        table, names = evidence.rig.joint.law, evidence.channels
+        asked = table.channel if channel is None and isinstance(table, LawTable) else channel
+        self.channel = asked or names[evidence.reference]
         self._at = names.index(self.channel)
-        self._power = {"displacement": 0, "velocity": 1, "acceleration": 2}[evidence.outputs[self._at].quantity]
-        self._omega_1 = evidence.reference_omega
+        self._derivative = evidence.outputs[self._at].derivative
+        self._own_harmonics = own_harmonics
 
-    def held(self, frequency_Hz: Array, acceleration_m_per_s2: Array) -> ModalResponse:
-        """The forces that hold given acceleration amplitudes; `std` is the force's."""
+    def held(self, frequency_Hz: Array, acceleration_m_per_s2: Array) -> RigPrediction:
+        """The forces that hold given acceleration amplitudes of the channel; `std` is the force's."""
         f, A = np.asarray(frequency_Hz, float), np.asarray(acceleration_m_per_s2, float)
-        layer, row, steps, X = self._solutions(f, A, "acceleration")
-        state = self._state(layer.pick(row[steps]), X)
-        stable = self._slope(layer.pick(row[steps]), X, "force") > 0
+        rig, row = self._at_frequencies(f)
+        low, high = np.full(len(rig.omega), np.inf), np.zeros(len(rig.omega))
+        reading = A / rig.omega[row] ** (2 - self._derivative)
+        np.minimum.at(low, row, SMALLEST * reading)
+        np.maximum.at(high, row, 1.1 * reading)
+        rig.march(low, high)
+        state = self._state(rig, row, reading)
+        stable = self._slope(rig, row, reading) > 0
         std = state.relative_std * state.force
-        phase, branch = np.angle(-state.accelerance), _branches(steps)
-        return ModalResponse(steps, f[steps], state.force, A[steps], std, phase, branch, stable)
+        return self._prediction(np.arange(len(f)), f, state.force, A, std, stable, state)
 
-    def forced(self, frequency_Hz: Array, force_N: Array) -> ModalResponse:
+    def forced(self, frequency_Hz: Array, force_N: Array) -> RigPrediction:
         """Every steady acceleration that given force amplitudes can hold, branch by branch; `std` is its own."""
         f, F = np.asarray(frequency_Hz, float), np.asarray(force_N, float)
-        layer, row, steps, X = self._solutions(f, F, "force")
-        found = layer.pick(row[steps])
-        state = self._state(found, X)
-        slope = self._slope(found, X, "force")
+        rig, row, steps, reading = self._solutions(f, F)
+        state = self._state(rig, row[steps], reading)
+        slope = self._slope(rig, row[steps], reading)
+        A = reading * rig.omega[row[steps]] ** (2 - self._derivative)
         with np.errstate(divide="ignore"):
-            std = np.minimum(state.relative_std / np.abs(slope), 1.0) * state.acceleration
-        phase, branch = np.angle(-state.accelerance), _branches(steps)
-        return ModalResponse(steps, f[steps], F[steps], state.acceleration, std, phase, branch, slope > 0)
+            std = np.minimum(state.relative_std / np.abs(slope), 1.0) * A
+        return self._prediction(steps, f[steps], F[steps], A, std, slope > 0, state)
 
-    def _solutions(self, f: Array, target: Array, what: str) -> tuple[LayerResponse, Array, Array, Array]:
-        """All X at which a quantity has its target: the distinct frequencies' layer, rows in it, steps, X."""
+    def _prediction(
+        self, steps: Array, f: Array, F: Array, A: Array, std: Array, stable: Array, state: _State
+    ) -> RigPrediction:
+        phase, unsettled = np.angle(-state.accelerance), state.unsettled > SETTLED
+        return RigPrediction(steps, f, F, A, std, phase, _branches(steps), stable, state.beyond, unsettled)
+
+    def _at_frequencies(self, f: Array) -> tuple[HeldRig, Array]:
+        """The rig at the distinct frequencies, and which of them each row has."""
         distinct, row = np.unique(f, return_inverse=True)
         omega = 2 * np.pi * distinct
-        layer = layer_response(self._predictor, self._base, omega, np.zeros(len(omega)))
-        last = np.full(len(distinct), self._law.largest)
-        most = np.zeros(len(distinct))
+        rig = HeldRig(
+            self._rig, self._base, self._law.spline, self._law.rest, self._at, omega, own_harmonics=self._own_harmonics
+        )
+        return rig, row
+
+    def _solutions(self, f: Array, target: Array) -> tuple[HeldRig, Array, Array, Array]:
+        """All readings at which the force has its target: the rig at the frequencies, rows in it, steps, readings."""
+        rig, row = self._at_frequencies(f)
+        least, most = np.full(len(rig.omega), np.inf), np.zeros(len(rig.omega))
+        np.minimum.at(least, row, target)
         np.maximum.at(most, row, target)
-        # Beyond the law's last knot the rig is linear, so that no solution lies above this one.
-        top = last * np.maximum(1.3, 1.2 * most / self._value(layer, last, what))
-        grid = top[:, None] * np.geomspace(SMALLEST, 1.0, GRID_POINTS)
-        across = np.repeat(np.arange(len(distinct)), GRID_POINTS)
-        values = self._value(layer.pick(across), grid.ravel(), what).reshape(grid.shape)
+        linear, at_last, past = (np.abs(value) for value in rig.at_ends_of_law())
+        # Where the law has its last values the rig is linear, so that no solution lies above this one.
+        top = np.maximum(PAST_LAW * past, 1.2 * most * np.maximum(linear, at_last))
+        if self._rig.extension.nonlinear:
+            # Other forces may bring any resonance to the drive's frequency, but lose no less than the linear rig.
+            top = np.maximum(top, 1.5 * most * rig.at_resonance())
+        bottom = np.maximum(LEAST * top, np.minimum(SMALLEST * top, 0.3 * least * np.minimum(linear, at_last)))
+        rig.march(bottom, top)
+        grid = bottom[:, None] * (top / bottom)[:, None] ** np.linspace(0.0, 1.0, GRID_POINTS)
+        across = np.repeat(np.arange(len(rig.omega)), GRID_POINTS)
+        values = self._force(rig, across, grid.ravel()).reshape(grid.shape)
         at, low, high = [], [], []
-        linear: list[tuple[int, float]] = []
+        below: list[tuple[int, float]] = []
         for i, r in enumerate(row):
             excess = np.log(values[r] / target[i])
             if excess[0] >= 0:
-                linear.append((i, grid[r, 0] * np.exp(-excess[0])))
-            points, excess = self._with_extrema(layer, r, grid[r], excess, target[i], what)
+                below.append((i, grid[r, 0] * np.exp(-excess[0])))
+            points, excess = self._with_extrema(rig, r, grid[r], excess, target[i])
             for j in np.flatnonzero(np.signbit(excess[:-1]) != np.signbit(excess[1:])):
                 at.append(i)
                 low.append(points[j])
                 high.append(points[j + 1])
-        steps = np.array(at, int)
-        X = np.zeros(0)
+        steps, reading = np.array(at, int), np.zeros(0)
         if at:
-            X = self._root(layer.pick(row[steps]), target[steps], np.log(low), np.log(high), what)
-        steps = np.concatenate([np.array([i for i, _ in linear], int), steps])
-        X = np.concatenate([[x for _, x in linear], X])
-        order = np.lexsort((X, steps))
-        return layer, row, steps[order], X[order]
+            reading = self._root(rig, row[steps], target[steps], np.log(low), np.log(high))
+        steps = np.concatenate([np.array([i for i, _ in below], int), steps])
+        reading = np.concatenate([[x for _, x in below], reading])
+        order = np.lexsort((reading, steps))
+        return rig, row, steps[order], reading[order]
 
-    def _with_extrema(
-        self, layer: LayerResponse, r: int, grid: Array, excess: Array, target: float, what: str
-    ) -> tuple[Array, Array]:
+    def _with_extrema(self, rig: HeldRig, r: int, grid: Array, excess: Array, target: float) -> tuple[Array, Array]:
         """The grid with points added where the curve turns without crossing zero between grid points."""
         turn = np.flatnonzero(np.diff(excess)[:-1] * np.diff(excess)[1:] < 0) + 1
         turn = turn[
@@ -182,19 +262,19 @@ class RigResponse:
             return grid, excess
         y0, y1, y2 = excess[turn - 1], excess[turn], excess[turn + 1]
         shift = 0.5 * (y0 - y2) / (y0 - 2 * y1 + y2)
-        X = grid[turn] * (grid[1] / grid[0]) ** shift
-        values = np.log(self._value(layer.pick(np.full(len(X), r)), X, what) / target)
-        points, all_values = np.concatenate([grid, X]), np.concatenate([excess, values])
+        reading = grid[turn] * (grid[1] / grid[0]) ** shift
+        values = np.log(self._force(rig, np.full(len(reading), r), reading) / target)
+        points, all_values = np.concatenate([grid, reading]), np.concatenate([excess, values])
         order = np.argsort(points)
         return points[order], all_values[order]
 
-    def _root(self, layer: LayerResponse, target: Array, a: Array, b: Array, what: str) -> Array:
-        """Roots of log(value / target) over log X between a and b, by the Illinois variant of false position."""
-        fa, fb = (np.log(self._value(layer, np.exp(x), what) / target) for x in (a, b))
+    def _root(self, rig: HeldRig, rows: Array, target: Array, a: Array, b: Array) -> Array:
+        """Roots of log(force / target) over log reading between a and b, by the Illinois variant of false position."""
+        fa, fb = (np.log(self._force(rig, rows, np.exp(x)) / target) for x in (a, b))
         for _ in range(TURNS):
             with np.errstate(invalid="ignore", divide="ignore"):
                 c = np.where(fa == fb, a, b - fb * (b - a) / (fb - fa))
-            fc = np.log(self._value(layer, np.exp(c), what) / target)
+            fc = np.log(self._force(rig, rows, np.exp(c)) / target)
             crossed = np.signbit(fc) != np.signbit(fb)
             a, fa = np.where(crossed, b, a), np.where(crossed, fb, 0.5 * fa)
             b, fb = c, fc
@@ -202,60 +282,24 @@ class RigResponse:
                 break
         return np.asarray(np.exp(b))
 
-    def _value(self, layer: LayerResponse, X: Array, what: str) -> Array:
-        state = self._state(layer, X)
-        return state.force if what == "force" else state.acceleration
+    def _force(self, rig: HeldRig, rows: Array, reading: Array) -> Array:
+        return np.asarray(reading / np.abs(rig.states(rows, reading).response))
 
-    def _slope(self, layer: LayerResponse, X: Array, what: str) -> Array:
-        """Slope of the logarithms over each other; that of the force is negative between two folds."""
+    def _slope(self, rig: HeldRig, rows: Array, reading: Array) -> Array:
+        """Slope of log force over log reading; negative between two folds."""
         step = 1e-4
-        up, down = (self._value(layer, X * np.exp(sign * step), what) for sign in (1, -1))
+        up, down = (self._force(rig, rows, reading * np.exp(side * step)) for side in (1, -1))
         return np.asarray(np.log(up / down) / (2 * step))
 
-    def _state(self, layer: LayerResponse, X: Array) -> _State:
-        pieces = [
-            self._chunk(layer.pick(np.arange(k, min(k + CHUNK, len(X)))), X[k : k + CHUNK])
-            for k in range(0, max(len(X), 1), CHUNK)
-        ]
-        return _State(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
-
-    def _chunk(self, layer: LayerResponse, X: Array) -> tuple[Array, Array, Array, Array]:
-        softening = self._law.softening(X)
-        dE, dG = -softening + 0j, 1j * self._law.loss(X)
-        layer = self._with_nonlinear(layer, X, dE, dG)
-        H, by_E, by_G = layer.responses(dE, dG)
-        by_modulus, by_loss = by_E[:, self._at].real, (1j * by_G[:, self._at]).real
-        E_std = np.hypot(self._law.E_std(X), LAW_ERROR * softening)
-        loss_std = np.hypot(self._law.loss_std(X), LAW_ERROR * self._law.loss(X))
-        model = COMMON_ERROR**2 + RATIO_ERROR**2
-        relative = np.sqrt((by_modulus * E_std) ** 2 + (by_loss * loss_std) ** 2 + model)
-        accelerance = self._accelerance(layer, H)
-        force = X / self._amplitude_per_force(accelerance)
-        return accelerance, force, force * np.abs(accelerance), relative
-
-    def _accelerance(self, layer: LayerResponse, H: Array) -> Array:
-        return np.asarray(H[:, self._at] * (1j * layer.omega) ** (2 - self._power))
-
-    def _amplitude_per_force(self, accelerance: Array) -> Array:
-        """The law's argument X for a unit force."""
-        return np.abs(accelerance) / self._omega_1**2
-
-    def _with_nonlinear(self, layer: LayerResponse, X: Array, dE: Array, dG: Array) -> LayerResponse:
-        """Equivalent stiffness of the extension's nonlinear forces, their own amplitudes in step with X."""
-        if not self._predictor.extension.nonlinear:
-            return layer
-        ports = self._predictor.nonlinear_ports
-        updated = layer
-        amplitude: Any = 0.0
-        for turn in range(TURNS):
-            force = X / self._amplitude_per_force(self._accelerance(layer, updated.responses(dE, dG)[0]))
-            new = np.abs(updated.drive_receptance(dE, dG, ports)) * force[:, None]
-            if np.all(np.abs(new - amplitude) < 1e-9 * new):
-                break
-            # Half steps: a stiffness that grows with amplitude would else overshoot for ever.
-            amplitude = new if turn == 0 else 0.5 * (amplitude + new)
-            updated = layer.with_stiffness(ports, self._predictor.local.stiffness(amplitude, layer.omega))
-        return updated
+    def _state(self, rig: HeldRig, rows: Array, reading: Array) -> _State:
+        found, p = rig.states(rows, reading), rig.points
+        std, beyond = self._law.errors(np.abs(found.motion[:, : 2 * p]))
+        # All points err together, for they have one law.
+        by_modulus = (found.by_stiffness[:, : 2 * p] * rig.weights[rows] * np.repeat([1.0, 1j], p)).real * std
+        parts = by_modulus[:, :p].sum(axis=1) ** 2 + by_modulus[:, p:].sum(axis=1) ** 2
+        relative = np.sqrt(parts + COMMON_ERROR**2 + RATIO_ERROR**2)
+        accelerance = found.response * (1j * rig.omega[rows]) ** (2 - self._derivative)
+        return _State(accelerance, reading / np.abs(found.response), relative, beyond, found.unsettled)
 
 
 def _branches(steps: Array) -> Array:

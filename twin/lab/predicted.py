@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from recordings import InputError
 from twin.diagnose.effects import left_out_effects, with_effects
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
-from twin.identify.predict import RigResponse, blank_evidence
+from twin.identify.predict import RigPrediction, RigResponse, blank_evidence
 from twin.lab.shown import Shown
-from twin.rigs import Rig
+from twin.rigs import LawTable, Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
@@ -117,7 +117,7 @@ def predict_response(
         raise InputError(source, "kind", "is a beam alone", "a prediction needs a rig with drive and sensors")
     evidence = blank_evidence(rig, known_preload(rig, preload))
     law = rig.joint.law
-    if law is not None and law.channel not in evidence.channels:
+    if isinstance(law, LawTable) and law.channel not in evidence.channels:
         raise InputError(
             source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
             f"the rig has {', '.join(evidence.channels)}",
@@ -125,6 +125,24 @@ def predict_response(
     warnings = left_out_effects(rig.effect)
     if law is None:
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
-    model = RigResponse(with_effects(evidence, source=source))
+    evidence = with_effects(evidence, source=source)
+    try:
+        model = RigResponse(evidence)
+    except ValueError as error:
+        raise InputError(source, "joint.law", str(error).removeprefix("joint.law: ")) from error
     found = model.held(frequency, level) if held else model.forced(frequency, level)
+    warnings += _told(found)
     return PredictedResponse(response=found, given=name, warnings=tuple(warnings))
+
+
+def _told(found: RigPrediction) -> list[str]:
+    """A sentence on solutions that the law does not reach, and one on those that were not found."""
+    rows, told = len(found.step), []
+    if unseen := int(np.sum(found.unseen)):
+        told.append(
+            f"{unseen} of {rows} solutions move the joint farther than its law was identified, up to "
+            f"{found.beyond.max():.2g} times; their std is wide"
+        )
+    if unsettled := int(np.sum(found.unsettled)):
+        told.append(f"{unsettled} of {rows} solutions did not settle and are not to be trusted")
+    return told

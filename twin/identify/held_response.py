@@ -1,0 +1,220 @@
+"""A rig while the amplitude of one of its channels is held: how its layer moves, and what force that takes.
+
+With the reading held, the motion of the layer's points follows from it, and with that their stiffness and the force:
+one of each, where a force that is held may have three responses.  The openings' own harmonics are found at some
+amplitudes; what they add to the fundamental's stiffness is a hundredth of it and smooth in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.extended_rig import ExtendedRig
+from twin.identify.joint_law import LayerLaw
+from twin.identify.linear_model import BaseParameters
+from twin.identify.local_forces import LocalForces, Surroundings
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings
+from twin.identify.receptance import update_receptance
+from twin.identify.shaker_impedance import drive_stiffness
+
+__all__ = ["HeldRig", "HeldStates"]
+
+Array = NDArray[Any]
+
+STRIDE = 0.25
+"""Of the logarithm of the amplitudes at which the motion is found one from the other, the same for every question."""
+CHUNK = 4096
+FELT = 1e-3
+"""Softening over E' below which an opening has no harmonics to speak of."""
+
+
+@dataclass(frozen=True)
+class HeldStates:
+    """States of the rig, s of them.
+
+    Attributes
+    ----------
+    motion : ndarray, (s, n)
+        Complex amplitudes of the moving ports: openings, slips, ports of nonlinear forces, m.
+    response : ndarray, (s,)
+        The channel's reading per force.
+    by_stiffness : ndarray, (s, n)
+        d log(response) / d(stiffness at each port), m/N.
+    unsettled : ndarray, (s,)
+        Relative disagreement of motion and stiffness.
+    """
+
+    motion: Array
+    response: Array
+    by_stiffness: Array
+    unsettled: Array
+
+    @staticmethod
+    def together(pieces: list[HeldStates]) -> HeldStates:
+        """One after the other."""
+        names = ("motion", "response", "by_stiffness", "unsettled")
+        return HeldStates(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names))
+
+
+class HeldRig:
+    """A rig at f frequencies of its drive.
+
+    Parameters
+    ----------
+    rig
+        With its effects.
+    law
+        Of the layer's points, nothing where they do not move.
+    rest
+        Softening and loss there, N/m2.
+    output
+        Number of the channel that is held.
+    frequency : ndarray, (f,)
+        Of the drive, rad/s.
+    own_harmonics
+        Whether the openings' harmonics act on their fundamental.
+    """
+
+    def __init__(
+        self, rig: ExtendedRig, base: BaseParameters, law: LayerLaw, rest: tuple[float, float], output: int,
+        frequency: Array, *, own_harmonics: bool,
+    ) -> None:  # fmt: skip
+        self._rig, self._base, self._law, self._output = rig, base, law, output
+        now, p = np.zeros(len(frequency)), len(rig.points)
+        weights = rig.points.weights * np.ones((len(frequency), 1))
+        weights[:, :p] *= rig.normal_left(now)[:, None]
+        self.weights, self._at_rest = weights, weights * np.repeat([-rest[0], 1j * rest[1]], p)
+        self._frequency, self.omega = frequency, rig.clock(frequency, now)
+        free = self._free(self.omega)
+        at, outputs, into = rig.moving, rig.model.ports.outputs, rig.driven(free, self.omega)
+        self._among, self._driven = free[:, at[:, None], at], into[:, at]
+        self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
+        self._to_reading = rig.measured_change(free[:, outputs][:, :, at], self.omega)[:, output]
+        self._own_harmonics = own_harmonics and bool(np.any(law.softening))
+
+    @property
+    def points(self) -> int:
+        """Number of the layer's points."""
+        return len(self._rig.points)
+
+    def at_ends_of_law(self) -> tuple[Array, Array, Array]:
+        """Responses (f,) without the law and with its last values; readings (f,) at which it has these.
+
+        The latter are zero where there is no law.
+        """
+        p = self.points
+        last = np.array([-self._law.softening[-1]] * p + [1j * self._law.loss[-1]] * p)
+        stiffness = np.zeros_like(self._driven)
+        stiffness[:, : 2 * p] = last * self.weights
+        linear, most = self._reading, np.zeros(len(self._reading))
+        everywhere = np.arange(len(self._reading))
+        _, at_last, _ = self._surroundings(everywhere, np.ones(len(everywhere))).reading(stiffness)
+        for k in (np.zeros_like(stiffness), stiffness):
+            motion = np.abs(self._surroundings(everywhere, np.ones(len(everywhere))).motion(k)[0])
+            opening, slip = motion[:, :p].max(axis=1), motion[:, p : 2 * p].max(axis=1)
+            if np.any(self._law.softening):
+                most = np.maximum(most, self._law.opening_knots[-1] / opening)
+            if np.any(self._law.loss):
+                most = np.maximum(most, self._law.slip_knots[-1] / slip)
+        return linear, at_last, most
+
+    def at_resonance(self) -> float:
+        """The largest response of the linear rig at a natural frequency within twice the drive's highest."""
+        natural = self._rig.model.basis.omega
+        natural = natural[natural < 2 * self._frequency.max()]
+        now = np.zeros(len(natural))
+        free = self._rig.receptance(natural, self._base, now, inner=False)
+        return float(np.max(np.abs(self._rig.responses(free, natural)[:, self._output]), initial=0.0))
+
+    def march(self, low: Array, high: Array) -> None:
+        """Find the motion at readings from `low` to `high` (f,), where :meth:`states` begin from.
+
+        From the least amplitude upwards, each from the ones before, so that all are on one branch.
+        """
+        every = np.arange(len(low))
+        self._first = np.floor(np.log(low) / STRIDE).astype(int)
+        count = int(np.max(np.ceil(np.log(high) / STRIDE) - self._first)) + 3
+        self._more = np.zeros((count, *self._driven.shape), complex)
+        self._log_motion = np.zeros(self._more.shape)
+        for turn in range(2 if self._own_harmonics else 1):
+            motion, stiffness = np.zeros_like(self._more), np.zeros_like(self._more)
+            for c in range(count):
+                around = self._surroundings(every, np.exp((self._first + c) * STRIDE))
+                if turn:
+                    start = self._log_motion[c]
+                elif c < 2:
+                    start = np.log(np.maximum(np.abs(around.motion(np.zeros_like(self._driven))[0]), 1e-300))
+                else:
+                    start = 2 * self._log_motion[c - 1] - self._log_motion[c - 2]
+                found = self._forces(every).balance(
+                    self._law, self.omega, around, more=self._more[c], start=np.exp(start)
+                )
+                motion[c], stiffness[c] = found.motion, found.stiffness - self._more[c]
+                self._log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
+            if self._own_harmonics and not turn:
+                self._more = self._by_harmonics(motion, stiffness)
+
+    def states(self, rows: Array, reading: Array) -> HeldStates:
+        """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
+        pieces = [self._chunk(rows[k : k + CHUNK], reading[k : k + CHUNK]) for k in range(0, max(len(rows), 1), CHUNK)]
+        return HeldStates.together(pieces)
+
+    def _chunk(self, rows: Array, reading: Array) -> HeldStates:
+        place = np.log(reading) / STRIDE - self._first[rows]
+        lower = np.clip(place.astype(int), 1, len(self._more) - 3)
+        share = (place - lower)[:, None]
+        start = (1 - share) * self._log_motion[lower, rows] + share * self._log_motion[lower + 1, rows]
+        t = np.clip(share, 0.0, 1.0)
+        # Lagrange's cubics through the four amplitudes around.
+        cubics = (t * (1 - t) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2, t * (t + 1) * (2 - t) / 2, t * (t * t - 1) / 6)
+        more = sum(cubic * self._more[lower + n, rows] for n, cubic in zip((-1, 0, 1, 2), cubics, strict=True))
+        around = self._surroundings(rows, reading)
+        found = self._forces(rows).balance(self._law, self.omega[rows], around, more=more, start=np.exp(start))
+        motion, response, by_stiffness = around.reading(found.stiffness)
+        return HeldStates(motion, response, by_stiffness, found.unsettled)
+
+    def _surroundings(self, rows: Array, reading: Array) -> Surroundings:
+        return Surroundings(
+            self._among[rows], self._driven[rows], self._reading[rows], self._to_reading[rows], reading + 0j
+        )
+
+    def _forces(self, rows: Array) -> LocalForces:
+        return LocalForces(self._rig.extension.nonlinear, self.weights[rows])
+
+    def _by_harmonics(self, motion: Array, stiffness: Array) -> Array:
+        """What the openings' harmonics add to the stiffness at each amplitude of the march, (c, f, n)."""
+        p, orders = self.points, EVEN_TOO if self._rig.extension.opening else ODD
+        among = [self._at_harmonic(h * self.omega) for h in orders]
+        more = np.zeros_like(motion)
+        softened = -(stiffness[:, :, :p].real / self.weights[:, :p]).min(axis=2)
+        felt = np.argwhere(np.abs(softened) > FELT * self._base.E)
+        if self._rig.extension.opening:
+            felt = np.argwhere(np.abs(motion[:, :, :p]).max(axis=2) > self._rig.extension.opening.gap_m)
+        for k in range(0, len(felt), CHUNK):
+            c, rows = felt[k : k + CHUNK].T
+            secant = stiffness[c, rows, : 2 * p]
+            compliance = [update_receptance(R[rows], slice(0, 2 * p), secant)[:, :p, :p] for R in among]
+            openings = Openings(
+                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, orders,
+                np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex),
+            )  # fmt: skip
+            more[c, rows, :p] = balance_openings(self._law, openings, self._rig.extension.opening).more
+        return more
+
+    def _free(self, omega: Array) -> Array:
+        """Receptances with the law as it is where nothing moves."""
+        free = self._rig.receptance(omega, self._base, np.zeros(len(omega)), inner=False, points=True)
+        return update_receptance(free, self._rig.moving[: 2 * self.points], self._at_rest)
+
+    def _at_harmonic(self, omega: Array) -> Array:
+        """Receptances (f, 2 p, 2 p) among the points at a multiple of the drive's frequency, the shaker holding on."""
+        rig = self._rig
+        free = self._free(omega)
+        shaker = drive_stiffness(rig.evidence.rig.drive, omega)
+        free = update_receptance(free, np.array([rig.model.ports.drive]), shaker[:, None])
+        at = rig.moving[: 2 * self.points]
+        return np.asarray(free[:, at[:, None], at])
