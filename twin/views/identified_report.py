@@ -21,6 +21,7 @@ from twin.views.identified_tables import (
     Determined,
     determined,
     determined_table,
+    law_table,
     left_out_table,
     parameter_table,
     polynomial_table,
@@ -131,6 +132,7 @@ def _parameters(found: Identified, evidence: Evidence, rows: Sequence[Determined
     tables, pictures = [parameter_table(tuple(rows))], []
     if found.residual_percent:
         softening, loss = file_law_bands(found, evidence)
+        tables.append(law_table(softening, loss))
         told = "; ".join(
             f"at {name} {1e6 * band.amplitude_m[-1]:.3g} µm the {band.quantity} is {1e-6 * band.value[-1]:.3g} N/mm²"
             for name, band in (("an opening of", softening), ("a slip of", loss))

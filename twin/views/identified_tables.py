@@ -16,12 +16,14 @@ from twin.identify.identified import Identified
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import believed_parameters
 from twin.views.answer import estimate_text
+from twin.views.curves import LawBand
 from twin.views.table import Table
 
 __all__ = [
     "Determined",
     "determined",
     "determined_table",
+    "law_table",
     "left_out_table",
     "parameter_table",
     "polynomial_table",
@@ -32,6 +34,8 @@ Array = NDArray[Any]
 
 LITTLE = 2.0
 """A parameter whose uncertainty the data narrow by less than this is believed rather than identified."""
+LAW_PARTS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])
+"""Of the largest amplitudes, where the law is told in numbers."""
 UNITS = {"normal_modulus": "N/mm²", "shear_modulus": "N/mm²"}
 NAMES = {
     "normal_modulus": "normal modulus E′",
@@ -171,6 +175,22 @@ def residual_table(found: Identified) -> Table:
         head=("sweep", "model", "polynomials of its level", "polynomials of all levels"),
         rows=rows,
         numbers=(1, 2, 3),
+    )
+
+
+def law_table(softening: LawBand, loss: LawBand) -> Table:
+    """The joint's law at parts of the largest opening and slip that any step reached."""
+    cells = []
+    for band in (softening, loss):
+        x = LAW_PARTS * band.reach_m[1]
+        value, std = (1e-6 * np.interp(x, band.amplitude_m, curve) for curve in (band.value, band.std))
+        texts = [estimate_text(Estimate(float(v), float(s))) for v, s in zip(value, std, strict=True)]
+        cells.append([(f"{1e6 * at:.3g}", text) for at, text in zip(x, texts, strict=True)])
+    return Table(
+        caption="The joint's law at each point of its layer, up to the largest opening and slip of any step",
+        head=("opening o, µm", "softening s(o), N/mm²", "slip q, µm", "loss l(q), N/mm²"),
+        rows=[(*opening, *slip) for opening, slip in zip(*cells, strict=True)],
+        numbers=(0, 1, 2, 3),
     )
 
 

@@ -17,7 +17,8 @@ from twin.lab.identified_joint import IdentifiedJoint
 from twin.lab.identified_mode import IdentifiedMode
 from twin.lab.identified_moduli import IdentifiedModuli
 from twin.views import page as pages
-from twin.views.identified_tables import determined
+from twin.views.identified_figures import file_law_bands
+from twin.views.identified_tables import determined, law_table
 
 BRAKE_REUSS = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
 
@@ -81,6 +82,20 @@ def test_the_report_holds_law_residuals_and_regularisation(identified: Identifie
     assert all(f"{sweep} {percent:.3f} %" in text for sweep, percent in found.residual_percent.items())
     assert "twin identify random.mcap --rig mine.toml" in text
     assert (tmp_path / "report.html").read_text().count("<img") == 6
+
+
+def test_the_law_is_told_in_numbers_as_far_as_the_layer_moved(identified: IdentifiedJoint) -> None:
+    softening, loss = file_law_bands(identified.found, identified.evidence)
+    table, law = law_table(softening, loss), identified.found.unknowns.law
+    largest = (softening.reach_m[1], loss.reach_m[1])
+    opening, s, slip, lost = table.rows[-1]
+    assert (float(opening), float(slip)) == pytest.approx([1e6 * amplitude for amplitude in largest], rel=5e-3)
+    base = identified.found.unknowns.base
+    for text, value in (
+        (s, law.softening_at(largest[0])), (lost, base.G * base.loss_G + law.loss_at(largest[1]))
+    ):  # fmt: skip
+        shown, std = (float(part) for part in text.split(" ± "))
+        assert abs(shown - 1e-6 * value) < 0.2 * std
 
 
 @pytest.mark.usefixtures("coarse")
