@@ -122,7 +122,8 @@ class LawBand:
     value, std : ndarray, (x,)
         N/m2.
     reach_m : tuple of float
-        Smallest and largest amplitude of any point in any step; outside, the function rests on its smoothness.
+        From the least to the largest that the farthest point of any step moved; outside, no data reach, since points
+        that move less than others hardly show in a response, and the function rests on its smoothness.
     """
 
     quantity: str
@@ -197,11 +198,11 @@ def law_bands(evidence: Evidence, model: Fitted, *, points: int = 120) -> tuple[
 
 
 def law_reach(evidence: Evidence, model: Fitted) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Smallest and largest opening, and slip, of any of the layer's points in the measured steps, m."""
+    """From the least to the largest opening, and slip, of the point that opens, or slips, most in any step, m."""
     predictor = Predictor(evidence, _extension(evidence, model))
     p = len(predictor.points)
     motion = np.abs(predictor.step_receptance(model.unknowns, inner=False)[2].motion)
-    opening, slip = motion[:, :p], motion[:, p : 2 * p]
+    opening, slip = motion[:, :p].max(axis=1), motion[:, p : 2 * p].max(axis=1)
     return (float(opening.min()), float(opening.max())), (float(slip.min()), float(slip.max()))
 
 

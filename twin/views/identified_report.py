@@ -139,7 +139,8 @@ def _parameters(found: Identified, evidence: Evidence, rows: Sequence[Determined
         )
         caption = (
             "The joint's law as the model file has it, for each point of the layer by its own opening and slip: "
-            "splines, with one standard deviation either way. Shaded: no step moved any point so little, or so far."
+            "splines, with one standard deviation either way. Shaded: in no step did the point that moves most move so "
+            "little, or so far."
         )
         if found.polynomials is not None:
             caption += (

@@ -264,8 +264,9 @@ def _identified(diagnosis: Diagnosis) -> Section:
                 alt="Softening of the joint over the opening of a point of its layer, and loss over its slip, on "
                 "logarithmic axes, with bands of one standard deviation.",
                 caption="The joint's law with one standard deviation either way, for each point of the layer by its "
-                "own opening and slip. Shaded: no step moved any point so little, or so far. Framed by the accepted "
-                "model: a wrong one may need a law of quite another size, and then lies outside.",
+                "own opening and slip. Shaded: in no step did the point that moves most move so little, or so far. "
+                "Framed by the accepted model: a wrong one may need a law of quite another size, and then lies "
+                "outside.",
             )
         )
     pictures.append(

@@ -222,7 +222,7 @@ def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatia
 
 
 def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> rrb.Spatial2DView:
-    """One function of the law by every model, framed by the last; dashed lines tell how far the steps reached."""
+    """One function of the law by every model, framed by the last; data reach from one dashed line to the other."""
     accepted = list(bands.values())[-1]
     top, std = 1e-6 * accepted.value, 1e-6 * accepted.std
     chart = Chart(
@@ -248,6 +248,6 @@ def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> r
             at = np.full(2, 1e6 * end_m)
             chart.line(f"reach/{i}", at, np.array(chart.y_range), UNREACHED, width=1, dashed=True, legend=False)
     chart.tell("thin: one standard deviation", INK, "line")
-    chart.tell("smallest and largest in any step", UNREACHED, "dashed")
+    chart.tell("how far data reach", UNREACHED, "dashed")
     chart.close()
     return chart.view()

@@ -62,9 +62,11 @@ def test_a_law_is_shaded_where_no_step_reached(diagnosis: Diagnosis) -> None:
     for band, part in zip(
         law_bands(evidence, model), (motion[:, :points], motion[:, points : 2 * points]), strict=True
     ):
-        assert band.reach_m == pytest.approx((part.min(), part.max()), rel=1e-6)
-        last = band.amplitude_m[-1]
-        assert [high for _, high in band.unmeasured_m if high > part.max()] == ([last] if last > part.max() else [])
+        farthest = part.max(axis=1)
+        assert band.reach_m == pytest.approx((farthest.min(), farthest.max()), rel=1e-6)
+        first, last = band.amplitude_m[[0, -1]]
+        shaded = [(low, high) for low, high in ((first, farthest.min()), (farthest.max(), last)) if low < high]
+        assert band.unmeasured_m == [pytest.approx(ends, rel=1e-6) for ends in shaded] != []
 
 
 def test_uniform_moduli_as_the_mode_sees_them_answer_as_the_layers_points_do(diagnosis: Diagnosis) -> None:
