@@ -12,13 +12,17 @@ from numpy.typing import NDArray
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.assembly import assemble
 from twin.structure.layer_points import layer_points
+from twin.structure.mesh import mesh_rig
 from twin.structure.mode_law import LayerModes, layer_law_of_mode
+from twin.structure.own_harmonics import with_own_harmonics
 from twin.structure.point_law import Curve
 
 __all__ = ["layer_table"]
 
 Array = NDArray[Any]
 
+FINER = 2
+"""Elements of the structure over the file's: the law is the joint's and no mesh's."""
 AMPLITUDES = 100
 """At which functions of a sensor's amplitude are translated, beside their own knots."""
 MOST_KNOTS = 200
@@ -63,13 +67,14 @@ class _RigFile:
 def _translated(file: _RigFile, E: float, G: float) -> LayerLawTable:
     rig, table = file.rig, file.rig.joint.law
     assert isinstance(table, LawTable)
-    structure = assemble(rig)
+    mesh = mesh_rig(rig, beam_elements=FINER * rig.mesh.beam_elements, layer_elements=FINER * rig.joint.layer_elements)
+    structure = assemble(rig, mesh=mesh)
     position_m = next(sensor.position for sensor in rig.sensor if sensor.channel == table.channel)
     modes = LayerModes.of(structure, layer_points(structure, rig.joint.layer_elements), E=E, G=G, position_m=position_m)
     knots = np.array(table.amplitude_m)
     X = _amplitudes(knots)
     softening, loss = Curve(knots, np.array(table.softening)), Curve(knots, np.array(table.loss))
-    law = layer_law_of_mode(modes, softening, loss, X)
+    law = with_own_harmonics(modes, layer_law_of_mode(modes, softening, loss, X), float(X[-1]))
     std = [Curve(knots, np.array(s))(X).tolist() if s else [] for s in (table.softening_std, table.loss_std)]
     return LayerLawTable(
         opening_m=law.softening.knots.tolist(),

@@ -140,6 +140,11 @@ class LayerModes:
         own = (self.rows @ change) / np.where(motion == 0, TINY, motion)[:, None]
         return np.asarray(own - (self.sensor @ change) / (self.sensor @ shape) - value / mode.value)
 
+    def receptance(self, moduli: Complex, omega: float, forces: Matrix) -> Complex:
+        """Motion (m, f) by forces (f, m) of frequency omega, without damping but for that of the moduli (2 p,)."""
+        dynamic = np.diag(self.squares - omega**2) + self._at_points(moduli)
+        return np.asarray(np.linalg.solve(dynamic, forces.T + 0j))
+
     def _at_points(self, moduli: Complex) -> Complex:
         return np.asarray((self.rows.T * (self.weights * moduli)) @ self.rows)
 

@@ -1,4 +1,4 @@
-"""A rig whose file carries functions g1, g2 of a sensor's amplitude: the laws of opening and slip do the same."""
+"""A rig whose file carries the joint's law, over opening and slip or over a sensor's amplitude X: the bench acts so."""
 
 from __future__ import annotations
 
@@ -10,18 +10,24 @@ from scipy.interpolate import PchipInterpolator
 from recordings.streams import Excitation
 from twin.bench import open_bench
 from twin.joint import describing_function
-from twin.rigs import LawTable, load_rig
-from twin.structure import assemble, mesh_rig
+from twin.rigs import LawTable, LayerLawTable, load_rig
+from twin.structure.law_table import layer_table
 
 RIG = load_rig("steel-lap-joint")
+MODULI = RIG.joint.preload["120N"]
 X = np.array([0.0, 5e-4, 1e-3, 2e-3, 3e-3, 4e-3])
 G1 = 2.0e8 * X / (X + 2e-3)
 G2 = 8.0e8 * (X / 4e-3) ** 2
+OPENING, SLIP = np.geomspace(1e-7, 1e-5, 25), np.geomspace(1e-8, 4e-6, 30)
+
+
+def rig_of(law):
+    return RIG.model_copy(update={"joint": RIG.joint.model_copy(update={"law": law})})
 
 
 def with_law(**change):
     table = LawTable(channel="acc2", amplitude_m=list(X), softening=list(G1), loss=list(G2)).model_copy(update=change)
-    return RIG.model_copy(update={"joint": RIG.joint.model_copy(update={"law": table})})
+    return rig_of(table)
 
 
 @pytest.fixture(scope="module")
@@ -29,61 +35,51 @@ def built():
     return open_bench(with_law()).built
 
 
-@pytest.fixture(scope="module")
-def modes():
-    """Mode 1 at each X with the table's moduli in the whole layer, by a dense solver: rms opening, slip and power."""
-    moduli = RIG.joint.preload["120N"]
-    s = assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6))
-    found = []
-    for softening, loss in zip(G1, G2, strict=True):
-        K = s.stiffness(moduli.normal_modulus - softening, moduli.shear_modulus) + 1j * loss * s.KG
-        values, vectors = np.linalg.eig(np.linalg.solve(s.M, K))
-        first = np.argmin(np.abs(values))
-        shape = vectors[:, first] / (s.deflection(RIG.length) @ vectors[:, first])
-        opening = np.linalg.norm(s.B_E @ shape) / np.linalg.norm(s.normal_weight)
-        found.append((values[first], opening, np.linalg.norm(s.B_G @ shape) / np.linalg.norm(s.shear_weight)))
-    return found
+def layer_law(softening, loss):
+    return LayerLawTable(opening_m=list(OPENING), softening=list(softening), slip_m=list(SLIP), loss=list(loss))
 
 
-def test_describing_functions_return_the_tables_at_the_openings_and_slips_of_each_amplitude(built, modes):
-    """Within what one force in the shape of linear mode 1 differs from a layer that softens as a whole."""
-    value, opening, slip = (np.array(column) for column in zip(*modes, strict=True))
-    amplitude = X * value[0].real / np.abs(value)
-    softening = describing_function(built.law.normal.path, (amplitude * opening)[1:])
-    np.testing.assert_allclose(-softening.real, G1[1:], rtol=0.03)
-    np.testing.assert_allclose(softening.imag, 0.0, atol=1e-6 * G1[-1])
-    # Slip where slip is least differs most: its loss goes with the square.
-    np.testing.assert_allclose(built.law.loss.stiffness(amplitude * slip).imag[1:], G2[1:], rtol=0.05)
+def test_describing_functions_return_a_table_over_opening_and_slip():
+    softening, loss = 3e8 * OPENING / (OPENING + 2e-6), 2e9 * SLIP**2 / (SLIP**2 + 1e-12)
+    law = open_bench(rig_of(layer_law(softening, loss))).built.law
+    # The force's table is too coarse for the least openings.
+    found = describing_function(law.normal.path, OPENING[2:])
+    np.testing.assert_allclose(-found.real, softening[2:], atol=1e-3 * softening[-1])
+    np.testing.assert_allclose(found.imag, 0.0, atol=1e-6 * softening[-1])
+    np.testing.assert_allclose(law.loss.stiffness(SLIP[5:]).imag, loss[5:], atol=1e-3 * loss[-1])
 
 
-def test_a_softened_layer_opens_farther_than_its_linear_mode(built, modes):
-    opening = [entry[1] for entry in modes]
-    assert opening[-1] > 1.3 * opening[0]
-    linear = describing_function(built.law.normal.path, X[1:] * built.opening_per_m)
-    assert np.all(-linear.real < G1[1:]), "taken at the linear mode's opening the law would be softer than the table"
+def test_every_point_of_the_layer_has_its_own_opening_and_slip():
+    one = open_bench(rig_of(layer_law(3e8 * OPENING / (OPENING + 2e-6), 0 * SLIP))).built
+    assert one.locals == 2 * RIG.joint.layer_elements
+    assert len({element.scale for element in one.elements_ if not element.velocity}) == 1
 
 
-def test_a_softening_that_passes_through_zero_under_a_large_loss_is_taken_as_it_is(built):
-    """The loss moves the frequency a little there too: as a share of no softening, that would be beyond all bounds."""
-    amplitude = np.linspace(0.0, 4e-3, 30)
-    softening = -5.1282e7 * (1 + 1e-7) + 1e8 * amplitude / 4e-3
-    table = {"amplitude_m": list(amplitude), "softening": list(softening), "loss": [4e8] * 30}
-    law = open_bench(with_law(**table)).built.law
-    found = -describing_function(law.normal.path, amplitude[1:] * built.opening_per_m).real
-    assert np.min(found) > -6e7
-    assert 3e7 < np.max(found) < 6e7
+def test_a_table_over_an_amplitude_is_taken_in_its_translation(built):
+    table = layer_table(with_law(), E=MODULI.normal_modulus, G=MODULI.shear_modulus)
+    opening, slip = np.array(table.opening_m)[20:], np.array(table.slip_m)[20:]
+    found = describing_function(built.law.normal.path, opening)
+    np.testing.assert_allclose(-found.real, table.softening[20:], atol=2e-3 * max(table.softening))
+    np.testing.assert_allclose(built.law.loss.stiffness(slip).imag, table.loss[20:], atol=2e-3 * max(table.loss))
 
 
 def test_amplitudes_are_those_of_the_named_channel(built):
     middle = open_bench(with_law(channel="acc1")).built
-    o = 1e-3 * built.opening_per_m
+    o = np.array(1e-6)
     # The same opening is a smaller amplitude at the middle, so the same table softens it less.
-    assert -built.law.normal.stiffness(np.array(o)).real > -middle.law.normal.stiffness(np.array(o)).real
+    assert -built.law.normal.stiffness(o).real > -middle.law.normal.stiffness(o).real
+
+
+def test_a_channel_that_the_rig_has_not_is_refused():
+    with pytest.raises(ValueError, match="acc7"):
+        open_bench(with_law(channel="acc7"))
 
 
 def test_a_law_that_no_passive_layer_has_is_refused():
     with pytest.raises(ValueError, match="tangent modulus negative"):
         open_bench(with_law(softening=list(3e8 * (X / 4e-3) ** 3)))
+    with pytest.raises(ValueError, match="tangent modulus negative"):
+        open_bench(rig_of(layer_law(3.8e8 * OPENING**4 / (OPENING**4 + 1e-24), 0 * SLIP)))
 
 
 def test_a_resonance_has_the_height_that_the_tables_moduli_give_it():

@@ -7,19 +7,29 @@ import pytest
 
 from recordings.streams import Excitation
 from twin.bench import JointLaw, no_law, open_bench
+from twin.bench.layer import law_from_table
 from twin.joint import Linear, Polynomial, iwan, masing
 from twin.response import HarmonicBalance
-from twin.rigs import Effect, load_rig
+from twin.rigs import Effect, LayerLawTable, load_rig
 
 RIG = load_rig("steel-lap-joint")
 RATE = 2048
 E = RIG.joint.preload["120N"].normal_modulus
+O, Q = np.geomspace(1e-8, 2e-5, 40), np.geomspace(1e-8, 1e-5, 40)
+TABLE = LayerLawTable(
+    opening_m=list(O), softening=list(0.7 * E * O / (O + 2e-6)), slip_m=list(Q), loss=list(2e9 * Q**2 / (Q**2 + 4e-12))
+)
 CASES = {
     "default": {},
-    "element": {"acting": "element"},
+    "table": {"joint_law": law_from_table(TABLE, E=E)},
     "polynomial": {"joint_law": JointLaw(Polynomial((0.0, -2e13, 4e18), (0.0, 4e12), stick=2e-7))},
     "jenkins": {
-        "effects": [Effect(cause="joint-friction", parameters={"stiffness_N_per_m": 1e8, "slip_force_N": 40.0})]
+        "effects": [
+            Effect(
+                cause="joint-friction",
+                parameters={"layer_element": 1, "stiffness_N_per_m": 1e8, "slip_force_N": 40.0},
+            )
+        ]
     },
     "iwan": {"joint_law": JointLaw(iwan(0.3 * E, 0.3 * E * 1e-6, chi=-0.5))},
     "masing": {"joint_law": JointLaw(masing(lambda e: 0.3 * E * 1e-6 * np.tanh(e / 1e-6), limit_m=4e-6))},
@@ -32,32 +42,36 @@ CASES = {
     },
     "friction": {"effects": [Effect(cause="ground-friction", parameters={"position_m": 0.4, "force_N": 0.01})]},
 }
+MODES = {1: (26.5, 30.0, RATE, 11264.0), 2: (156.0, 8.0, RATE, 90112.0), 3: (470.0, 4.0, 5 * RATE, 245760.0)}
+"""Frequency, wait (s), samples and steps a second: errors go with the square of the third harmonic's phase a step."""
 HARMONICS = {"polynomial": (60, 2048)}
 """And samples, where 15 and 1024 are not enough: a force that jumps at reversals has slowly falling harmonics."""
 
 
-def harmonics(signal, frequency_Hz, count=25):
-    t = np.arange(len(signal)) / RATE
+def harmonics(signal, frequency_Hz, rate, count=25):
+    t, count = np.arange(len(signal)) / rate, min(count, int(0.45 * rate / frequency_Hz))
     orders = np.arange(-count, count + 1)
     basis = np.exp(2j * np.pi * frequency_Hz * t[:, None] * orders)
     return 2 * np.linalg.lstsq(basis, signal.astype(float), rcond=None)[0][count:]
 
 
-def steady(bench, frequency_Hz, amplitude, wait_s):
+def steady(bench, frequency_Hz, amplitude, wait_s, rate=RATE):
     bench.set_output(Excitation(kind="sine", amplitude_V=amplitude, frequency_Hz=frequency_Hz))
-    bench.read(int(wait_s * RATE))
-    samples = bench.read(RATE).samples
-    return {channel: harmonics(values, frequency_Hz) for channel, values in samples.items()}
+    bench.read(int(wait_s * rate))
+    samples = bench.read(rate).samples
+    return {channel: harmonics(values, frequency_Hz, rate) for channel, values in samples.items()}
 
 
-def compare(name, level, *, wait_s, frequency_Hz=26.5, internal_rate_Hz=11264.0):
+def compare(name, level, mode=1, *, waits=1.0):
+    """Relative errors of the fundamental's and the third harmonic's size."""
+    frequency_Hz, wait_s, rate, internal_rate_Hz = MODES[mode]
     options = {"drive": "force", "noise": False, "converter": False, "internal_rate_Hz": internal_rate_Hz} | CASES[name]
-    bench = open_bench(RIG, sample_rate_Hz=RATE, **options)
+    bench = open_bench(RIG, sample_rate_Hz=rate, **options)
     orders, samples = HARMONICS.get(name, (15, 1024))
-    balance = HarmonicBalance(bench.built, harmonics=orders, samples=samples)
+    balance = HarmonicBalance(bench.built, harmonics=orders, samples=samples, internal_rate_Hz=internal_rate_Hz)
     at = [c.name for c in bench.channels].index("acc2")
-    marched = steady(bench, frequency_Hz, level, wait_s)
-    sweep = balance.sweep(np.linspace(frequency_Hz + 1.0, frequency_Hz, 12), level)
+    marched = steady(bench, frequency_Hz, level, waits * wait_s, rate)
+    sweep = balance.sweep(np.linspace(1.04 * frequency_Hz, frequency_Hz, 12), level)
     expected = sweep[-1].channels[at]
     measured = marched["acc2"] / marched["force"][1] * level
     return abs(measured[1]) / abs(expected[1]) - 1, abs(measured[3]) / abs(expected[3]) - 1
@@ -65,18 +79,28 @@ def compare(name, level, *, wait_s, frequency_Hz=26.5, internal_rate_Hz=11264.0)
 
 @pytest.mark.parametrize("name", CASES)
 def test_marching_meets_harmonic_balance(name):
-    first, third = compare(name, 3.0, wait_s=30.0)
+    first, third = compare(name, 3.0)
     assert abs(first) < 1e-4
-    assert abs(third) < 0.01
+    assert abs(third) < 2e-3
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("name", ["default", "table", "slap"])
+def test_marching_meets_harmonic_balance_about_other_modes(name, mode):
+    """The points move each by itself; at mode 2 the third harmonic meets mode 3, and is a fifth of the fundamental."""
+    first, third = compare(name, 3.0, mode)
+    assert abs(first) < 1e-4
+    assert abs(third) < 2e-3
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("level", [0.75, 1.5, 6.0])
+@pytest.mark.parametrize("level", [0.75, 1.5, 3.0, 6.0])
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", CASES)
-def test_marching_meets_harmonic_balance_at_every_level(name, level):
-    first, third = compare(name, level, wait_s=45.0)
+def test_marching_meets_harmonic_balance_at_every_level(name, mode, level):
+    first, third = compare(name, level, mode, waits=1.5)
     assert abs(first) < 1e-4
-    assert abs(third) < 0.01
+    assert abs(third) < 2e-3
 
 
 def ring_down(**options):
@@ -113,8 +137,8 @@ def test_a_joint_spring_adds_no_damping():
     frequency, ratio = ring_down(joint_law=soft)
     built = open_bench(RIG, drive="force", joint_law=soft).built
     rig = built.rig(0.0, 11264.0)
-    k = -0.5 * E * built.elements_[0].scale
-    closed = rig.A + rig.B[:, 1:] @ (k / (1 - k * rig.D[0, 1]) * rig.C[:1])
+    k, n = np.diag([-0.5 * E * element.scale for element in built.elements_]), built.locals
+    closed = rig.A + rig.B[:, 1:] @ np.linalg.solve(np.eye(n) - k @ rig.D[:n, 1:], k @ rig.C[:n])
     pole = min(np.linalg.eigvals(closed), key=lambda p: abs(p - 2j * np.pi * frequency))
     assert frequency == pytest.approx(pole.imag / (2 * np.pi), rel=1e-5)
     assert ratio == pytest.approx(-pole.real / abs(pole), rel=1e-3)

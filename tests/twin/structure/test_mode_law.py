@@ -135,7 +135,9 @@ def test_a_rig_file_of_either_form_has_a_law_of_the_layer():
         reduced(STEEL, "120N", "acc1"), Curve(np.array(found.opening_m), np.array(found.softening)),
         Curve(np.array(found.slip_m), np.array(found.loss)), X,
     )  # fmt: skip
-    np.testing.assert_allclose(back.softening, g1, atol=1e-3 * g1[-1])
+    # Less what the openings' own harmonics add to the softening in the first mode.
+    np.testing.assert_allclose(back.softening, g1, atol=0.03 * g1[-1])
+    assert np.max(np.abs(back.softening - g1)) > 2e-3 * g1[-1]
     np.testing.assert_allclose(back.loss, g2, atol=1e-3 * g2[-1])
     assert set(found.softening_std) == {1e6}
     assert found.loss_std == []
