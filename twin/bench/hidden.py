@@ -181,8 +181,13 @@ def _cubic(d: _Dice) -> dict[str, float | str]:
 
 def _friction(d: _Dice) -> dict[str, float | str]:
     """A friction spring that begins to slip within the amplitudes of the steel rig's sweeps."""
-    stiffness = float(d.size(3e8, 5e8))
-    return {"stiffness_N_per_m": stiffness, "slip_force_N": stiffness * d.plain(1.8e-7, 2.8e-7)}
+    stiffness = float(d.size(1.5e8, 3e8))
+    element = d.rng.choice([1, d.rig.joint.layer_elements])
+    return {
+        "layer_element": str(element),
+        "stiffness_N_per_m": stiffness,
+        "slip_force_N": stiffness * d.plain(2e-7, 4e-7),
+    }
 
 
 def _offset(d: _Dice) -> dict[str, float | str]:

@@ -71,9 +71,10 @@ def predicted_steps(evidence: Evidence, model: Candidate) -> Array:
 def predicted_harmonics(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> Array:
     """What the extension's nonlinear forces add to the higher harmonics, (s, h, o), in the channels' units."""
     predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics)
-    if not predictor.extension.nonlinear:
+    if not (predictor.extension.nonlinear or predictor.extension.opening):
         return np.zeros_like(harmonics.residual)
-    return predictor.extra_harmonics(predictor.step_receptance(model.unknowns, inner=False)[0])
+    R, _, balance = predictor.step_receptance(model.unknowns, inner=False)
+    return predictor.extra_harmonics(model.unknowns, R, balance)
 
 
 def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> dict[int, Array]:

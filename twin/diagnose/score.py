@@ -21,7 +21,7 @@ from twin.diagnose.side_by_side import side_by_side
 from twin.identify.base_fit import unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.gauss_newton import not_held_back
-from twin.identify.prediction import Predictor
+from twin.identify.prediction import Linearisation, Predictor
 from twin.identify.unknowns import TIGHT, Slack
 from twin.identify.whitening import HarmonicResiduals
 
@@ -61,7 +61,10 @@ def score_causes(
     slack: Slack = TIGHT,
 ) -> list[Score]:
     """Score every cause, label and starting place against the residual of `model`, best first."""
-    predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics, slack=slack)
+    extension = extension_of(evidence, model.blames)
+    # Differences over small strengths are taken with what the model holds: weights, and what its harmonics add.
+    held = Predictor(evidence, extension, harmonics, slack=slack).linearisation(model.unknowns)
+    predictor = Predictor(evidence, extension, harmonics, slack=slack, held=held)
     prediction = predictor.evaluate(model.unknowns)
     mean, precision = predictor.prior(model.unknowns)
     # The prior as further rows: a cause may gain by taking over what the unknowns strain to explain.
@@ -72,7 +75,7 @@ def score_causes(
     lower, upper = (unknowns_bounds(model.unknowns, side) for side in (0, 1))
     J = J[:, not_held_back(model.unknowns.vector, J.T @ r, lower, upper)]
     outside = _Outside(J, cho_factor(J.T @ J))
-    common = (evidence, harmonics, model, slack, r, outside)
+    common = (evidence, harmonics, model, slack, held, r, outside)
     scores = side_by_side(_scores_of, common, [(cause,) for cause in causes.values()])
     return sorted((score for each in scores for score in each), key=lambda score: -score.gain)
 
@@ -93,6 +96,7 @@ def _scores_of(
     harmonics: HarmonicResiduals | None,
     model: Candidate,
     slack: Slack,
+    held: Linearisation | None,
     r: Array,
     outside: _Outside,
     cause: Cause,
@@ -105,7 +109,7 @@ def _scores_of(
             values, strength = _at_small_strength(parameters, start)
             blame = Blame(cause, label, values, {})
             extension = extension_of(evidence, (*model.blames, blame))
-            extended = Predictor(evidence, extension, harmonics, slack=slack)
+            extended = Predictor(evidence, extension, harmonics, slack=slack, held=held)
             changed = extended.evaluate(model.unknowns, sensitivities=False).residual
             changed = np.concatenate([changed, r[len(changed) :]])
             scores.append(_score(blame, parameters, strength, r, changed, outside))

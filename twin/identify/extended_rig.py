@@ -6,6 +6,7 @@ them.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,18 @@ from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings
 from twin.identify.receptance import attach, update_receptance
+from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.unknowns import Unknowns
 from twin.structure import layer_points
 
 __all__ = ["ExtendedRig"]
 
 Array = NDArray[Any]
+
+HARMONIC_TURNS = 3
+"""Fundamentals and harmonics by turns: what the latter add to the former is hundredths of the law's stiffness."""
 
 
 class ExtendedRig:
@@ -185,20 +191,46 @@ class ExtendedRig:
         return attach(R, self.nonlinear_ports, self.local.substitutes(motion, omega))
 
     def step_receptance(
-        self, unknowns: Unknowns, *, inner: bool = True, more: Array | float = 0.0, start: Array | None = None
+        self, unknowns: Unknowns, *, inner: bool = True, held: Balance | None = None
     ) -> tuple[Array, Array, Balance]:
         """Receptances at the steps' drive frequencies, with all that acts at the moving ports; omega; their balance.
 
         Parameters
         ----------
-        more, start
-            As for :meth:`LocalForces.balance`.
+        held
+            A balance nearby: what the harmonics added there is added here, too, instead of being found anew.
         """
         time = self.step_times
         omega = self.clock(self.evidence.steps.omega, time)
         free = self.receptance(omega, unknowns.base, time, inner=inner, points=True)
-        found = self.local.balance(unknowns.law, omega, self.surroundings(free, omega), more=more, start=start)
+        around = self.surroundings(free, omega)
+        if held is not None:
+            # A model with further forces may be held to a balance without them: they come last.
+            more, known = np.zeros_like(around.driven), held.more.shape[1]
+            more[:, :known] = held.more[:, : len(self.moving)]
+            start = np.abs(held.motion) if known == len(self.moving) else None
+            found = self.local.balance(unknowns.law, omega, around, more=more, start=start)
+        else:
+            found = self._with_harmonics(unknowns, omega, around)
         return update_receptance(free, self.moving, found.stiffness), omega, found
+
+    def _with_harmonics(self, unknowns: Unknowns, omega: Array, around: Surroundings) -> Balance:
+        """Fundamentals and harmonics of the layer's openings, in turn."""
+        found, harmonics = self.local.balance(unknowns.law, omega, around), None
+        if not (np.any(unknowns.law.softening) and len(omega)):
+            return found
+        orders = EVEN_TOO if self.extension.opening else ODD
+        openings = self.openings(unknowns, found, orders)
+        p = len(self.points)
+        for _ in range(HARMONIC_TURNS):
+            secant = (found.stiffness - found.more)[:, :p].real
+            openings = replace(openings, fundamental=found.motion[:, :p], secant=secant)
+            balance = balance_openings(unknowns.law, openings, self.extension.opening, start=harmonics)
+            more, harmonics = np.zeros_like(found.stiffness), balance.motion
+            more[:, :p] = balance.more
+            start = np.abs(found.motion)
+            found = self.local.balance(unknowns.law, omega, around, more=more, start=start)
+        return found
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
         """What is around the moving ports at the steps, from receptances without what acts there."""
@@ -209,6 +241,34 @@ class ExtendedRig:
         return Surroundings(
             free[:, at[:, None], at], into[:, at], reading, to_outputs,
             self.evidence.steps.response[:, reference, 0],
+        )  # fmt: skip
+
+    def openings(self, unknowns: Unknowns, balance: Balance, orders: tuple[int, ...]) -> Openings:
+        """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency.
+
+        Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones move
+        the openings too little to be taken into account: what lost contact does is many times that.
+        """
+        steps, time, p = self.evidence.steps, self.step_times, len(self.points)
+        at, drive = self.moving[:p], self.model.ports.drive
+        secant = (balance.stiffness - balance.more)[:, : 2 * p]
+        first = self.clock(steps.omega, time)
+        compliance, driven = [], []
+        for h in orders:
+            omega = h * first
+            free = self.receptance(omega, unknowns.base, time, inner=False, points=True)
+            R = update_receptance(free, self.moving[: 2 * p], secant)
+            force = np.zeros(len(steps), complex)
+            if 0 < h <= steps.force.shape[1]:
+                known = np.isfinite(steps.force_variance[:, h - 1])
+                force = np.where(known, steps.force[:, h - 1], 0.0)
+                shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.drive, omega))
+                R = update_receptance(R, np.array([drive]), shaker[:, None])
+            compliance.append(R[:, at[:, None], at])
+            driven.append(R[:, at, drive] * (force * (h % 2))[:, None])
+        return Openings(
+            balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], unknowns.base.E, orders,
+            np.stack(compliance, axis=1), np.stack(driven, axis=1),
         )  # fmt: skip
 
     @property

@@ -6,7 +6,7 @@ how much worse one law for all levels is than a law for each, and how a level co
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from twin.identify.polynomial_law import (
     relative_error_percent,
 )
 from twin.identify.prediction import Predictor
+from twin.identify.resonances import by_resonance
 from twin.identify.sweeps import rows_by_sweep
 
 __all__ = [
@@ -98,11 +99,18 @@ def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance:
     Parameters
     ----------
     predictor
-        Of evidence with sweeps.
+        Of evidence with sweeps; those about the lowest resonance are taken, for a law of one sensor's amplitude holds
+        about one.
     base, covariance
         Linear parameters, and the covariance of their vector (in its first rows and columns).
     """
-    evidence, n = predictor.evidence, len(base.vector)
+    n = len(base.vector)
+    lowest = by_resonance(predictor.evidence.steps.omega)[0]
+    if len(lowest) < len(predictor.evidence.steps):
+        about = np.isin(np.arange(len(predictor.evidence.steps)), lowest)
+        steps = predictor.evidence.steps.select(about)
+        predictor = Predictor(replace(predictor.evidence, steps=steps))
+    evidence = predictor.evidence
     problem = PolynomialProblem.of(predictor, base, covariance[:n, :n])
     states = evidence.steps.states
     names = np.array([f"{state.target_channel} {state.target_amplitude:g}" for state in states])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
-__all__ = ["LayerLaw", "choose_knots", "spline_basis"]
+__all__ = ["LayerLaw", "choose_knots", "cubics", "spline_basis"]
 
 Array = NDArray[Any]
 
@@ -79,6 +79,15 @@ class LayerLaw:
     def loss_at(self, slip_m: Array) -> Array:
         """l, N/m2."""
         return np.asarray(self.loss_basis(np.atleast_1d(slip_m)) @ self.loss)
+
+
+def cubics(knots: Array, values: Array) -> Array:
+    """One spline of :func:`spline_basis` for compiled code, (6, i): four coefficients, breaks; offset and last knot."""
+    splines, _ = _splines(knots.tobytes())
+    packed = np.zeros((6, len(splines.x)))
+    packed[:4, :-1], packed[4] = splines.c @ values, splines.x
+    packed[5, :2] = knots[0] / 2, knots[-1]
+    return packed
 
 
 def spline_basis(knots: Array, amplitude_m: Array) -> tuple[Array, Array]:

@@ -72,6 +72,13 @@ class LayerResponse:
         by_G = -np.einsum("fn,fno->fo", drive[:, p.shear], outputs[:, p.shear]) / receptance
         return H, by_E, by_G
 
+    def with_moduli(self, dE: Array, dG: Array) -> Array:
+        """Receptances (f, p, p) between all ports with these changes of the moduli, (f,)."""
+        p = self.predictor.model.ports
+        S = np.empty((len(self.omega), p.shear.stop), complex)
+        S[:, p.normal], S[:, p.shear] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
+        return update_receptance(self.R, slice(0, p.shear.stop), S)
+
     def drive_receptance(self, dE: Array, dG: Array, ports: slice) -> Array:
         """Displacement of `ports` per drive force, (f, q)."""
         R, _ = self._updated(dE, dG)
@@ -99,9 +106,5 @@ class LayerResponse:
 
 def layer_response(predictor: Predictor, base: BaseParameters, omega: Array, time_s: Array) -> LayerResponse:
     """Set up at commanded `omega` (f,) and times since the first step, with the extension's changes of the moduli."""
-    base_E, base_G = base.E * (1 + 1j * base.loss_E), base.G * (1 + 1j * base.loss_G)
-    more_E, more_G = predictor.extension.moduli_factor
-    dE = base_E * (more_E * predictor.normal_left(time_s) - 1)
-    dG = np.full(len(omega), base_G * (more_G - 1))
     clocked = predictor.clock(omega, time_s)
-    return LayerResponse(predictor, clocked, predictor.receptance(clocked, base, dE, dG))
+    return LayerResponse(predictor, clocked, predictor.receptance(clocked, base, time_s))

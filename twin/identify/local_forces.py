@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.balance_kernel import settle, turn
 from twin.identify.extension import NoiseMotion, NonlinearForce
-from twin.identify.joint_law import LayerLaw, spline_basis
+from twin.identify.joint_law import LayerLaw, cubics, spline_basis
 
 __all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]
 
@@ -91,12 +92,15 @@ class Balance:
         Complex amplitudes, m.
     stiffness : ndarray, (s, n)
         Complex, N/m.
+    more : ndarray, (s, n)
+        The part of it that does not go by the amplitude: what harmonics of the motion add, N/m.
     unsettled : ndarray, (s,)
         Largest relative disagreement that was left.
     """
 
     motion: Array
     stiffness: Array
+    more: Array
     unsettled: Array
 
 
@@ -143,10 +147,8 @@ class LocalForces:
         growth = np.concatenate([-(open_slope @ law.softening), 1j * (slip_slope @ law.loss)], axis=1) * self.weights
         if not self.forces:
             return k, growth
-        own = amplitude[:, 2 * p :]
-        more = self._equivalent(own, omega)
-        up, down = (self._equivalent(own * (1 + side * DIFFERENCE), omega) for side in (1, -1))
-        return np.concatenate([k, more], axis=1), np.concatenate([growth, (up - down) / (2 * DIFFERENCE)], axis=1)
+        own, own_growth = self._with_growth(amplitude[:, 2 * p :], omega)
+        return np.concatenate([k, own], axis=1), np.concatenate([growth, own_growth], axis=1)
 
     def by_law(self, law: LayerLaw, amplitude: Array) -> tuple[Array, Array]:
         """Derivatives of the points' stiffness by the law's softening (s, p, n) and by its loss (s, p, m)."""
@@ -168,7 +170,7 @@ class LocalForces:
         return Z
 
     def balance(
-        self, law: LayerLaw, omega: Array, around: Surroundings, *, more: Array | float = 0.0,
+        self, law: LayerLaw, omega: Array, around: Surroundings, *, more: Array | None = None,
         start: Array | None = None,
     ) -> Balance:  # fmt: skip
         """Stiffness at the amplitudes that it itself allows.
@@ -182,36 +184,43 @@ class LocalForces:
         start : ndarray, (s, n)
             Amplitudes to begin from; those without any force by default.
         """
-        n = around.driven.shape[1]
+        more = np.zeros_like(around.driven) if more is None else more
         if start is None:
-            start = np.abs(around.motion(np.zeros((len(omega), n), complex))[0])
+            start = np.abs(around.motion(np.zeros_like(around.driven))[0])
         log_a = _log(start)
-        z, k, gap, step = self._turn(law, omega, around, more, log_a)
+        opening = cubics(law.opening_knots, law.softening)
+        rig = (
+            opening, cubics(law.slip_knots, law.loss), self.weights, around.among, around.driven, around.reference,
+            around.to_reference, around.amplitude, more,
+        )  # fmt: skip
+        z, k = np.empty((2, *around.driven.shape), complex)
+        if not self.forces:
+            worst = np.empty(len(omega))
+            settle(*rig, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST)
+            return Balance(z, k, more, worst)
+        z, k, gap, step = self._turn(rig, omega, log_a)
         worst = np.max(np.abs(gap), axis=1)
         share = np.ones(len(omega))
         for _ in range(TURNS):
-            if np.max(worst) < SETTLED:
+            if not np.max(worst) > SETTLED:
                 break
             trial = log_a + share[:, None] * np.clip(step, -LONGEST, LONGEST)
-            z2, k2, gap2, step2 = self._turn(law, omega, around, more, trial)
+            z2, k2, gap2, step2 = self._turn(rig, omega, trial)
             worst2 = np.max(np.abs(gap2), axis=1)
             better = (worst2 < worst) | (share <= SHORTEST)
             rows = better[:, None]
             log_a, z, k = np.where(rows, trial, log_a), np.where(rows, z2, z), np.where(rows, k2, k)
             step, worst = np.where(rows, step2, step), np.where(better, worst2, worst)
             share = np.where(better, 1.0, share / 4)
-        return Balance(z, k, worst)
+        return Balance(z, k, more, worst)
 
-    def _turn(
-        self, law: LayerLaw, omega: Array, around: Surroundings, more: Array | float, log_a: Array
-    ) -> tuple[Array, Array, Array, Array]:
+    def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array) -> tuple[Array, Array, Array, Array]:
         """Motion and stiffness at assumed log amplitudes, what these miss, and Newton's step."""
-        k, growth = self.stiffness(law, np.exp(log_a), omega)
-        k = k + more
-        z, influence = around.motion(k)
-        gap = _log(np.abs(z)) - log_a
-        own = np.eye(gap.shape[1]) - (influence * growth[:, None, :]).real
-        return z, k, gap, np.linalg.solve(own, gap[:, :, None])[:, :, 0]
+        own, growth = self._with_growth(np.exp(log_a[:, 2 * self.points :]), omega)
+        z, k = np.empty((2, *log_a.shape), complex)
+        gap, step = np.empty((2, *log_a.shape))
+        turn(*rig, own, growth, log_a, z, k, gap, step)
+        return z, k, gap, step
 
     def follow(
         self, law: LayerLaw, amplitude: Array, omega: Array, influence: Influence, motion: Array, response: Array
@@ -241,7 +250,13 @@ class LocalForces:
             by_size[..., None] * log_motion.real[:, :, None, :] + by_phase[..., None] * log_motion.imag[:, :, None, :]
         )
 
-    def _equivalent(self, amplitude: Array, omega: Array) -> Array:
+    def _with_growth(self, amplitude: Array, omega: Array) -> tuple[Array, Array]:
+        """Stiffness of the nonlinear forces at their ports' amplitudes, and its derivative by their logarithms."""
+        k = self.equivalent(amplitude, omega)
+        return k, (self.equivalent(amplitude * (1 + DIFFERENCE), omega) - k) / DIFFERENCE
+
+    def equivalent(self, amplitude: Array, omega: Array) -> Array:
+        """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n)."""
         return np.stack([f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.forces)], axis=1)
 
 

@@ -5,8 +5,10 @@ its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of re
 16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
 regularised with the strength at the L-curve's corner (equation 17).  The linear parameters come from other data; what
 they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`), and so does what a function of one amplitude
-is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by (omega / omega_1)^2 as in
-:mod:`twin.identify.joint_law`, and by what the layer itself does at each step (:mod:`twin.identify.layer_motion`).
+is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by (omega / omega_1)^2, for
+the joint's load follows the inertia outboard of it, and by what the layer itself does at each step
+(:mod:`twin.identify.layer_motion`).  Such a law holds about one resonance; what holds in all is in
+:mod:`twin.identify.joint_law`.
 """
 
 from __future__ import annotations
@@ -19,15 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.base_fit import stepwise_law
-from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.joint_law import spline_basis
 from twin.identify.layer_motion import LayerMotion, layer_motion
 from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import BaseParameters
 from twin.identify.prediction import Predictor
 from twin.identify.regularisation import LCurve, decompose
 from twin.identify.uncertain_base import UncertainBase
-from twin.identify.unknowns import Unknowns
 from twin.identify.whitening import LAW_ERROR
 
 __all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
@@ -36,6 +36,7 @@ Array = NDArray[Any]
 
 LARGEST_ORDER = 4
 ITERATIONS, TOLERANCE = 40, 1e-7
+READ_OFF_TURNS, READ_OFF_KNOTS = 12, 20
 WEAKER = 0.1
 """Factor on the strength where the corner's step gains nothing any more: what it held back then comes in."""
 
@@ -146,28 +147,26 @@ class PolynomialProblem:
 
     @staticmethod
     def of(predictor: Predictor, base: BaseParameters, base_covariance: Array) -> PolynomialProblem:
-        """All steps of the predictor's evidence."""
+        """All steps of the predictor's evidence, which are about one resonance."""
         evidence = predictor.evidence
         steps, ref = evidence.steps, evidence.reference
-        law = SplineLaw.zero(choose_knots(steps.amplitude_m, 20))
-        unknowns = stepwise_law(predictor, Unknowns(base, law))
-        R, omega = predictor.step_receptance(unknowns)
 
         def layer_at(commanded: Array) -> LayerResponse:
             layer = layer_response(predictor, base, commanded, steps.time_s - evidence.origin_s)
             if not predictor.extension.nonlinear:
                 return layer
             ports = predictor.nonlinear_ports
-            amplitude = np.abs(R[:, ports, predictor.model.ports.drive] * steps.force[:, :1])
-            return layer.with_stiffness(ports, predictor.local.stiffness(amplitude, omega))
+            amplitude = np.abs(layer.R[:, ports, predictor.model.ports.drive] * steps.force[:, :1])
+            return layer.with_stiffness(ports, predictor.local.equivalent(amplitude, layer.omega))
 
-        H = predictor.model.response(R, omega)[:, ref, None]
-        by_base = predictor.model.sensitivity(R, omega, base)[:, ref] / H
-        X = steps.amplitude_m
-        left = predictor.normal_left(steps.time_s - evidence.origin_s)
-        guess = unknowns.law.softening_at(X / left), unknowns.law.loss_at(X)
+        X = steps.amplitude_m * (steps.omega / evidence.reference_omega) ** 2
+        left = predictor.normal_left(predictor.step_times)
         measured = steps.response[:, ref, 0] / steps.force[:, 0]
         layer = layer_at(steps.omega)
+        guess = _read_off(layer, measured, X, left, ref)
+        R = layer.with_moduli(-guess[0] * left + 0j, 1j * guess[1])
+        H = predictor.model.response(R, layer.omega)[:, ref, None]
+        by_base = predictor.model.sensitivity(R, layer.omega, base)[:, ref] / H
         motion = layer_motion(layer, layer_at, steps.omega, -guess[0] * left + 0j, 1j * guess[1], output=ref)
         return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess, motion, left)
 
@@ -204,6 +203,32 @@ class PolynomialProblem:
             error = LAW_ERROR * np.stack([(S * law).real, (S * law).imag], axis=1)
             covariance = covariance + error[:, :, None] * error[:, None, :]
         return np.asarray(np.sqrt(variance) * np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+def _read_off(layer: LayerResponse, measured: Array, X: Array, left: Array, reference: int) -> tuple[Array, Array]:
+    """Softening and loss (s,) that reproduce each step, smoothed over amplitude.
+
+    Newton's method on the inverse of the response, as in :func:`twin.identify.base_fit.law_from_steps`.
+    """
+    E = layer.predictor.moduli[0]
+    s, loss = np.zeros((2, len(X)))
+    for _ in range(READ_OFF_TURNS):
+        H, by_E, by_G = layer.responses(-left * s + 0j, 1j * loss)
+        gap = H[:, reference] / measured - 1
+        a, b = by_E[:, reference] * left, -1j * by_G[:, reference]
+        determinant = a.real * b.imag - a.imag * b.real
+        ds = (gap.real * b.imag - gap.imag * b.real) / determinant
+        dl = (a.real * gap.imag - a.imag * gap.real) / determinant
+        s = np.clip(s + np.clip(ds, -0.3 * E, 0.3 * E), -0.5 * E, 0.95 * E)
+        loss = np.clip(loss + np.clip(dl, -E, E), -E, 10 * E)
+    knots = np.linspace(np.sqrt(np.min(X)), np.sqrt(np.max(X)), READ_OFF_KNOTS) ** 2
+    B = spline_basis(knots, X)[0]
+    weight = np.minimum(1.0, np.abs(a))[:, None] + 1e-3
+    ridge = 1e-3 * np.max(weight) * np.diff(np.eye(READ_OFF_KNOTS), 2, axis=0)
+    rows = np.vstack([weight * B, ridge])
+    right = np.stack([np.append(weight[:, 0] * values, np.zeros(len(ridge))) for values in (s, loss)], axis=1)
+    smooth = B @ np.linalg.lstsq(rows, right, rcond=None)[0]
+    return smooth[:, 0], smooth[:, 1]
 
 
 def fit_polynomials(

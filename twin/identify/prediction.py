@@ -19,8 +19,11 @@ from twin.identify.extended_rig import ExtendedRig
 from twin.identify.extension import Extension
 from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import believed_parameters
+from twin.identify.local_forces import Balance
+from twin.identify.opening_harmonics import EVEN_TOO, Openings, balance_openings
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
+from twin.structure import layer_points
 
 __all__ = ["Prediction", "Predictor"]
 
@@ -35,12 +38,15 @@ class Linearisation:
     ----------
     step_factor : ndarray, (s, 2 o, 2 o)
         Cholesky factors of the steps' covariance.
-    motion : ndarray, (s, n)
-        Amplitudes of the moving ports to begin from, m.
+    balance : Balance
+        Of the moving ports: where to begin, and what harmonics add.
+    openings : Openings or None
+        What surrounds the layer's openings at all harmonics, where contact is lost there.
     """
 
     step_factor: Array
-    motion: Array
+    balance: Balance
+    openings: Openings | None
 
 
 @dataclass(frozen=True)
@@ -125,12 +131,12 @@ class Predictor(ExtendedRig):
             (f"broadband {i}", self._broadband(i, unknowns, sensitivities)) for i in range(len(self.evidence.broadband))
         ]
         if len(self.evidence.steps):
-            start = self._held.motion if self._held else None
-            R, omega, _ = self.step_receptance(unknowns, inner=sensitivities or not self._held, start=start)
+            held = self._held.balance if self._held else None
+            R, omega, balance = self.step_receptance(unknowns, inner=sensitivities or not held, held=held)
             change = self._step_changes(unknowns, R, omega) if sensitivities else None
             out.append(("steps", self._steps(unknowns, R, omega, change)))
             if self.harmonics is not None:
-                out.append(("harmonics", self._harmonics(unknowns, R, change)))
+                out.append(("harmonics", self._harmonics(unknowns, R, balance, change)))
         return out
 
     def broadband_response(self, data: BinnedResponse, unknowns: Unknowns) -> Array:
@@ -177,7 +183,7 @@ class Predictor(ExtendedRig):
             return None
         R, omega, found = self.step_receptance(unknowns)
         factor = self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
-        return Linearisation(factor, np.abs(found.motion))
+        return Linearisation(factor, found, self.openings(unknowns, found, EVEN_TOO) if self.extension.opening else None)
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
         by_softening = J[:, :, unknowns.softening] @ unknowns.law.softening
@@ -188,15 +194,38 @@ class Predictor(ExtendedRig):
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
         return self.step_receptance(unknowns, inner=False)[2].motion[:, 2 * len(self.points) :]
 
-    def extra_harmonics(self, R: Array) -> Array:
-        """Harmonics (s, h, o) that the extension's nonlinear forces add, at receptances R of the fundamentals."""
-        forces = self.local.harmonics(*self._forced(R))
-        return self._by_local_forces(forces[..., None])[..., 0]
+    def extra_harmonics(self, unknowns: Unknowns, R: Array, balance: Balance) -> Array:
+        """Harmonics (s, h, o) that the extension's own forces add, at what :meth:`step_receptance` returned."""
+        assert self.harmonics is not None
+        added = np.zeros_like(self.harmonics.residual)
+        if self.extension.nonlinear:
+            added = added + self._by_local_forces(self.local.harmonics(*self._forced(R))[..., None])[..., 0]
+        return added + self._by_lost_contact(unknowns, balance) if self.extension.opening else added
 
-    def _harmonics(self, unknowns: Unknowns, R: Array, change: tuple[Array, Array] | None) -> tuple[Array, Array]:
-        """Whitened harmonics less what the extension's nonlinear forces make."""
+    def _by_lost_contact(self, unknowns: Unknowns, balance: Balance) -> Array:
+        """Even harmonics (s, h, o) of a layer that opens; the odd ones are any law's."""
+        assert self.harmonics is not None
+        p, orders = len(self.points), self.harmonics.orders
+        openings = self._held.openings if self._held else None
+        openings = openings or self.openings(unknowns, balance, EVEN_TOO)
+        secant = (balance.stiffness - balance.more)[:, :p].real
+        openings = replace(openings, fundamental=balance.motion[:, :p], secant=secant)
+        force = balance_openings(unknowns.law, openings, self.extension.opening).force
+        even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
+        at = self.harmonics.field @ layer_points(self.harmonics.structure, p).opening.T
+        return -np.asarray(np.einsum("shop,shp->sho", at, even))
+
+    def _harmonics(
+        self, unknowns: Unknowns, R: Array, balance: Balance, change: tuple[Array, Array] | None
+    ) -> tuple[Array, Array]:
+        """Whitened harmonics less what the extension's own forces make.
+
+        The base family decides little of what lost contact does, and its sensitivities to that are left out.
+        """
         assert self.harmonics is not None
         residual, forces = self.harmonics.residual, None
+        if self.extension.opening:
+            residual = residual - self._by_lost_contact(unknowns, balance)
         if self.extension.nonlinear:
             forced = self._forced(R)
             forces = self.local.harmonics(*forced)

@@ -23,6 +23,8 @@ NEIGHBOURS = 12
 """Spectral lines on each side of a harmonic from which its noise is estimated."""
 LEAST_SOUND = 0.75
 """Share of a step's samples that must be there in every channel."""
+PASSED = 0.4
+"""Of the sample rate: what lies above is in the transition of usual anti-aliasing filters, and its size means nothing."""
 APART = 1.5
 """Distance of a line from a harmonic, over 1 / duration, from which on the two are told apart."""
 
@@ -52,7 +54,7 @@ class SteadyState:
     time_s : float
         Of the stretch's middle, on the recording's own time base.
     amplitude : dict of ndarray
-        Complex harmonics 1 ... H of each channel, in its unit.
+        Complex harmonics 1 ... H of each channel, in its unit, up to what an anti-aliasing filter passes.
     variance : dict of ndarray
         E|error of Z_h|^2 of each channel's harmonics.
     drift : dict of complex
@@ -147,7 +149,9 @@ def _fit(run: Run, stretch: Stretch, names: list[str], position: int, lines: Map
         if key not in shapes:
             shapes[key] = _Shapes.at(time[sound], omega, device.sample_rate_Hz, lines.get(name))
         fit = _fit_channel(shapes[key], samples[sound], omega)
-        amplitude[name], variance[name], drift[name], drift_std[name] = fit
+        passed = max(1, int(PASSED * device.sample_rate_Hz / step.frequency_Hz))
+        amplitude[name], variance[name] = fit[0][:passed], fit[1][:passed]
+        drift[name], drift_std[name] = fit[2:]
     return SteadyState(
         run=run.path,
         sweep=step.sweep,

@@ -108,7 +108,7 @@ class Build:
     """Evidence whose responses and variances a test chooses."""
 
     @staticmethod
-    def steps(omega, force, response, *, relative=1e-4, time_s=None, reference_omega):
+    def steps(omega, force, response, *, relative=1e-4, time_s=None):
         """Steps from force (s, h) and response (s, o, h), noise of a relative size in every harmonic."""
         count, outputs, harmonics = response.shape
         F = np.zeros((count, HARMONICS), complex)
@@ -122,7 +122,7 @@ class Build:
             force_variance=F_variance,
             response=A,
             response_variance=A_variance,
-            amplitude_m=np.abs(A[:, -1, 0]) / reference_omega**2,
+            amplitude_m=np.abs(A[:, -1, 0]) / omega**2,
             time_s=np.arange(count) * 2.0 if time_s is None else time_s,
             unsettled=np.zeros(count),
             states=tuple(() for _ in range(count)),

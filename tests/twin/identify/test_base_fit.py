@@ -48,7 +48,7 @@ def balanced(build, steel_model, steel_dense, believed):
     omega = 2 * np.pi * np.array([s.frequency_Hz for s in solutions])
     channels = np.array([s.channels[at, 1:8] for s in solutions])
     steps = build.steps(
-        omega, channels[:, 0], channels[:, 1:], relative=2e-5, reference_omega=float(steel_model.basis.omega[0])
+        omega, channels[:, 0], channels[:, 1:], relative=2e-5)
     )
     # The local coordinates are the opening and the slip's velocity; each has 15 coefficients.
     opening = np.array([np.hypot(*s.unknowns[1:3]) for s in solutions])
@@ -92,7 +92,7 @@ def swept(build, steel_model, steel_dense, believed):
     reference_omega = float(steel_model.basis.omega[0])
     omega = np.tile(2 * np.pi * np.linspace(25.7, 27.1, 29), 3)
     X = np.repeat([4e-4, 1e-3, 2.4e-3], 29) * (0.15 + 0.85 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.35) ** 2))
-    blank = build.steps(omega, np.ones((87, 1)), np.ones((87, 2, 1)), reference_omega=1.0)
+    blank = build.steps(omega, np.ones((87, 1)), np.ones((87, 2, 1)))
     q = Predictor(build.evidence(steel_model, blank)).shear_share
 
     def make(rng=None, *, in_shear=0.0, in_normal=0.0, base=usual):
@@ -107,7 +107,7 @@ def swept(build, steel_model, steel_dense, believed):
         if rng is not None:
             own, shared = circular(rng, np.hypot(RATIO_ERROR, 1e-3), (87, 2)), circular(rng, COMMON_ERROR, (87, 1))
             response, force = response * np.exp(own + shared), force * np.exp(circular(rng, 1e-3, 87))
-        steps = build.steps(omega, force[:, None], response[:, :, None], relative=1e-3, reference_omega=reference_omega)
+        steps = build.steps(omega, force[:, None], response[:, :, None], relative=1e-3)
         return build.evidence(steel_model, steps, [at_rest(build, steel_dense, base, rng)])
 
     return usual, make

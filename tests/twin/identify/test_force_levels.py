@@ -28,7 +28,7 @@ def problem(build, steel_model, steel_dense):
         g1, g2, _ = steel_dense.moduli(omega, X, base, SOFTENING, LOSS)
         H = steel_dense.accelerance(omega, base, -g1 * np.where(LEVELS == 1, stray, 1.0), 1j * g2)
         force = X * reference_omega**2 / np.abs(H[:, 1])
-        steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None], reference_omega=reference_omega)
+        steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None])
         return PolynomialProblem.of(Predictor(build.evidence(steel_model, steps)), base, np.zeros((14, 14)))
 
     return make

@@ -20,7 +20,7 @@ def shares(build, steel_model, steel_dense):
     """By products of receptances, and by the dense structure, (2, 5) each."""
     base = replace(believed_parameters(load_rig("steel-lap-joint")), E=3.6e8)
     ones = np.ones((len(OMEGA), 1), complex)
-    steps = build.steps(OMEGA, ones, np.ones((len(OMEGA), 2, 1), complex), reference_omega=1.0)
+    steps = build.steps(OMEGA, ones, np.ones((len(OMEGA), 2, 1), complex))
     predictor = Predictor(build.evidence(steel_model, steps))
     dE, dG = -SOFTENING + 0j, 1j * LOSS
 

@@ -36,7 +36,7 @@ def make(build, steel_model, steel_dense, base):
         if noise:
             error = np.exp(noise / np.sqrt(2) * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)))
         response = (H * error * force[:, None])[:, :, None]
-        steps = build.steps(omega, force[:, None], response, reference_omega=reference_omega)
+        steps = build.steps(omega, force[:, None], response)
         predictor = Predictor(build.evidence(steel_model, steps))
         return PolynomialProblem.of(predictor, base, np.zeros((14, 14)))
 

@@ -39,7 +39,7 @@ def law_moduli(predictor, unknowns, X):
 def evidence(build, steel_model, steel_dense, unknowns):
     """Two sweeps and a broadband run without any noise, of a dense structure with the unknowns' law."""
     reference_omega = float(steel_model.basis.omega[0])
-    blank = build.steps(SWEPT[:1], np.ones((1, 1)), np.ones((1, 2, 1)), reference_omega=reference_omega)
+    blank = build.steps(SWEPT[:1], np.ones((1, 1)), np.ones((1, 2, 1)))
     predictor = Predictor(build.evidence(steel_model, blank))
     omega = np.tile(SWEPT, 2)
     X = np.repeat([9e-4, 2.2e-3], len(SWEPT))
@@ -50,7 +50,7 @@ def evidence(build, steel_model, steel_dense, unknowns):
     response[:, :, 0] = H * force
     response[:, :, 2] = 0.01 * response[:, :, 0] * np.array([0.7, 1.0])
     forces = np.concatenate([force, -0.01 * force, 0.02j * force], axis=1)
-    steps = build.steps(omega, forces, response, reference_omega=reference_omega)
+    steps = build.steps(omega, forces, response)
     rng = np.random.default_rng(2)
     spread = 1e-3 * rng.uniform(1, 3, (len(BAND_Hz), 2))
     covariance = spread[:, :, None] ** 2 * np.eye(2) + 2e-6 + 0j

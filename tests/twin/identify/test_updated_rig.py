@@ -25,7 +25,7 @@ def unknowns(other_base):
 @pytest.fixture
 def evidence(steel_model, build):
     omega = 2 * np.pi * np.array([26.0, 26.5])
-    return build.evidence(steel_model, build.steps(omega, np.ones((2, 1)), np.ones((2, 2, 1)), reference_omega=166.0))
+    return build.evidence(steel_model, build.steps(omega, np.ones((2, 1)), np.ones((2, 2, 1))))
 
 
 def solved(unknowns):

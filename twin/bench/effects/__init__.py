@@ -101,8 +101,9 @@ def apply_effects(plan: Plan, effects: Iterable[Effect]) -> None:
         function = EFFECTS.get(effect.cause)
         if function is None:
             raise ValueError(f"unknown effect {effect.cause!r}; there are {', '.join(EFFECTS)}")
-        known = set(inspect.signature(function).parameters) - {"plan"}
-        if set(effect.parameters) != known:
+        takes = {name: p for name, p in inspect.signature(function).parameters.items() if name != "plan"}
+        known, needed = set(takes), {name for name, p in takes.items() if p.default is p.empty}
+        if not needed <= set(effect.parameters) <= known:
             raise ValueError(
                 f"effect {effect.cause!r} takes {', '.join(sorted(known))}; got {', '.join(sorted(effect.parameters))}"
             )

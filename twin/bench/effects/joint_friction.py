@@ -7,10 +7,10 @@ from twin.bench.plan import JointSlider, Plan
 __all__ = ["joint_friction"]
 
 
-def joint_friction(plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float, layer_element: float = 0) -> None:
-    """Add a Jenkins element on the slip of a layer element, counted from 1 at the clamp's end; 0 is the last one."""
+def joint_friction(plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float, layer_element: str = "") -> None:
+    """Add a Jenkins element on the slip of a layer element, numbered from 1 at the clamp; the last one by default."""
     count = plan.rig.joint.layer_elements
-    number = int(layer_element) or count
+    number = int(layer_element or count)
     if not 1 <= number <= count:
-        raise ValueError(f"the layer has {count} elements, numbered from 1, and no number {layer_element:g}")
+        raise ValueError(f"the layer has {count} elements, numbered from 1, and no number {layer_element}")
     plan.joint_sliders.append(JointSlider(number - 1, stiffness_N_per_m, slip_force_N))

@@ -116,15 +116,15 @@ def _steps(
     nearest = _nearest(evidence.steps, omega, X)
     shape = _shape(evidence, nearest, omega, X, force, time, proposal.longer)
     predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
-    R, driven, _ = predictor.step_receptance(truth.unknowns, inner=False)
+    R, driven, balance = predictor.step_receptance(truth.unknowns, inner=False)
     response = shape.response.copy()
     response[:, :, 0] = predictor.responses(R, driven) * shape.force[:, :1]
     moved = replace(shape, response=response)
-    if predictor.extension.nonlinear:
+    if predictor.extension.nonlinear or predictor.extension.opening:
         there = replace(evidence, broadband=(), steps=moved)
         residuals = harmonic_residuals(Predictor(there), truth.unknowns)
         predictor = Predictor(there, extension_of(there, truth.blames), residuals)
-        extra = predictor.extra_harmonics(R)
+        extra = predictor.extra_harmonics(truth.unknowns, R, balance)
         response[:, :, residuals.orders - 1] += np.moveaxis(extra, 1, 2)
         moved = replace(moved, response=response)
     return moved

@@ -32,6 +32,10 @@ CLEAR = 2.5
 """Standard deviations of a count by which more samples lie above a level than below it."""
 LEVEL = 5e-4
 """Tops on one limit are level within this share of it, or within what their noise leaves of their means."""
+SHAPED = 5.0
+"""Deviation of the samples within a top over that which the tops' means tell of their noise: from here on the tops have
+a shape of their own, as harmonics give them where a sweep rests on a step, and nothing cut them.  It is one where there
+is noise alone."""
 RINGING = 2
 """Samples on either side of a cut that a converter's filter still mixes with it."""
 
@@ -111,4 +115,5 @@ def _flat_tops(x: NDArray[Any]) -> NDArray[Any]:
     # A third harmonic flattens peaks as well, but each at its own height.
     apart = float(np.std([np.mean(x[top]) for top in flat]))
     by_noise = float(np.median([np.std(x[top]) / np.sqrt(len(top)) for top in flat]))
-    return np.concatenate(flat) if apart < max(LEVEL * usual, 2 * by_noise) else np.empty(0, int)
+    cut = apart < max(LEVEL * usual, 2 * by_noise) and by_noise < SHAPED * apart
+    return np.concatenate(flat) if cut else np.empty(0, int)

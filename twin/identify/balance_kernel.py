@@ -1,0 +1,206 @@
+"""Compiled: the motion of a few ports and the stiffness that goes with it, step by step.
+
+Every step is a small problem of its own: n ports, a complex elimination with n + 1 right sides, a real one for Newton's
+step on the logarithms of the amplitudes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["settle", "turn"]
+
+Array = NDArray[Any]
+
+COMPILED = numba.njit(cache=True, error_model="numpy", nogil=True)
+
+
+@COMPILED
+def turn(
+    opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
+    amplitude: Array, more: Array, own: Array, growth: Array, log_a: Array, z: Array, k: Array, gap: Array, step: Array,
+) -> None:  # fmt: skip
+    """Motion and stiffness of all steps at assumed amplitudes, what these miss, and Newton's step.
+
+    Parameters
+    ----------
+    opening, slip : ndarray, (4 + 2, i)
+        The law's softening and loss as cubics, see :func:`twin.identify.joint_law.cubics`.
+    weights : ndarray, (s, 2 p)
+        Of the layer's points.
+    among, driven, reference, to_reference, amplitude
+        As in :class:`twin.identify.local_forces.Surroundings`.
+    more : ndarray, (s, n)
+        Stiffness beside all others.
+    own, growth : ndarray, (s, n - 2 p)
+        Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms.
+    log_a : ndarray, (s, n)
+        Logarithms of the assumed amplitudes.
+    z, k, gap, step : ndarray, (s, n)
+        Filled.
+    """
+    n = driven.shape[1]
+    A, right, slope = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
+    J, r = np.empty((n, n)), np.empty(n)
+    for s in range(len(driven)):
+        _turn_one(
+            opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
+            own[s], growth[s], log_a[s], z[s], k[s], gap[s], step[s], A, right, slope, J, r,
+        )  # fmt: skip
+
+
+@COMPILED
+def settle(
+    opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
+    amplitude: Array, more: Array, log_a: Array, z: Array, k: Array, worst: Array, turns: int, settled: float,
+    longest: float, shortest: float,
+) -> None:  # fmt: skip
+    """The same without nonlinear forces, to the end: `log_a` is moved to where nothing is missed; `worst` (s,) is left.
+
+    A step that does not help is shortened, down to the `shortest` share; no logarithm moves by more than `longest`.
+    """
+    n = driven.shape[1]
+    A, right, slope = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
+    J, r = np.empty((n, n)), np.empty(n)
+    none, nothing = np.zeros(0, np.complex128), np.zeros(0, np.complex128)
+    gap, step, trial = np.empty(n), np.empty(n), np.empty(n)
+    new_gap, new_step, new_z, new_k = np.empty(n), np.empty(n), np.empty(n, np.complex128), np.empty(n, np.complex128)
+    for s in range(len(driven)):
+        _turn_one(
+            opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
+            none, nothing, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
+        )  # fmt: skip
+        worst[s] = np.max(np.abs(gap))
+        share = 1.0
+        for _ in range(turns):
+            if not worst[s] > settled:
+                break
+            for i in range(n):
+                trial[i] = log_a[s, i] + share * min(max(step[i], -longest), longest)
+            _turn_one(
+                opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
+                none, nothing, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
+            )  # fmt: skip
+            left = np.max(np.abs(new_gap))
+            if left < worst[s] or share <= shortest:
+                log_a[s], z[s], k[s], step[:] = trial, new_z, new_k, new_step
+                worst[s], share = left, 1.0
+            else:
+                share /= 4.0
+
+
+@COMPILED
+def _turn_one(
+    opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: complex, to_reference: Array,
+    amplitude: complex, more: Array, own: Array, growth: Array, log_a: Array, z: Array, k: Array, gap: Array,
+    step: Array, A: Array, right: Array, slope: Array, J: Array, r: Array,
+) -> None:  # fmt: skip
+    n, points = len(driven), len(weights) // 2
+    for i in range(n):
+        if i < points:
+            value, by_log = _cubic(opening, np.exp(log_a[i]))
+            k[i], slope[i] = complex(-weights[i] * value, 0.0), complex(-weights[i] * by_log, 0.0)
+        elif i < 2 * points:
+            value, by_log = _cubic(slip, np.exp(log_a[i]))
+            k[i], slope[i] = complex(0.0, weights[i] * value), complex(0.0, weights[i] * by_log)
+        else:
+            k[i], slope[i] = own[i - 2 * points], growth[i - 2 * points]
+        k[i] += more[i]
+    for i in range(n):
+        right[i, 0] = driven[i]
+        for j in range(n):
+            A[i, j] = among[i, j] * k[j]
+            right[i, 1 + j] = among[i, j]
+        A[i, i] += 1.0
+    _eliminate(A, right)
+    reading = reference
+    for i in range(n):
+        reading -= to_reference[i] * k[i] * right[i, 0]
+    for i in range(n):
+        z[i] = right[i, 0] / reading * amplitude
+        gap[i] = np.log(max(abs(z[i]), 1e-300)) - log_a[i]
+    for j in range(n):
+        onto = to_reference[j]
+        for i in range(n):
+            onto -= to_reference[i] * k[i] * right[i, 1 + j]
+        by_reading = -onto * right[j, 0] / reading
+        for i in range(n):
+            influence = -right[i, 1 + j] * right[j, 0] / right[i, 0] - by_reading
+            J[i, j] = -(influence * slope[j]).real
+        J[j, j] += 1.0
+    for i in range(n):
+        r[i] = gap[i]
+    _eliminate_real(J, r)
+    for i in range(n):
+        step[i] = r[i]
+
+
+@COMPILED
+def _cubic(c: Array, x: float) -> tuple[float, float]:
+    """A law at an amplitude, and its derivative by the logarithm of that."""
+    offset, last = c[5, 0], c[5, 1]
+    inside = min(x, last)
+    u = np.log(inside + offset)
+    i = min(max(np.searchsorted(c[4], u) - 1, 0), c.shape[1] - 2)
+    t = u - c[4, i]
+    value = ((c[0, i] * t + c[1, i]) * t + c[2, i]) * t + c[3, i]
+    if x > last:
+        return value, 0.0
+    return value, ((3.0 * c[0, i] * t + 2.0 * c[1, i]) * t + c[2, i]) * inside / (inside + offset)
+
+
+@COMPILED
+def _eliminate(A: Array, right: Array) -> None:
+    """Gaussian elimination with row pivoting; the solutions replace the right sides (n, m)."""
+    n, m = right.shape
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(A[i, k].real) + abs(A[i, k].imag) > abs(A[best, k].real) + abs(A[best, k].imag):
+                best = i
+        if best != k:
+            for j in range(k, n):
+                A[k, j], A[best, j] = A[best, j], A[k, j]
+            for j in range(m):
+                right[k, j], right[best, j] = right[best, j], right[k, j]
+        inverse = 1.0 / A[k, k]
+        for i in range(k + 1, n):
+            factor = A[i, k] * inverse
+            if factor != 0.0:
+                for j in range(k + 1, n):
+                    A[i, j] -= factor * A[k, j]
+                for j in range(m):
+                    right[i, j] -= factor * right[k, j]
+    for k in range(n - 1, -1, -1):
+        inverse = 1.0 / A[k, k]
+        for j in range(m):
+            for i in range(k + 1, n):
+                right[k, j] -= A[k, i] * right[i, j]
+            right[k, j] *= inverse
+
+
+@COMPILED
+def _eliminate_real(J: Array, r: Array) -> None:
+    n = len(r)
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(J[i, k]) > abs(J[best, k]):
+                best = i
+        if best != k:
+            for j in range(k, n):
+                J[k, j], J[best, j] = J[best, j], J[k, j]
+            r[k], r[best] = r[best], r[k]
+        for i in range(k + 1, n):
+            factor = J[i, k] / J[k, k]
+            for j in range(k + 1, n):
+                J[i, j] -= factor * J[k, j]
+            r[i] -= factor * r[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            r[k] -= J[k, j] * r[j]
+        r[k] /= J[k, k]

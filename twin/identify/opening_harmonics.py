@@ -1,0 +1,213 @@
+"""Harmonics of the layer's openings: the law's time form moves the layer at multiples of the drive frequency, too.
+
+The law's softening is a describing function; the one odd, single-valued force that has it is its time form here.  Its
+harmonics move the openings, the structure's other modes answer them (the third harmonic of a sweep about one mode may
+fall on another mode's resonance), and what they do comes back to the fundamental.  With the fundamentals given, the
+other harmonics X_h of all points together solve
+
+    X_h = C_h (drive's own harmonic F_h) - C_h (force - secant stiffness x opening)_h,
+
+C_h the receptances with the law's secant stiffness in them, by alternating frequency-time and Newton's method with the
+exact Jacobian, which is Toeplitz and Hankel in the harmonics of the tangent.
+
+A layer that loses contact where it opens (a slap) has an even part beside that: beyond the gap its force goes on with
+`factor` of its slope, of which the odd part is what the fundamental shows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.extension import Opening
+from twin.identify.joint_law import LayerLaw, spline_basis
+
+__all__ = ["EVEN_TOO", "ODD", "OpeningBalance", "Openings", "balance_openings"]
+
+Array = NDArray[Any]
+
+ODD = (3, 5, 7)
+"""Harmonics that are balanced where the force is odd."""
+EVEN_TOO = (0, 2, 3, 4, 5, 6, 7)
+"""Where it is not."""
+SAMPLES = 64
+"""Of a period."""
+TURNS = 12
+"""Newton steps; three to five are usual."""
+BALANCED = 1e-7
+"""Newton step over the fundamental at which the harmonics are in balance."""
+GRID = 400
+"""Points of a force's table."""
+LEAST_TANGENT = 0.02
+"""Of the linear modulus: a passive layer never has a negative tangent, whatever a spline does between its data."""
+WAVES = 3.0
+"""Weight of a softening's second differences in its time form: harmonics follow its slopes, so that waves of a few
+knots' length, which noise makes and which hardly matter to the fundamental, would grow from fit to fit."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
+
+
+@dataclass(frozen=True)
+class Openings:
+    """The p openings at s steps, and what surrounds them.
+
+    Attributes
+    ----------
+    fundamental : ndarray, (s, p)
+        Complex amplitudes, m.
+    secant : ndarray, (s, p)
+        Stiffness that the law takes off each there, N/m (negative).
+    weight : ndarray, (s, p)
+        A modulus times it is a stiffness.
+    modulus : float
+        E', N/m2.
+    orders : tuple of int
+        The harmonics in question.
+    compliance : ndarray, (s, h, p, p)
+        Receptances among the openings at these harmonics.
+    driven : ndarray, (s, h, p)
+        Their motion by the drive's own harmonics, m.
+    """
+
+    fundamental: Array
+    secant: Array
+    weight: Array
+    modulus: float
+    orders: tuple[int, ...]
+    compliance: Array
+    driven: Array
+
+
+@dataclass(frozen=True)
+class OpeningBalance:
+    """Harmonics in balance.
+
+    Attributes
+    ----------
+    motion : ndarray, (s, h, p)
+        Of the openings, m.
+    force : ndarray, (s, h, p)
+        Of the law's force beyond its secant stiffness, N.
+    more : ndarray, (s, p)
+        Stiffness that the harmonics add to the fundamental's secant one, N/m.
+    unsettled : float
+        Largest Newton step that was left, over the fundamental.
+    """
+
+    motion: Array
+    force: Array
+    more: Array
+    unsettled: float
+
+
+def balance_openings(
+    law: LayerLaw, openings: Openings, slap: Opening | None = None, *, start: Array | None = None
+) -> OpeningBalance:
+    """Find the harmonics that go with given fundamentals.
+
+    Parameters
+    ----------
+    slap
+        Lost contact, if there is any; the orders must then hold the even ones.
+    start : ndarray, (s, h, p)
+        Motion to begin from.
+    """
+    a, orders = openings.fundamental, np.array(openings.orders)
+    size = np.maximum(np.max(np.abs(a), axis=1), 1e-300)
+    theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    waves, wave = np.exp(1j * np.outer(orders, theta)), np.exp(1j * theta)
+    project = waves.conj().T * np.where(orders == 0, 1.0, 2.0) / SAMPLES
+    X = np.zeros((len(a), len(orders), a.shape[1]), complex) if start is None else start.copy()
+    # A static opening has no imaginary part.
+    real = np.repeat(orders > 0, a.shape[1])
+    for turn in range(TURNS + 1):
+        opening = (a[:, :, None] * wave).real + np.einsum("shp,ht->spt", X, waves).real
+        force, tangent = _force(law, openings, slap, opening)
+        harmonics = np.moveaxis(force @ project, 2, 1)
+        miss = X - openings.driven + np.einsum("shpq,shq->shp", openings.compliance, harmonics)
+        flat = miss.reshape(len(a), -1)
+        step = _newton_step(openings, orders, tangent, flat, real)
+        unsettled = np.max(np.abs(step), axis=1) / size
+        if np.max(unsettled, initial=0.0) < BALANCED or turn == TURNS:
+            break
+        # A contact opens within a step: no step larger than half the motion itself is to be trusted.
+        X = X - (step * np.minimum(1.0, 0.5 / np.maximum(unsettled, 1e-300))[:, None]).reshape(X.shape)
+    # Less what the time form makes of the fundamental alone: nothing, but for its table and where a spline must bend.
+    alone = _force(law, openings, None, (a[:, :, None] * wave).real)[0]
+    first = (force - alone) @ wave.conj() * (2 / SAMPLES)
+    return OpeningBalance(X, harmonics, first / np.where(a == 0, 1.0, a), float(np.max(unsettled, initial=0.0)))
+
+
+def _newton_step(openings: Openings, orders: Array, tangent: Array, miss: Array, real: Array) -> Array:
+    """Complex changes (s, h p) that undo `miss`, from the tangent (s, p, t) of the force along the samples."""
+    count, p, H = len(tangent), tangent.shape[1], len(orders)
+    shifted = np.exp(-0.5j * np.arange(SAMPLES) * 2 * np.pi / SAMPLES)  # the samples lie half a step late
+    tau = np.fft.fft(tangent, axis=2) * shifted / SAMPLES
+    less, more = orders[:, None] - orders, orders[:, None] + orders
+    static = np.where(orders == 0, 0.5, 1.0)
+    wave = _harmonic(tau, less) * static[:, None] * np.where(orders == 0, 2.0, 1.0)
+    conjugate = _harmonic(tau, more) * static[:, None] * np.where(orders == 0, 0.0, 1.0)
+    eye = np.eye(H * p)
+    A, B = (
+        np.einsum("shpq,sqhk->shpkq", openings.compliance, part).reshape(count, H * p, H * p)
+        for part in (wave, conjugate)
+    )
+    J = np.empty((count, 2 * H * p, 2 * H * p))
+    J[:, : H * p, : H * p], J[:, : H * p, H * p :] = eye + (A + B).real, (B - A).imag
+    J[:, H * p :, : H * p], J[:, H * p :, H * p :] = (A + B).imag, eye + (A - B).real
+    keep = np.concatenate([np.ones(H * p, bool), real])
+    right = np.concatenate([miss.real, miss.imag], axis=1)[:, keep]
+    solved = np.zeros((count, 2 * H * p))
+    solved[:, keep] = np.linalg.solve(J[:, keep][:, :, keep], right[:, :, None])[:, :, 0]
+    return np.asarray(solved[:, : H * p] + 1j * solved[:, H * p :])
+
+
+def _harmonic(tau: Array, order: Array) -> Array:
+    """Fourier coefficients (s, p, h, k) of given orders, negative ones too; aliases stand for none."""
+    return np.asarray(np.where(order >= 0, tau[:, :, np.abs(order)], tau[:, :, np.abs(order)].conj()))
+
+
+def _force(law: LayerLaw, openings: Openings, slap: Opening | None, opening: Array) -> tuple[Array, Array]:
+    """The law's force beyond its secant stiffness and its tangent, (s, p, t), N and N/m."""
+    x, f, slope = _odd_force(law, openings.modulus)
+    size, sign = np.abs(opening), np.sign(opening)
+    odd = np.interp(size, x, f) + np.maximum(size - x[-1], 0.0) * slope[-1]
+    tangent = np.interp(size, x, slope)
+    force = sign * odd
+    if slap is not None:
+        share = (slap.factor - 1) / (slap.factor + 1)
+        lost = size > slap.gap_m
+        force = force + share * np.where(lost, odd - np.interp(slap.gap_m, x, f), 0.0)
+        tangent = tangent * (1 + share * sign * lost)
+    w, E = openings.weight[:, :, None], openings.modulus
+    rest = openings.secant[:, :, None] + E * w
+    return w * force - rest * opening, w * tangent - rest
+
+
+def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:
+    """Openings, the layer's whole force there per weight, and its slope: what has the law as its describing function.
+
+    The inverse of f -> N(a) = 2 / (pi a) int_0^pi f(a cos t) cos t dt is Abel's; with u = sin t it reads
+    f(x) = x / 2 int_0^(pi/2) (3 sin^3 t N(x sin t) + x sin^4 t N'(x sin t)) dt.
+    """
+    x, by_softening = _abel(law.opening_knots.tobytes())
+    f = modulus * x - by_softening @ law.softening
+    rises = np.maximum(np.diff(f), LEAST_TANGENT * modulus * np.diff(x))
+    f = np.concatenate([[0.0], np.cumsum(rises)])
+    return x, f, np.gradient(f, x)
+
+
+@lru_cache(maxsize=16)
+def _abel(knots: bytes) -> tuple[Array, Array]:
+    """A grid of openings (g,), and the matrix (g, n) from a softening at the knots to the force it takes off there."""
+    last = np.frombuffer(knots)[-1]
+    x = np.linspace(0.0, 1.5 * last, GRID)
+    sine = np.sin((NODES + 1) * np.pi / 4)
+    B, by_log = spline_basis(np.frombuffer(knots), x[:, None] * sine)
+    # x sin N' is the derivative by the logarithm
+    matrix = np.einsum("t,gtn->gn", WEIGHTS * np.pi / 4 * sine**3, 3 * B + by_log) * (x / 2)[:, None]
+    bend = np.diff(np.eye(matrix.shape[1]), 2, axis=0)
+    return x, matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + WAVES * bend.T @ bend)
