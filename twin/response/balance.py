@@ -324,6 +324,6 @@ class HarmonicBalance:
         G = transfer(self._poles, self._channels, W, self._H)
         channels = np.matmul(G, u.transpose(0, 2, 1)[..., None])[..., 0].transpose(0, 2, 1)
         return [
-            PeriodicSolution(state.w / (2 * np.pi), state.x, inputs, values, state.iterations, state.jumped)
+            PeriodicSolution(float(state.w) / (2 * np.pi), state.x, inputs, values, state.iterations, state.jumped)
             for state, inputs, values in zip(states, u, channels, strict=True)
         ]
