@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twin.bench.build import Built
 from twin.response import continuation as compiled
 from twin.response import kernel_numpy as plain
+from twin.response.kernel import drive_slope
 from twin.response.outcome import ENDED, FOUND, LONG, WORDS
 from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
 from twin.response.stability import floquet_multipliers
@@ -221,10 +222,9 @@ class HarmonicBalance:
 
     def _linear(self, w: float, amplitude: float) -> Matrix:
         """Unknowns without local forces."""
-        G = transfer(self._poles, slice(0, self._locals), np.array([w]), 1)[0, 1, :, 0]
-        x = np.zeros((self._locals, self._n))
-        x[:, 1], x[:, 2] = G.imag * amplitude, G.real * amplitude
-        return x.ravel()
+        slope = np.empty(self._locals * self._n)
+        drive_slope(self._system, w, slope)
+        return -amplitude * slope
 
     def _newton(
         self, start: Matrix, w: float, amplitude: float, tolerance: float, contraction: float

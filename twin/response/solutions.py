@@ -32,7 +32,7 @@ class PeriodicSolution:
     iterations
         Newton steps it took.
     jumped
-        Whether the branch of the steady state before turns back before it reaches this one.
+        Whether the branch that leads here, from the steady state before or from rest, turns back on the way.
     """
 
     frequency_Hz: float
