@@ -54,7 +54,7 @@ def with_own_harmonics(
     for _ in range(TURNS):
         miss = meant(a) - _acting(path_of(table), a, meant(a), flexibility)
         missed = float(np.linalg.norm(miss))
-        if missed >= least:
+        if not missed < least:
             break
         best, least = table, missed
         correction += RELAXATION * miss

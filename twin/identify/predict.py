@@ -7,6 +7,7 @@ crossings of a given force are all the steady states at that force.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,11 +30,15 @@ Array = NDArray[Any]
 GRID_POINTS = 240
 SMALLEST = 1e-4
 """Least amplitude of the search beside the largest; below it the rig is linear."""
+ROOT = 1e-10
+"""Of the logarithm of value over target."""
 CHUNK = 4096
 NEAR = 0.1
 """How near to its target, as a logarithm, a curve that turns is looked at more closely."""
-TURNS = 30
-"""Of the fixed point for nonlinear forces, and of the bracketed search for a root."""
+TURNS, HALVINGS = 30, 60
+"""Of the bracketed search for a root; and halvings of the bracket of those that it has not found by then."""
+FIXED_TURNS, FIXED = 120, 1e-9
+"""Of the fixed point for nonlinear forces, and the relative change of their amplitudes at which it is one."""
 
 
 def blank_evidence(rig: Rig, preload: str | None = None) -> Evidence:
@@ -189,16 +194,21 @@ class RigResponse:
         return points[order], all_values[order]
 
     def _root(self, layer: LayerResponse, target: Array, a: Array, b: Array, what: str) -> Array:
-        """Roots of log(value / target) over log X between a and b, by the Illinois variant of false position."""
+        """Roots of log(value / target) over log X between a and b, by the Illinois variant of false position.
+
+        Where this takes too long, as over a kink, the bracket is halved until nothing is left of it.
+        """
         fa, fb = (np.log(self._value(layer, np.exp(x), what) / target) for x in (a, b))
-        for _ in range(TURNS):
+        for turn in range(TURNS + HALVINGS):
             with np.errstate(invalid="ignore", divide="ignore"):
                 c = np.where(fa == fb, a, b - fb * (b - a) / (fb - fa))
+            if turn >= TURNS:
+                c = np.where(np.abs(fb) < ROOT, b, 0.5 * (a + b))
             fc = np.log(self._value(layer, np.exp(c), what) / target)
             crossed = np.signbit(fc) != np.signbit(fb)
             a, fa = np.where(crossed, b, a), np.where(crossed, fb, 0.5 * fa)
             b, fb = c, fc
-            if np.max(np.abs(fc)) < 1e-10:
+            if np.max(np.abs(fc)) < ROOT:
                 break
         return np.asarray(np.exp(b))
 
@@ -247,14 +257,25 @@ class RigResponse:
         ports = self._predictor.nonlinear_ports
         updated = layer
         amplitude: Any = 0.0
-        for turn in range(TURNS):
+        for turn in range(FIXED_TURNS):
             force = X / self._amplitude_per_force(self._accelerance(layer, updated.responses(dE, dG)[0]))
             new = np.abs(updated.drive_receptance(dE, dG, ports)) * force[:, None]
-            if np.all(np.abs(new - amplitude) < 1e-9 * new):
+            change = np.abs(new - amplitude)
+            if np.all(change <= FIXED * new):
                 break
             # Half steps: a stiffness that grows with amplitude would else overshoot for ever.
             amplitude = new if turn == 0 else 0.5 * (amplitude + new)
             updated = layer.with_stiffness(ports, self._predictor.local.stiffness(amplitude, layer.omega))
+        else:
+            unsettled = np.any(change > FIXED * new, axis=1)
+            worst = int(np.argmax(np.max(change / np.maximum(new, 1e-300), axis=1)))
+            warnings.warn(
+                f"the local forces of {unsettled.sum()} of {len(X)} states did not settle in {FIXED_TURNS} turns, "
+                f"the worst by {np.max(change[worst] / new[worst]):.1g} at {X[worst]:.3g} m and "
+                f"{layer.omega[worst] / (2 * np.pi):.5g} Hz",
+                RuntimeWarning,
+                stacklevel=2,
+            )
         return updated
 
 
