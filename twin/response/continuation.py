@@ -19,7 +19,7 @@ from twin.response.kernel import drive_slope, residual, rounding
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
 
-__all__ = ["AIM", "CONTRACTION", "FADED", "LEAST_TURN", "SHORTEST", "follow", "newton", "turns_beyond"]
+__all__ = ["AIM", "CONTRACTION", "FADED", "KINK", "LEAST_TURN", "SHORTEST", "follow", "newton", "turns_beyond"]
 
 Matrix = NDArray[np.float64]
 
@@ -29,6 +29,10 @@ AIM = 0.15
 """Contraction at the first correction for which the length of a step along the branch is chosen."""
 LEAST_TURN = 0.7
 """Cosine of the angle between the tangents at both ends of a step, at least: another branch goes elsewhere."""
+KINK = 1e-3
+"""Step over the greatest from which on the branch may have a kink: where a slider starts to slip, nothing contracts
+however short the step.  What then converges close by is on the branch, for no other comes so near.
+"""
 SHORTEST = 1e-7
 """Step over the greatest at which the branch counts as ended."""
 FADED = 1e-3
@@ -149,6 +153,7 @@ def _advance(
     size: Matrix,
     span: float,
     h: float,
+    kink: bool,
     held: float,
     by_drive: bool,
     unit: Matrix,
@@ -166,6 +171,8 @@ def _advance(
         Unit tangent at z; if all goes well replaced by that at the last correction but one.
     h
         Arclength.
+    kink
+        Whether the corrections need not contract, but only stay as near as the step is long.
     held, by_drive, unit
         As in :func:`follow`; `unit` is the slope by the drive, (N,).
     most
@@ -201,13 +208,14 @@ def _advance(
         length, turned = _norm(right[:, 0]), _norm(right[:, 1])
         if not (np.isfinite(length) and np.isfinite(turned)):
             return -1, contraction
-        if length > (CONTRACTION if iteration > 0 else 1.0) * last:
+        allowed = h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
+        if length > allowed:
             if iteration > 0 and _rounded(s, x, R, w, amplitude, F, own):
                 tangent[:] = way
                 return iteration, contraction
             return -1, contraction
         if iteration == 1:
-            contraction = length / last
+            contraction = min(length / last, AIM) if kink else length / last
         last = length
         z -= right[:, 0]
         way[:] = right[:, 1] / turned
@@ -321,10 +329,11 @@ def follow(
         if rejected > 2 * most:
             return LONG, count
         trial[:], way[:] = z, tangent
+        kink = h < KINK * step
         corrected, contraction = _advance(
-            s, trial, way, size, span, h, held, by_drive, unit, tolerance, corrections, force
+            s, trial, way, size, span, h, kink, held, by_drive, unit, tolerance, corrections, force
         )
-        if corrected < 0 or np.dot(way, tangent) < LEAST_TURN:
+        if corrected < 0 or (np.dot(way, tangent) < LEAST_TURN and not kink):
             h /= 2.0
             rejected += 1
             continue
@@ -341,7 +350,7 @@ def follow(
                 h /= 2.0
                 rejected += 1
                 continue
-            if h > 1e-3 * step and turns_beyond(float(z[N]), float(tangent[N]), float(way[N]), h, target):
+            if not kink and turns_beyond(float(z[N]), float(tangent[N]), float(way[N]), h, target):
                 h /= 2.0
                 rejected += 1
                 continue

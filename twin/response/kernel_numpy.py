@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.alternation import alternate_numpy, alternate_pair_numpy, running
-from twin.response.continuation import AIM, CONTRACTION, FADED, LEAST_TURN, SHORTEST, turns_beyond
+from twin.response.continuation import AIM, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
 from twin.response.kernel import ROUNDING
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
@@ -154,6 +154,7 @@ def _advance(
     size: Matrix,
     span: float,
     h: float,
+    kink: bool,
     held: float,
     unit: Matrix | None,
     tolerance: float,
@@ -181,13 +182,13 @@ def _advance(
         length = float(np.linalg.norm(correction))
         if not np.isfinite(length):
             return -1, contraction
-        if length > (CONTRACTION if iteration else 1.0) * last:
+        if length > (h if kink else (CONTRACTION if iteration else 1.0) * last):
             if iteration and _is_rounding(s, x, R, w, amplitude, F, own):
                 tangent[:] = way
                 return iteration, contraction
             return -1, contraction
         if iteration == 1:
-            contraction = length / last
+            contraction = min(length / last, AIM) if kink else length / last
         last = length
         z -= correction
         way = ahead / np.linalg.norm(ahead)
@@ -232,8 +233,9 @@ def follow(
         if rejected > 2 * len(P):
             return LONG, count
         trial, way = z.copy(), tangent.copy()
-        corrected, contraction = _advance(s, trial, way, size, span, h, held, unit, tolerance, corrections, force)
-        refused = corrected < 0 or float(way @ tangent) < LEAST_TURN
+        kink = h < KINK * step
+        corrected, contraction = _advance(s, trial, way, size, span, h, kink, held, unit, tolerance, corrections, force)
+        refused = corrected < 0 or (float(way @ tangent) < LEAST_TURN and not kink)
         if not refused and landing:
             before, after = z[-1] - target, trial[-1] - target
             if before * after <= 0:
@@ -244,7 +246,7 @@ def follow(
                     X[count], P[count], F[count], iterations[count] = x, end, force, steps
                     return FOUND, count + 1
                 refused = True
-            elif h > 1e-3 * step:
+            elif not kink:
                 refused = turns_beyond.py_func(z[-1], tangent[-1], way[-1], h, target)
         if refused:
             h /= 2

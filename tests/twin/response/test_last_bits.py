@@ -20,6 +20,9 @@ DRAWS, LAST_BIT = 200, 1e-15
 TOLERANCE = {"modal fit": 1e-7, "gauss-newton": 1e-6}
 """Of an answer over its largest value; a fit stops where nothing is gained, and that is flat."""
 USUAL = 1e-8
+OTHER_MACHINE = 1e-5
+"""The rigs themselves differ between machines: their lowest natural frequencies by some 1e-10, for the highest of the
+same matrices are 1e4 times as high; and near a fold an answer follows them with a slope of some thousands."""
 HAIR_Hz = 1e-4
 HERE = Path(__file__).parent
 
@@ -31,12 +34,12 @@ def cores():
     return [core for core, flag in able.items() if flag in flags]
 
 
-def assert_alike(name, found, expected):
+def assert_alike(found, expected, tolerance):
     assert found.keys() == expected.keys()
     for key, values in expected.items():
         assert found[key].shape == values.shape, key
         error = np.max(np.abs(found[key] - values))
-        assert error <= TOLERANCE.get(name, USUAL) * np.max(np.abs(values)), f"{key}: {error:.1e}"
+        assert error <= tolerance * np.max(np.abs(values)), f"{key}: {error:.1e}"
 
 
 @pytest.mark.parametrize("name", ["steel", "duffing", "sliders"])
@@ -59,7 +62,7 @@ def test_the_last_bits_of_the_inputs_do_not_matter(name):
         return values * (1.0 + LAST_BIT * rng.uniform(-1.0, 1.0, values.shape))
 
     for _ in range(DRAWS):
-        assert_alike(name, CASES[name](nudge), expected)
+        assert_alike(CASES[name](nudge), expected, TOLERANCE.get(name, USUAL))
 
 
 @pytest.mark.slow
@@ -76,5 +79,4 @@ def test_the_machine_does_not_matter(tmp_path):
         with np.load(out) as file:
             answers.append(dict(file))
     for other in answers[1:]:
-        for name in CASES:
-            assert_alike(name, *({k: v for k, v in one.items() if k.startswith(name)} for one in (other, answers[0])))
+        assert_alike(other, answers[0], OTHER_MACHINE)
