@@ -19,7 +19,7 @@ from twin.response.kernel import drive_slope, residual, rounding
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
 
-__all__ = ["AIM", "CONTRACTION", "FADED", "KINK", "LEAST_TURN", "SHORTEST", "follow", "newton", "turns_beyond"]
+__all__ = ["AIM", "BEND", "CONTRACTION", "FADED", "KINK", "LEAST_TURN", "SHORTEST", "follow", "newton", "turns_beyond"]
 
 Matrix = NDArray[np.float64]
 
@@ -29,9 +29,11 @@ AIM = 0.15
 """Contraction at the first correction for which the length of a step along the branch is chosen."""
 LEAST_TURN = 0.7
 """Cosine of the angle between the tangents at both ends of a step, at least: another branch goes elsewhere."""
-KINK = 1e-3
-"""Step over the greatest from which on the branch may have a kink: where a slider starts to slip, nothing contracts
-however short the step.  What then converges close by is on the branch, for no other comes so near.
+KINK, BEND = 1e-3, 50.0
+"""Step over the greatest from which on the branch may have a kink, and the largest correction there over the step.
+
+Where a slider starts to slip, nothing contracts however short the step.  What then converges close by, nearer than the
+greatest step is long, is on the branch.
 """
 SHORTEST = 1e-7
 """Step over the greatest at which the branch counts as ended."""
@@ -91,7 +93,7 @@ def newton(
     most
         Steps.
     contraction
-        Most of the first step that the second may be; all later ones: :data:`CONTRACTION`.
+        Most of the first step that the second may be; later ones, of the one before: this or :data:`CONTRACTION`.
     F : ndarray, (locals, n)
         Filled.
 
@@ -116,7 +118,7 @@ def newton(
         length = _length(step, size)
         if not np.isfinite(length):
             return NOT_FINITE, iteration, left
-        allowed = contraction if iteration == 1 else CONTRACTION
+        allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
         if iteration > 0 and length > allowed * _length(last, size):
             return FOUND if _rounded(s, x, R, w, amplitude, F, size) else FAR, iteration, left
         x -= step
@@ -172,7 +174,7 @@ def _advance(
     h
         Arclength.
     kink
-        Whether the corrections need not contract, but only stay as near as the step is long.
+        Whether the corrections need not contract, but only stay near.
     held, by_drive, unit
         As in :func:`follow`; `unit` is the slope by the drive, (N,).
     most
@@ -208,7 +210,7 @@ def _advance(
         length, turned = _norm(right[:, 0]), _norm(right[:, 1])
         if not (np.isfinite(length) and np.isfinite(turned)):
             return -1, contraction
-        allowed = h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
+        allowed = BEND * h if kink else (CONTRACTION if iteration > 0 else 1.0) * last
         if length > allowed:
             if iteration > 0 and _rounded(s, x, R, w, amplitude, F, own):
                 tangent[:] = way
@@ -343,7 +345,8 @@ def follow(
                 share = before / (before - after)
                 x[:] = (z[:N] + share * (trial[:N] - z[:N])) * size
                 w, amplitude = (held, end) if by_drive else (end, held)
-                outcome, steps, _ = newton(s, x, w, amplitude, tolerance, corrections, CONTRACTION, force)
+                near = BEND if kink else CONTRACTION
+                outcome, steps, _ = newton(s, x, w, amplitude, tolerance, corrections, near, force)
                 if outcome == FOUND:
                     X[count], P[count], F[count], iterations[count] = x, end, force, steps
                     return FOUND, count + 1

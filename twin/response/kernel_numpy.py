@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.alternation import alternate_numpy, alternate_pair_numpy, running
-from twin.response.continuation import AIM, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
+from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
 from twin.response.kernel import ROUNDING
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
@@ -131,7 +131,7 @@ def newton(
         step = _solve(J, R)
         if not (np.isfinite(left) and np.isfinite(step).all()):
             return NOT_FINITE, iteration, left
-        allowed = contraction if iteration == 1 else CONTRACTION
+        allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
         if iteration > 0 and np.linalg.norm(step / size) > allowed * np.linalg.norm(last / size):
             return FOUND if _is_rounding(s, x, R, w, amplitude, F, size) else FAR, iteration, left
         x -= step
@@ -182,7 +182,7 @@ def _advance(
         length = float(np.linalg.norm(correction))
         if not np.isfinite(length):
             return -1, contraction
-        if length > (h if kink else (CONTRACTION if iteration else 1.0) * last):
+        if length > (BEND * h if kink else (CONTRACTION if iteration else 1.0) * last):
             if iteration and _is_rounding(s, x, R, w, amplitude, F, own):
                 tangent[:] = way
                 return iteration, contraction
@@ -241,7 +241,8 @@ def follow(
             if before * after <= 0:
                 x = (z + before / (before - after) * (trial - z))[:-1] * size
                 at = (held, end) if by_drive else (end, held)
-                outcome, steps, _ = newton(s, x, *at, tolerance, corrections, CONTRACTION, force)
+                near = BEND if kink else CONTRACTION
+                outcome, steps, _ = newton(s, x, *at, tolerance, corrections, near, force)
                 if outcome == FOUND:
                     X[count], P[count], F[count], iterations[count] = x, end, force, steps
                     return FOUND, count + 1

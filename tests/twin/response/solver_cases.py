@@ -37,6 +37,10 @@ def balance(name):
     if name == "duffing":
         bench = open_bench(STEEL, **plain, joint_law=no_law(), effects=[hard(2e7)])
         return HarmonicBalance(bench.built, harmonics=5, samples=128), np.linspace(26.2, 29.0, 29), (1.0, 3.0)
+    if name == "kinks":  # at the lower force, friction at rest lets go on the way from rest
+        rubbing = Effect(cause="ground-friction", parameters={"position_m": 0.4, "force_N": 0.01})
+        bench = open_bench(STEEL, **plain, effects=[rubbing])
+        return HarmonicBalance(bench.built, harmonics=7), np.linspace(28.0, 25.5, 21), (0.75, 3.0)
     stop = Effect(cause="ground-stop", parameters={"position_m": 0.4, "gap_m": 8e-4, "stiffness_N_per_m": 60.0})
     bench = open_bench(STEEL, **plain, joint_law=JointLaw(iwan(1e8, 80.0)), effects=[stop, hard(8e6)])
     return HarmonicBalance(bench.built, harmonics=5, samples=128), np.linspace(25.5, 27.5, 33), (1.0, 3.0)
@@ -141,6 +145,7 @@ CASES = {
     "steel": lambda nudge: balanced("steel", nudge),
     "duffing": lambda nudge: balanced("duffing", nudge),
     "sliders": lambda nudge: balanced("sliders", nudge),
+    "kinks": lambda nudge: balanced("kinks", nudge),
     "modal fit": modal,
     "gauss-newton": fitted,
     "predicted response": predicted,

@@ -42,7 +42,7 @@ def assert_alike(found, expected, tolerance):
         assert error <= tolerance * np.max(np.abs(values)), f"{key}: {error:.1e}"
 
 
-@pytest.mark.parametrize("name", ["steel", "duffing", "sliders"])
+@pytest.mark.parametrize("name", ["steel", "duffing", "sliders", "kinks"])
 def test_no_frequency_lies_within_a_hair_of_a_fold(name):
     one, frequencies, levels = balance(name)
     for level in levels:

@@ -126,6 +126,19 @@ def test_raising_the_drive_reaches_what_newton_does_not_from_the_linear_response
     assert np.argmax(np.diff(size)) == first
 
 
+def test_friction_that_lets_go_on_the_way_from_rest_is_passed():
+    """Stuck, it is sixty times as stiff as the tip: no step of Newton's contracts over the kink where it lets go."""
+    rubbing = Effect(cause="ground-friction", parameters={"position_m": 0.4, "force_N": 0.01})
+    plain = open_bench(RIG, drive="force", noise=False, converter=False).built
+    built = open_bench(RIG, drive="force", noise=False, converter=False, effects=[rubbing]).built
+    one, without = (HarmonicBalance(each, harmonics=7) for each in (built, plain))
+    levels = np.array([0.05, 0.2, 0.75, 3.0, 12.0])
+    size, free = (tip([each.solve(28.0, level) for level in levels]) / levels for each in (one, without))
+    assert np.all(np.diff(np.abs(size / free - 1)) < 0)
+    assert size[0] < 0.3 * free[0]
+    assert size[-1] == pytest.approx(free[-1], rel=0.01)
+
+
 def test_what_rounding_leaves_counts_as_nothing(hard):
     exact, asked = hard.solve(27.5, FORCE_N), hard.solve(27.5, FORCE_N, tolerance=1e-30)
     np.testing.assert_allclose(asked.channels, exact.channels, atol=1e-9 * np.abs(exact.channels).max())
