@@ -125,12 +125,12 @@ class HarmonicBalance:
             If there is none to be found; with the reason.
         """
         w = 2 * np.pi * frequency_Hz
-        found = self._from_rest(w, amplitude, tolerance) if start is None else None
-        if start is not None:
+        if start is None:
+            found = self._from_rest(w, amplitude, tolerance)
+        else:
             found = self._onward(self._state(start), w, amplitude, tolerance)
         if isinstance(found, Failure):
             raise ArithmeticError(f"harmonic balance finds no steady state at {found}")
-        assert found is not None
         return self._told([found])[0]
 
     def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> Sweep:
@@ -150,18 +150,13 @@ class HarmonicBalance:
         before: _State | None = None
         for frequency in frequencies_Hz:
             w = 2 * np.pi * frequency
-            reached = self._from_rest(w, amplitude, TOLERANCE) if before is None else None
-            if before is not None:
-                reached = self._onward(before, w, amplitude, TOLERANCE)
-                if isinstance(reached, Failure):
-                    landed = self._from_rest(w, amplitude, TOLERANCE)
-                    reached = reached if isinstance(landed, Failure) else landed._replace(jumped=True)
-            if isinstance(reached, _State):
-                found.append(reached)
-                before = reached
-            elif reached is not None:
+            reached = self._from_rest(w, amplitude, TOLERANCE) if before is None else self._stepped(before, w)
+            if isinstance(reached, Failure):
                 failures.append(reached)
                 before = None
+            else:
+                found.append(reached)
+                before = reached
         return Sweep(tuple(self._told(found)), tuple(failures))
 
     def branch(
@@ -266,6 +261,14 @@ class HarmonicBalance:
             return state
         span = max(abs(w - state.w), NARROW * w)
         return self._along(state, w, by_drive=False, span=span, tolerance=tolerance)
+
+    def _stepped(self, before: _State, w: float) -> _State | Failure:
+        """What a sweep comes to at its next frequency: on its branch, or where rest leads to if that never comes by."""
+        reached = self._onward(before, w, before.amplitude, TOLERANCE)
+        if not isinstance(reached, Failure):
+            return reached
+        landed = self._from_rest(w, before.amplitude, TOLERANCE)
+        return reached if isinstance(landed, Failure) else landed._replace(jumped=True)
 
     def _along(
         self, state: _State, target: float, *, by_drive: bool, span: float, tolerance: float
