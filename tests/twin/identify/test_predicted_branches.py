@@ -6,6 +6,7 @@ from scipy.interpolate import PchipInterpolator
 
 from twin.bench import open_bench
 from twin.diagnose.effects import with_effects
+from twin.identify import predict
 from twin.identify.predict import RigResponse, blank_evidence
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LawTable, load_rig
@@ -69,3 +70,20 @@ def test_every_solution_solves_the_whole_structure_at_its_own_amplitude():
         G = moduli.shear_modulus + 1j * PchipInterpolator(X, loss)(amplitude)
         x = np.linalg.solve(s.K0 + E * s.KE + G * s.KG + 1j * w * C - w**2 * s.M, 2.0 * s.deflection(0.05))
         assert abs(w**2 * (s.deflection(0.42) @ x)) == pytest.approx(a, rel=1e-4)
+
+
+def test_a_root_is_found_by_halving_where_false_position_takes_too_long(monkeypatch):
+    rig = with_law(3.3e8 * X**4 / (X**4 + 1.2e-3**4), 3e7 * X / (X + 2e-3), damping=3e-4)
+    frequencies, force_N = np.array([26.14, 26.2, 26.5]), np.full(3, 2.0)
+    usual = RigResponse(blank_evidence(rig)).forced(frequencies, force_N)
+    monkeypatch.setattr(predict, "TURNS", 0)
+    halved = RigResponse(blank_evidence(rig)).forced(frequencies, force_N)
+    assert halved.step.tolist() == usual.step.tolist()
+    np.testing.assert_allclose(halved.acceleration_m_per_s2, usual.acceleration_m_per_s2, rtol=1e-8)
+
+
+def test_local_forces_that_do_not_settle_are_told(monkeypatch):
+    monkeypatch.setattr(predict, "FIXED_TURNS", 1)
+    response = RigResponse(with_effects(blank_evidence(with_law(np.zeros(60), np.zeros(60), [HARDENING]))))
+    with pytest.warns(RuntimeWarning, match=r"local forces of \d+ of \d+ states did not settle in 1 turns"):
+        response.forced(np.array([26.05]), np.array([3.0]))
