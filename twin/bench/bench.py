@@ -64,9 +64,7 @@ class Bench:
         self._rng = np.random.default_rng(seed)
         self._noise, self._converter, self._kernel = noise, converter, kernel
         self._internal_rate = internal_rate_Hz
-        self._built = build(
-            plan, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements
-        )
+        self._built = build(plan, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements)
         self._instruments = list(plan.instruments.values())
         self._channels = tuple(_described(instrument) for instrument in self._instruments)
         self._index = 0

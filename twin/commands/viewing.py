@@ -170,16 +170,16 @@ def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
 
 
 def known_branches(rig: Rig | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
-    """Predicted curves of a force-controlled sweep; none, with a word, where the continuation fails."""
+    """Predicted curves of a force-controlled sweep, with a word on each that ends early."""
     from twin.rehearsal import branch_tables
 
     if rig is None or procedure is None:
         return []
-    try:
-        return branch_tables(rig, preload=preload, procedure=procedure)
-    except ArithmeticError as error:
-        say(f"no predicted branches: {error}")
-        return []
+    branches = branch_tables(rig, preload=preload, procedure=procedure)
+    for branch in branches:
+        if branch["ends_early"]:
+            say(f"the predicted branch at {branch['force_N']:g} N ends early, at {branch['ends_early']}")
+    return branches
 
 
 class _WatchedAcquisition:

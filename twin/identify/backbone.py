@@ -90,6 +90,8 @@ def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", c
     ------
     ValueError
         If there are fewer than four sweeps, or one has fewer than five steps.
+    ArithmeticError
+        If the fit to all sweeps does not settle.
     """
     if len(sweeps) < 4 or min(len(s.frequency_Hz) for s in sweeps) < 5:
         raise ValueError("an amplitude-dependent mode needs at least four sweeps of five steps each")
@@ -156,7 +158,12 @@ def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
         start[0] += np.log(mass) / count
         start[3 + count + k] = np.log(1 / (2 * mass * W**2 * np.abs(measured[k][i])))
     scale = np.concatenate([[0.1, 1.0, 0.03], np.full(count, 1e-3), np.full(count, 0.1)])
-    theta = least_squares(residual, start, x_scale=scale).x
+    found = least_squares(residual, start, x_scale=scale)
+    if not found.success:
+        raise ArithmeticError(
+            f"the sweeps' common fit did not settle in {found.nfev} trials, cost {found.cost:.3g}: {found.message}"
+        )
+    theta = found.x
     rms = [float(np.sqrt(np.mean(np.log(np.abs(model(theta, k) / measured[k])) ** 2))) for k in range(count)]
     return _Fit(
         mass=float(np.exp(theta[0])),

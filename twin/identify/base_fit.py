@@ -46,10 +46,10 @@ def starting_unknowns(evidence: Evidence, *, knots: int = 20, extension: Extensi
 def law_from_steps(predictor: Predictor, base: BaseParameters, *, knots: int = 20) -> Unknowns:
     """The law that reproduces each step's reference channel, smoothed onto knots that follow the layer's own motion.
 
-    For each step by itself one softening and one loss are found that all points share, by Newton's method on the inverse
-    of the response, which near one resonance is almost linear in the layer's moduli: it converges from a linear joint
-    even where the resonance has moved by many of its widths.  A point counts in what is found by its part in the energy,
-    that is by the square of its motion.
+    For each step by itself one softening and one loss are found that all points share, by Newton's method on the
+    inverse of the response, which near one resonance is almost linear in the layer's moduli: it converges from a linear
+    joint even where the resonance has moved by many of its widths.  A point counts in what is found by its part in the
+    energy, that is by the square of its motion.
     """
     evidence = predictor.evidence
     if not len(evidence.steps):

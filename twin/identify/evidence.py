@@ -44,8 +44,9 @@ class Known(Protocol):
 class StepArrays:
     """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS).
 
-    `amplitude_m` is the displacement amplitude at the reference channel, and `unsettled` the relative change of the reference channel's fundamental within each measurement: what was left
-    of the transient, and so an error that all channels share.
+    `amplitude_m` is the displacement amplitude at the reference channel; `unsettled` is the relative change of that
+    channel's fundamental within each measurement: what was left of the transient, and so an error that all channels
+    share.
     """
 
     omega: Array
@@ -267,9 +268,7 @@ def _unsettled(state: SteadyState, channel: str, force: str) -> bool:
     return change > UNSETTLED_SIGMA * std and change > UNSETTLED_SHARE
 
 
-def _arrays(
-    states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int
-) -> StepArrays:
+def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int) -> StepArrays:
     def harmonics(values: Array, fill: float) -> Array:
         out = np.full(HARMONICS, fill, values.dtype)
         out[: min(HARMONICS, len(values))] = values[:HARMONICS]

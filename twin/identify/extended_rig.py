@@ -246,8 +246,8 @@ class ExtendedRig:
     def openings(self, unknowns: Unknowns, balance: Balance, orders: tuple[int, ...]) -> Openings:
         """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency.
 
-        Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones move
-        the openings too little to be taken into account: what lost contact does is many times that.
+        Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones
+        move the openings too little to be taken into account: what lost contact does is many times that.
         """
         steps, time, p = self.evidence.steps, self.step_times, len(self.points)
         at, drive = self.moving[:p], self.model.ports.drive

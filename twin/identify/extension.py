@@ -72,8 +72,8 @@ class NonlinearForce:
     equivalent : callable
         Complex equivalent stiffness, at amplitude (f,) and frequency omega (f,) of the port's motion.
     harmonics : callable
-        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), of amplitude a (f,), asked for
-        with h and omega (f,).
+        Complex harmonics 1 ... h (f, h) of the restoring force for motion a cos(omega t), at amplitude a (f,), with h
+        and omega (f,).
     random : callable, optional
         Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
         (f,): statistical linearisation.  Without it the force is taken to vanish there.
@@ -87,7 +87,7 @@ class NonlinearForce:
 
 @dataclass(frozen=True)
 class Opening:
-    """A layer that loses contact where a point opens by more than `gap_m`: its force goes on with `factor` of its slope.
+    """A layer that loses contact where a point opens by more than `gap_m`; its slope goes on with `factor` of itself.
 
     The opening counts from rest, in the direction of :func:`twin.structure.layer_points`.
     """

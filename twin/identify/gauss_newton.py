@@ -1,10 +1,10 @@
-"""Gauss-Newton with Levenberg damping and a Gaussian prior."""
+"""Gauss-Newton with Levenberg damping and a Gaussian prior: bounded, and every accepted step lowers the cost."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 __all__ = ["Solution", "minimise", "not_held_back"]
 
 Array = NDArray[Any]
+Ending = Literal["settled", "stuck", "out of iterations", "not finite"]
 
 PROBED, SHARPEST = 0.1, 0.75
 """Part of a step at which the residual's curvature is looked at, and twice the largest turn it may make of a step."""
+
+TRIALS = 10
+"""Dampings tried in one iteration, each eight times the last."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,9 @@ class Solution:
     residual, jacobian : ndarray
     history : tuple of float
         Cost after each iteration.
+    ended : str
+        ``settled`` where nothing is left to gain; else why it stopped: ``stuck`` where no step that was tried lowers
+        the cost, ``out of iterations``, or ``not finite`` where the residual is not at the start.
     """
 
     x: Array
@@ -43,6 +50,12 @@ class Solution:
     residual: Array
     jacobian: Array
     history: tuple[float, ...]
+    ended: Ending = "settled"
+
+    @property
+    def settled(self) -> bool:
+        """Whether it is a minimum, as far as was asked."""
+        return self.ended == "settled"
 
     @property
     def cost(self) -> float:
@@ -78,7 +91,7 @@ def minimise(
     ----------
     evaluate
         Returns the residual (measured minus predicted) and d(predicted)/dx.  A residual with entries that are not
-        finite counts as a failed step.
+        finite counts as a failed step; at the start it ends the search there, which the solution tells.
     precision : ndarray, (n, n)
         Inverse covariance of the prior; positive on the whole diagonal, which also scales the damping.
     bounds
@@ -96,7 +109,10 @@ def minimise(
     residual, J = evaluate(x)
     chi2, penalty = float(residual @ residual), float((x - mean) @ precision @ (x - mean))
     history = [chi2 + penalty]
+    if not (np.isfinite(residual).all() and np.isfinite(J).all()):
+        return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), "not finite")
     damping, bends = 1e-3, False
+    ended: Ending = "out of iterations"
     for _ in range(iterations):
         A = J.T @ J + precision
         gradient = J.T @ residual - precision @ (x - mean)
@@ -104,10 +120,13 @@ def minimise(
         free = not_held_back(x, gradient, lower, upper)
         block = np.ix_(free, free)
         accepted = False
-        for _trial in range(10):
+        for _trial in range(TRIALS):
             scaled = A + damping * np.diag(np.diag(A))
             step = np.zeros(len(x))
-            step[free] = np.linalg.solve(scaled[block], gradient[free])
+            step[free] = _solved(scaled[block], gradient[free])
+            if not np.isfinite(step).all():
+                damping *= 8.0
+                continue
             if largest_step is not None:
                 step *= min(1.0, 1.0 / max(np.max(np.abs(step) / largest_step), 1e-300))
             if residual_alone is not None and bends:
@@ -122,15 +141,26 @@ def minimise(
                     break
             damping *= 8.0
             bends = True
+        small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
         if not accepted:
+            ended = "settled" if gradient[free] @ _solved(A[block], gradient[free]) < small else "stuck"
             break
         gain = chi2 + penalty - c - p
         x, residual, J, chi2, penalty = trial, r, Jr, c, p
         damping = max(damping / 8.0, 1e-14)
         history.append(chi2 + penalty)
-        if gain < tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual))):
+        if gain < small:
+            ended = "settled"
             break
-    return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history))
+    return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), ended)
+
+
+def _solved(A: Array, b: Array) -> Array:
+    """Nothing finite where A is singular: such a step fails, and more damping mends it."""
+    try:
+        return np.asarray(np.linalg.solve(A, b))
+    except np.linalg.LinAlgError:
+        return np.full(len(b), np.nan)
 
 
 def _turn(step: Array, free: Array, scaled: Array, J: Array, missed: Array) -> Array:
@@ -146,6 +176,6 @@ def _turn(step: Array, free: Array, scaled: Array, J: Array, missed: Array) -> A
     turn = np.zeros(len(step))
     if not np.isfinite(missed).all():
         return turn
-    turn[free] = np.linalg.solve(scaled[np.ix_(free, free)], (J.T @ missed)[free]) / PROBED
+    turn[free] = _solved(scaled[np.ix_(free, free)], (J.T @ missed)[free]) / PROBED
     size = np.sqrt(np.diag(scaled))
     return turn if 4 * np.linalg.norm(turn * size) < SHARPEST * np.linalg.norm(step * size) else np.zeros(len(step))

@@ -219,7 +219,7 @@ class LocalForces:
         own, growth = self._with_growth(np.exp(log_a[:, 2 * self.points :]), omega)
         z, k = np.empty((2, *log_a.shape), complex)
         gap, step = np.empty((2, *log_a.shape))
-        turn(*rig, own, growth, log_a, z, k, gap, step)
+        turn(*rig, own, growth, log_a, z, k, gap, step)  # type: ignore[call-arg]
         return z, k, gap, step
 
     def follow(

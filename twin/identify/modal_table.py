@@ -20,12 +20,12 @@ def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
     Raises
     ------
     InputError
-        If the table holds no sweeps, too few of them, or a force of zero.
+        If the table holds no sweeps, too few of them, or a force of zero, or no model fits them.
     """
     sweeps = sorted(read_sweeps(path), key=lambda sweep: sweep.amplitude)
     try:
         return identify_backbone(sweeps, name=rig.name, source=rig.source, channel=rig.channel)
-    except ValueError as error:
+    except (ValueError, ArithmeticError) as error:
         raise InputError(path, "", str(error)) from error
 
 

@@ -39,8 +39,10 @@ PAST_LAW = 2.0
 """Largest amplitude of the search over that at which the joint's law has its last values."""
 NEAR = 0.1
 """How near to its target, as a logarithm, a curve that turns is looked at more closely."""
-TURNS = 30
-"""Of the bracketed search for a root."""
+ROOT = 1e-10
+"""Of the logarithm of force over target."""
+TURNS, HALVINGS = 30, 60
+"""Of the bracketed search for a root; and halvings of the bracket of those that it has not found by then."""
 SEEN = 1.02
 """Amplitude of a point over the law's last knot up to which the law counts as seen."""
 SETTLED = 1e-6
@@ -269,16 +271,21 @@ class RigResponse:
         return points[order], all_values[order]
 
     def _root(self, rig: HeldRig, rows: Array, target: Array, a: Array, b: Array) -> Array:
-        """Roots of log(force / target) over log reading between a and b, by the Illinois variant of false position."""
+        """Roots of log(force / target) over log reading between a and b, by the Illinois variant of false position.
+
+        Where this takes too long, as over a kink, the bracket is halved until nothing is left of it.
+        """
         fa, fb = (np.log(self._force(rig, rows, np.exp(x)) / target) for x in (a, b))
-        for _ in range(TURNS):
+        for turn in range(TURNS + HALVINGS):
             with np.errstate(invalid="ignore", divide="ignore"):
                 c = np.where(fa == fb, a, b - fb * (b - a) / (fb - fa))
+            if turn >= TURNS:
+                c = np.where(np.abs(fb) < ROOT, b, 0.5 * (a + b))
             fc = np.log(self._force(rig, rows, np.exp(c)) / target)
             crossed = np.signbit(fc) != np.signbit(fb)
             a, fa = np.where(crossed, b, a), np.where(crossed, fb, 0.5 * fa)
             b, fb = c, fc
-            if np.max(np.abs(fc)) < 1e-10:
+            if np.max(np.abs(fc)) < ROOT:
                 break
         return np.asarray(np.exp(b))
 

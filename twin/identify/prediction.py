@@ -183,7 +183,8 @@ class Predictor(ExtendedRig):
             return None
         R, omega, found = self.step_receptance(unknowns)
         factor = self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
-        return Linearisation(factor, found, self.openings(unknowns, found, EVEN_TOO) if self.extension.opening else None)
+        openings = self.openings(unknowns, found, EVEN_TOO) if self.extension.opening else None
+        return Linearisation(factor, found, openings)
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
         by_softening = J[:, :, unknowns.softening] @ unknowns.law.softening

@@ -24,7 +24,7 @@ NEIGHBOURS = 12
 LEAST_SOUND = 0.75
 """Share of a step's samples that must be there in every channel."""
 PASSED = 0.4
-"""Of the sample rate: what lies above is in the transition of usual anti-aliasing filters, and its size means nothing."""
+"""Of the sample rate: above lies the transition of usual anti-aliasing filters, where sizes mean nothing."""
 APART = 1.5
 """Distance of a line from a harmonic, over 1 / duration, from which on the two are told apart."""
 

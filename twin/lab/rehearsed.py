@@ -177,7 +177,7 @@ def _rehearsed(
     report: Report,
 ) -> RehearsedProcedure:
     report("predicting the branches")
-    branches = _branches(rig, preload, asked)
+    branches = branch_tables(rig, preload=preload, procedure=asked)
     believed = Believed.of(rig, preload=preload, branches=branches)
     report("rehearsing")
     first = rehearse(asked, first_bench, folder / "run.mcap", believed=believed)
@@ -187,11 +187,3 @@ def _rehearsed(
         better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
     result = result_table(first, better, procedure=named, rig=rig, preload=preload, seed=seed, branches=branches)
     return RehearsedProcedure(first=first, better=better, result=result)
-
-
-def _branches(rig: Rig, preload: str, procedure: Procedure) -> list[dict[str, Any]]:
-    """Predicted curves of a force-controlled sweep; none where the continuation fails."""
-    try:
-        return branch_tables(rig, preload=preload, procedure=procedure)
-    except ArithmeticError:
-        return []

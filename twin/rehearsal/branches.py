@@ -20,7 +20,8 @@ class Branch:
     """One force's curve from the first frequency to the last, through whatever folds it has.
 
     `response` holds complex amplitudes by channel, relative to the phase of the force; `folds_Hz` are the frequencies
-    where the curve turns back: a sweep jumps there.  `stable` tells where the rig can stay.
+    where the curve turns back: a sweep jumps there.  `stable` tells where the rig can stay.  `ends_early` says why the
+    curve stops before the last frequency; it is empty where it does not.
     """
 
     force_N: float
@@ -28,16 +29,11 @@ class Branch:
     response: dict[str, list[complex]]
     folds_Hz: list[float]
     stable: list[bool]
+    ends_early: str = ""
 
 
 def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[Branch]:
-    """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise.
-
-    Raises
-    ------
-    ArithmeticError
-        If the continuation does not get through.
-    """
+    """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise."""
     frequencies = fixed_frequencies(procedure)
     if procedure.control != "force" or procedure.order != "frequency" or len(frequencies) < 2:
         return []
@@ -50,16 +46,18 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
     found = []
     for amplitude in procedure.amplitudes:
         points = balance.branch(frequencies[0], frequencies[-1], amplitude)
-        first = np.array([point.channels[:, 1] for point in points])
+        first = np.array([point.channels[:, 1] for point in points]).reshape(-1, len(names))
         turned = first * np.exp(-1j * np.angle(first[:, [names.index(force)]]))
         frequency_Hz = [point.frequency_Hz for point in points]
+        told = {name: list(map(complex, turned[:, i])) for i, name in enumerate(names)}
         found.append(
             Branch(
                 force_N=amplitude,
                 frequency_Hz=frequency_Hz,
-                response={name: list(map(complex, turned[:, i])) for i, name in enumerate(names)},
+                response=told if len(points) else {},
                 folds_Hz=_turns(frequency_Hz),
                 stable=[balance.stable(point) for point in points],
+                ends_early="" if points.failure is None else str(points.failure),
             )
         )
     return found

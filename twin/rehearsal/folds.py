@@ -13,7 +13,7 @@ from twin.procedures import StepResult
 from twin.rehearsal.rehearsal import Rehearsal
 from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps, steepest_linear
 
-__all__ = ["Folds", "folds_within", "jumping_steps"]
+__all__ = ["Folds", "branch_of", "folds_within", "jumping_steps"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Folds:
 
 def folds_within(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Folds:
     """The folds of the branch at a sweep's force, between its first and its last frequency."""
-    branch = _branch(rehearsal, steps)
+    branch = branch_of(rehearsal, steps)
     if branch is None or len({step.frequency_Hz for step in steps}) < 2:
         return Folds()
     frequency_Hz = np.asarray(branch["frequency_Hz"], float)
@@ -85,6 +85,7 @@ def _is_near(rehearsal: Rehearsal, here: StepResult, there: StepResult, fold_Hz:
     return low - margin_Hz <= fold_Hz <= high + margin_Hz
 
 
-def _branch(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Mapping[str, Any] | None:
+def branch_of(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Mapping[str, Any] | None:
+    """The predicted curve at a sweep's force, where there is one."""
     target = steps[0].target_amplitude
     return next((b for b in rehearsal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)), None)

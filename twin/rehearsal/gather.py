@@ -24,6 +24,7 @@ CAUSES_FIRST = (
     "grid-too-coarse",
     "quantisation",
     "noise-floor",
+    "branch-ends-early",
 )
 """A transient or an amplifier at its limit puts the force off, and looks like noise: who mends it mends the rest."""
 MOST_NAMED = 8

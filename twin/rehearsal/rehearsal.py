@@ -28,7 +28,7 @@ class Caution:
     kind
         ``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``,
         ``force-drop-out`` (too low) or ``force-too-high``, ``response-drop-out`` or ``response-too-high`` where the
-        response is held, ``jump-ahead``, ``noise-floor`` or ``quantisation``.
+        response is held, ``jump-ahead``, ``noise-floor``, ``quantisation`` or ``branch-ends-early``.
     severity
         ``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the
         procedure is right, its reader should know.

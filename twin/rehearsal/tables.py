@@ -111,13 +111,7 @@ def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> 
 
 
 def branch_tables(rig: Rig, *, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
-    """All predicted curves; none unless the procedure steps through frequencies at a force.
-
-    Raises
-    ------
-    ArithmeticError
-        If the continuation does not get through.
-    """
+    """All predicted curves; none unless the procedure steps through frequencies at a force."""
     if not isinstance(procedure, SteppedSine):
         return []
     return [_branch(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
@@ -130,6 +124,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         "frequency_Hz": branch.frequency_Hz,
         "folds_Hz": branch.folds_Hz,
         "stable": branch.stable,
+        "ends_early": branch.ends_early,
         "response": {
             name: {"amplitude": list(map(abs, values)), "phase_rad": list(map(cmath.phase, values))}
             for name, values in branch.response.items()

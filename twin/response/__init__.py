@@ -1,5 +1,6 @@
 """Steady responses of the reduced rig by harmonic balance, an independent reference for the marching bench."""
 
-from twin.response.balance import HarmonicBalance, PeriodicSolution
+from twin.response.balance import HarmonicBalance
+from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
 
-__all__ = ["HarmonicBalance", "PeriodicSolution"]
+__all__ = ["Branch", "Failure", "HarmonicBalance", "PeriodicSolution", "Sweep"]

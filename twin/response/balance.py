@@ -1,25 +1,29 @@
-"""Multi-harmonic balance of the rig in its local coordinates, with pseudo-arclength continuation over frequency.
+"""Multi-harmonic balance of the rig in its local coordinates, with continuation over frequency and amplitude.
 
 The unknowns are a handful per harmonic, however fine the elements (see :mod:`twin.response.system`); Newton's matrix is
-exact.
+exact.  Newton is trusted only where it contracts (:mod:`twin.response.continuation`); elsewhere a steady state is
+reached along its branch: from rest by raising the drive, from a neighbour by moving the frequency.  So which of several
+steady states is found follows from where they lie, and not from rounding.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.build import Built
-from twin.response import kernel as compiled
+from twin.response import continuation as compiled
 from twin.response import kernel_numpy as plain
+from twin.response.kernel import drive_slope
+from twin.response.outcome import ENDED, FOUND, LONG, WORDS
+from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
 
-__all__ = ["HarmonicBalance", "PeriodicSolution"]
+__all__ = ["HarmonicBalance"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -29,35 +33,39 @@ MODEL_RATE_Hz = 51200.0
 INTERNAL_RATE_Hz = 11264.0
 """Of the march whose stability is asked for: the bench's own."""
 TOLERANCE = 1e-9
-"""Residual over the size of the unknowns."""
+"""Residual over the size of the unknowns, coordinate by coordinate."""
 NEUTRAL = 1e-4
 """What a multiplier may exceed one by and count as one: a hundredth of what light damping takes off in a period."""
-MOST_ITERATIONS, MOST_CORRECTIONS = 60, 12
+MOST_ITERATIONS, MOST_CORRECTIONS = 30, 12
+FROM_REST = 0.25
+"""Most of the first step from the linear response that the second may be: nearly linear."""
+LEAST_DRIVE = 2.0**-40
+"""Part of the drive at which a rig that is not nearly linear counts as one without a steady state."""
+STEP, MOST_POINTS = 0.2, 2000
+"""Greatest arclength of a step, and most points, on the way from one steady state to another."""
+NARROW = 0.02
+"""Least unit of frequency on that way, over the frequency: about the width of a resonance."""
 
 
-@dataclass(frozen=True)
-class PeriodicSolution:
-    """One steady state.
+class _State(NamedTuple):
+    """Unknowns and local forces at a frequency (rad/s) and an amplitude of the drive."""
 
-    Attributes
-    ----------
-    frequency_Hz
-        Fundamental.
-    unknowns : ndarray, (locals (2 H + 1),)
-        Coefficients of the local coordinates, one after the other.
-    inputs : ndarray, (1 + locals, H + 1)
-        Complex harmonics of the generator's output and of the local restoring forces.
-    channels : ndarray, (channels, H + 1)
-        Complex harmonics: a channel is the real part of sum channels[k] exp(j k w t).
-    iterations
-        Newton steps it took.
-    """
-
-    frequency_Hz: float
-    unknowns: Matrix
-    inputs: Complex
-    channels: Complex
+    x: Matrix
+    w: float
+    amplitude: float
+    F: Matrix
     iterations: int
+    jumped: bool = False
+
+
+class _Way(NamedTuple):
+    """Points along a branch: unknowns, parameter, forces and Newton steps; and how it ended."""
+
+    outcome: int
+    X: Matrix
+    P: Matrix
+    F: Matrix
+    iterations: NDArray[np.int64]
 
 
 class HarmonicBalance:
@@ -95,39 +103,65 @@ class HarmonicBalance:
         self._kernel: Any = compiled if kernel == "numba" else plain
 
     def solve(
-        self, frequency_Hz: float, amplitude: float, *, start: Matrix | None = None, tolerance: float = TOLERANCE
+        self,
+        frequency_Hz: float,
+        amplitude: float,
+        *,
+        start: PeriodicSolution | None = None,
+        tolerance: float = TOLERANCE,
     ) -> PeriodicSolution:
-        """The steady state at one frequency, from a neighbour's unknowns or from the linear response.
+        """The steady state at one frequency: on the branch of a neighbour, or where rest leads as the drive is raised.
 
         Parameters
         ----------
         amplitude
             Peak of the generator's sine: V, or N where the bench has no shaker.
+        start
+            A steady state of this object, near in frequency and amplitude.
 
         Raises
         ------
         ArithmeticError
-            If Newton does not converge.
+            If there is none to be found; with the reason.
         """
         w = 2 * np.pi * frequency_Hz
-        x = self._linear(w, amplitude) if start is None else start.copy()
-        F = np.empty((self._locals, self._n))
-        iterations = self._kernel.newton(self._system, x, w, amplitude, tolerance, MOST_ITERATIONS, F)
-        if iterations < 0:
-            raise ArithmeticError(f"harmonic balance did not converge at {frequency_Hz:.4f} Hz")
-        return self._solutions(x[None], np.array([w]), F[None], [iterations], amplitude)[0]
+        if start is None:
+            found = self._from_rest(w, amplitude, tolerance)
+        else:
+            found = self._onward(self._state(start), w, amplitude, tolerance)
+        if isinstance(found, Failure):
+            raise ArithmeticError(f"harmonic balance finds no steady state at {found}")
+        return self._told([found])[0]
 
-    def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> list[PeriodicSolution]:
-        """Solutions along given frequencies, each from the one before."""
-        found: list[PeriodicSolution] = []
+    def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> Sweep:
+        """Steady states of a stepped sweep, each on the branch of the one before.
+
+        Where that branch turns back before the next frequency, the sweep jumps to where the branch comes by that
+        frequency in the end, or to the state that rest leads to if it never does; the solution says so.  Frequencies
+        without a steady state are told, and the sweep goes on from rest.
+
+        Parameters
+        ----------
+        amplitude
+            As in :meth:`solve`.
+        """
+        found: list[_State] = []
+        failures: list[Failure] = []
+        before: _State | None = None
         for frequency in frequencies_Hz:
-            start = found[-1].unknowns if found else None
-            found.append(self.solve(frequency, amplitude, start=start))
-        return found
+            w = 2 * np.pi * frequency
+            reached = self._from_rest(w, amplitude, TOLERANCE) if before is None else self._stepped(before, w)
+            if isinstance(reached, Failure):
+                failures.append(reached)
+                before = None
+            else:
+                found.append(reached)
+                before = reached
+        return Sweep(tuple(self._told(found)), tuple(failures))
 
     def branch(
         self, start_Hz: float, stop_Hz: float, amplitude: float, *, step: float = 0.05, most: int = 2000
-    ) -> list[PeriodicSolution]:
+    ) -> Branch:
         """The branch from one frequency to another, through folds, by pseudo-arclength continuation.
 
         Parameters
@@ -140,25 +174,21 @@ class HarmonicBalance:
             Greatest arclength of a step, in relative units of the unknowns and of the span of frequency.
         most
             Points after which it gives up.
-
-        Raises
-        ------
-        ArithmeticError
-            If a step cannot be made small enough, or `most` is reached.
         """
-        first = self.solve(start_Hz, amplitude)
-        X, W, F = np.empty((most, len(first.unknowns))), np.empty(most), np.empty((most, self._locals, self._n))
-        iterations = np.empty(most, np.int64)
-        count = self._kernel.follow(
-            self._system, first.unknowns, 2 * np.pi * start_Hz, 2 * np.pi * stop_Hz, amplitude, step,
-            TOLERANCE, MOST_CORRECTIONS, X, W, F, iterations,
-        )  # fmt: skip
-        if count < 0:
-            end_Hz = W[-count - 2] / (2 * np.pi) if count < -1 else start_Hz
-            raise ArithmeticError(f"the branch ends at {end_Hz:.5f} Hz")
-        if count + 1 >= most:
-            raise ArithmeticError(f"the branch has more than {most} points")
-        return [first, *self._solutions(X[:count], W[:count], F[:count], iterations[:count], amplitude)]
+        begin, end = 2 * np.pi * start_Hz, 2 * np.pi * stop_Hz
+        first = self._from_rest(begin, amplitude, TOLERANCE)
+        if isinstance(first, Failure):
+            return Branch((), first)
+        way = self._follow(first.x, begin, end, amplitude, by_drive=False, span=abs(end - begin), step=step, most=most)
+        states = [first]
+        for x, w, F, iterations in zip(way.X, way.P, way.F, way.iterations, strict=True):
+            states.append(_State(x, float(w), amplitude, F, int(iterations)))
+        failure = None
+        if way.outcome != ENDED:
+            last_Hz = states[-1].w / (2 * np.pi)
+            reason = f"the branch has more than {most} points" if way.outcome == LONG else WORDS[way.outcome]
+            failure = Failure(last_Hz, reason, np.nan, len(states))
+        return Branch(tuple(self._told(states)), failure)
 
     def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = INTERNAL_RATE_Hz) -> Complex:
         """Floquet multipliers of a steady state on the bench, largest first.
@@ -187,24 +217,116 @@ class HarmonicBalance:
 
     def _linear(self, w: float, amplitude: float) -> Matrix:
         """Unknowns without local forces."""
-        G = transfer(self._poles, slice(0, self._locals), np.array([w]), 1)[0, 1, :, 0]
-        x = np.zeros((self._locals, self._n))
-        x[:, 1], x[:, 2] = G.imag * amplitude, G.real * amplitude
-        return x.ravel()
+        slope = np.empty(self._locals * self._n)
+        drive_slope(self._system, w, slope)
+        return -amplitude * slope
 
-    def _solutions(
-        self, X: Matrix, W: Matrix, F: Matrix, iterations: Sequence[int] | NDArray[np.int64], amplitude: float
-    ) -> list[PeriodicSolution]:
-        """All that goes with unknowns (m, N), frequencies (m,) in rad/s and forces (m, locals, n)."""
-        if not len(W):
+    def _newton(
+        self, start: Matrix, w: float, amplitude: float, tolerance: float, contraction: float
+    ) -> _State | Failure:
+        """The steady state in reach of a start."""
+        x, F = start.copy(), np.empty((self._locals, self._n))
+        outcome, iterations, left = self._kernel.newton(
+            self._system, x, w, amplitude, tolerance, MOST_ITERATIONS, contraction, F
+        )
+        if outcome == FOUND:
+            return _State(x, w, amplitude, F, iterations)
+        return Failure(w / (2 * np.pi), WORDS[outcome], left, iterations)
+
+    def _from_rest(self, w: float, amplitude: float, tolerance: float) -> _State | Failure:
+        """The steady state that rest leads to as the drive is raised, through folds if need be."""
+        linear, part = self._linear(w, amplitude), 1.0
+        found = self._newton(linear, w, amplitude, tolerance, FROM_REST)
+        while isinstance(found, Failure) and part > LEAST_DRIVE:
+            part /= 2.0
+            found = self._newton(part * linear, w, part * amplitude, TOLERANCE, FROM_REST)
+        return found if isinstance(found, Failure) or part == 1.0 else self._raised(found, amplitude, tolerance)
+
+    def _raised(self, state: _State, amplitude: float, tolerance: float) -> _State | Failure:
+        """The state on the same branch at another amplitude of the drive."""
+        span = max(amplitude, state.amplitude)
+        return self._along(state, amplitude, by_drive=True, span=span, tolerance=tolerance)
+
+    def _onward(self, state: _State, w: float, amplitude: float, tolerance: float) -> _State | Failure:
+        """The state at another frequency, and maybe another amplitude, on the branch of a neighbour."""
+        found = self._newton(state.x, w, amplitude, tolerance, compiled.CONTRACTION)
+        if not isinstance(found, Failure):
+            return found
+        if amplitude != state.amplitude:
+            raised = self._raised(state, amplitude, TOLERANCE)
+            if isinstance(raised, Failure):
+                return raised
+            state = raised
+        if w == state.w:
+            return state
+        span = max(abs(w - state.w), NARROW * w)
+        return self._along(state, w, by_drive=False, span=span, tolerance=tolerance)
+
+    def _stepped(self, before: _State, w: float) -> _State | Failure:
+        """What a sweep comes to at its next frequency: on its branch, or where rest leads to if that never comes by."""
+        reached = self._onward(before, w, before.amplitude, TOLERANCE)
+        if not isinstance(reached, Failure):
+            return reached
+        landed = self._from_rest(w, before.amplitude, TOLERANCE)
+        return reached if isinstance(landed, Failure) else landed._replace(jumped=True)
+
+    def _along(
+        self, state: _State, target: float, *, by_drive: bool, span: float, tolerance: float
+    ) -> _State | Failure:
+        """Follow the branch until it first comes by the target; `jumped` if it turned back before."""
+        begin, held = (state.amplitude, state.w) if by_drive else (state.w, state.amplitude)
+        way = self._follow(
+            state.x, begin, target, held, by_drive=by_drive, span=span, step=STEP, most=MOST_POINTS,
+            landing=True, tolerance=tolerance,
+        )  # fmt: skip
+        if way.outcome != FOUND:
+            w = state.w if by_drive else target
+            return Failure(w / (2 * np.pi), f"on the way along the branch, {WORDS[way.outcome]}", np.nan, len(way.P))
+        ways = np.sign(np.diff(np.append(begin, way.P)))
+        w, amplitude = (held, target) if by_drive else (target, held)
+        turned = bool(np.any(ways * ways[0] < 0))
+        return _State(way.X[-1], w, amplitude, way.F[-1], int(way.iterations.sum()), jumped=turned)
+
+    def _follow(
+        self,
+        start: Matrix,
+        begin: float,
+        end: float,
+        held: float,
+        *,
+        by_drive: bool,
+        span: float,
+        step: float,
+        most: int,
+        landing: bool = False,
+        tolerance: float = TOLERANCE,
+    ) -> _Way:
+        """Points along a branch after its first; as :func:`twin.response.continuation.follow`."""
+        X, P, F = np.empty((most, len(start))), np.empty(most), np.empty((most, self._locals, self._n))
+        iterations = np.empty(most, np.int64)
+        outcome, count = self._kernel.follow(
+            self._system, start, begin, end, held, by_drive, span, step, landing, tolerance, MOST_CORRECTIONS,
+            X, P, F, iterations,
+        )  # fmt: skip
+        return _Way(outcome, X[:count], P[:count], F[:count], iterations[:count])
+
+    @staticmethod
+    def _state(solution: PeriodicSolution) -> _State:
+        w = 2 * np.pi * solution.frequency_Hz
+        return _State(solution.unknowns, w, solution.amplitude, np.empty(0), 0)
+
+    def _told(self, states: Sequence[_State]) -> list[PeriodicSolution]:
+        """All that goes with the unknowns."""
+        if not states:
             return []
+        F, W = np.array([state.F for state in states]), np.array([state.w for state in states])
         u = np.zeros((len(W), 1 + self._locals, self._H + 1), complex)
-        u[:, 0, 1] = -1j * amplitude
+        u[:, 0, 1] = [-1j * state.amplitude for state in states]
         u[:, 1:, 0] = F[:, :, 0]
         u[:, 1:, 1:] = F[:, :, 1::2] - 1j * F[:, :, 2::2]
         G = transfer(self._poles, self._channels, W, self._H)
         channels = np.matmul(G, u.transpose(0, 2, 1)[..., None])[..., 0].transpose(0, 2, 1)
         return [
-            PeriodicSolution(float(w) / (2 * np.pi), x, inputs, values, int(count))
-            for w, x, inputs, values, count in zip(W, X, u, channels, iterations, strict=True)
+            PeriodicSolution(float(state.w) / (2 * np.pi), state.x, inputs, values, state.iterations, state.jumped)
+            for state, inputs, values in zip(states, u, channels, strict=True)
         ]

@@ -1,24 +1,21 @@
-"""Harmonic balance compiled: residual with exact Jacobian, Newton at a frequency, and a step along the branch."""
+"""Harmonic balance compiled: the residual with its exact slopes by the unknowns, the frequency and the drive."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.marching import eliminate
 from twin.joint.kernel import COMPILED
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.alternation import alternate, alternate_pair, running
 from twin.response.system import System
 
-__all__ = ["EASY", "SMALLEST", "follow", "forces", "newton", "residual"]
+__all__ = ["drive_slope", "forces", "residual", "rounding"]
 
 Matrix = NDArray[np.float64]
 
-EASY = 4
-"""Corrections up to which the next step may be longer."""
-SMALLEST = 1e-7
-"""Step over the greatest at which the branch counts as ended."""
+ROUNDING = 1e3 * float(np.finfo(float).eps)
+"""What rounding may leave of a residual, over the sum of the sizes of its terms."""
 
 
 @COMPILED
@@ -160,208 +157,30 @@ def residual(s: System, x: Matrix, w: float, amplitude: float, R: Matrix, J: Mat
 
 
 @COMPILED
-def _norm(x: Matrix) -> float:
-    total = 0.0
-    for i in range(x.shape[0]):
-        total += x[i] * x[i]
-    return float(np.sqrt(total))
+def drive_slope(s: System, w: float, slope: Matrix) -> None:
+    """Derivative of the residual by the drive's amplitude, (N,): less the linear response to a unit drive."""
+    n = s.basis.shape[0]
+    G = np.empty((2, 2, s.D.shape[0], s.D.shape[1]))
+    _transfer(s, w, G, np.empty_like(G))
+    slope[:] = 0.0
+    for a in range(slope.shape[0] // n):
+        slope[a * n + 1], slope[a * n + 2] = -G[1, 1, a, 0], -G[1, 0, a, 0]
 
 
 @COMPILED
-def newton(s: System, x: Matrix, w: float, amplitude: float, tolerance: float, most: int, F: Matrix) -> int:
-    """Move x, (N,), onto the solution at w; returns the iterations it took, or -1.  F, (locals, n), is filled."""
-    size = x.shape[0]
-    R, J, by_w = np.empty(size), np.empty((size, size)), np.empty(size)
-    old = np.empty(size)
-    residual(s, x, w, amplitude, R, J, by_w, F)
-    for iteration in range(most):
-        last = _norm(R)
-        if last <= tolerance * _norm(x):
-            return iteration
-        eliminate(J, R)
-        step = R.copy()
-        old[:] = x
-        length = 1.0
-        while True:
-            for i in range(size):
-                x[i] = old[i] - length * step[i]
-            residual(s, x, w, amplitude, R, J, by_w, F)
-            if _norm(R) < (1.0 - 0.1 * length) * last or length < 0.05:
-                break
-            length /= 2.0
-    return -1
-
-
-@COMPILED
-def _tangent_at(J: Matrix, by_w: Matrix, size: float, span: float, heading: Matrix, tangent: Matrix) -> None:
-    """Unit tangent of the branch in unknowns over `size` and w over `span`, on the side of `heading`, (N + 1,)."""
-    N = J.shape[0]
-    bordered, right = np.empty((N + 1, N + 1)), np.zeros(N + 1)
-    _border(J, by_w, size, span, heading, bordered)
-    right[N] = 1.0
-    eliminate(bordered, right)
-    length = _norm(right)
-    for i in range(N + 1):
-        tangent[i] = right[i] / length
-
-
-@COMPILED
-def _border(J: Matrix, by_w: Matrix, size: float, span: float, row: Matrix, bordered: Matrix) -> None:
-    N = J.shape[0]
-    for i in range(N):
-        for j in range(N):
-            bordered[i, j] = J[i, j] * size
-        bordered[i, N] = by_w[i] * span
-    bordered[N] = row
-
-
-@COMPILED
-def _advance(
-    s: System,
-    z: Matrix,
-    tangent: Matrix,
-    size: float,
-    span: float,
-    h: float,
-    amplitude: float,
-    tolerance: float,
-    most: int,
-    F: Matrix,
-) -> int:
-    """One step of arclength along the branch; returns the corrections it took, or -1.
-
-    Parameters
-    ----------
-    z : ndarray, (N + 1,)
-        Unknowns over `size` and w over `span`, moved on in place.
-    tangent : ndarray, (N + 1,)
-        Unit tangent at z; if all goes well replaced by that at the last correction but one.
-    h
-        Arclength.
-    most
-        Corrections.
-    F
-        Filled: forces at the end, (locals, n).
-    """
-    N = z.shape[0] - 1
-    x, R, J, by_w = np.empty(N), np.empty(N), np.empty((N, N)), np.empty(N)
-    bordered, right, way = np.empty((N + 1, N + 1)), np.empty((N + 1, 2)), tangent.copy()
-    for i in range(N + 1):
-        z[i] += h * tangent[i]
-    for iteration in range(most + 1):
-        for i in range(N):
-            x[i] = z[i] * size
-        residual(s, x, z[N] * span, amplitude, R, J, by_w, F)
-        if iteration > 0 and _norm(R) < tolerance * _norm(x):
-            tangent[:] = way
-            return iteration
-        _border(J, by_w, size, span, tangent, bordered)
-        right[:N, 0] = R
-        right[:N, 1] = 0.0
-        right[N, 0], right[N, 1] = 0.0, 1.0  # corrections lie across the tangent; the second column is the next one
-        _eliminate_two(bordered, right)
-        length = 0.0
-        for i in range(N + 1):
-            z[i] -= right[i, 0]
-            length += right[i, 1] * right[i, 1]
-        for i in range(N + 1):
-            way[i] = right[i, 1] / np.sqrt(length)
-    return -1
-
-
-@COMPILED
-def _eliminate_two(J: Matrix, r: Matrix) -> None:
-    """Gaussian elimination with row pivoting for two right sides, (n, 2), which the solutions replace."""
-    n = r.shape[0]
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(J[i, k]) > abs(J[best, k]):
-                best = i
-        if best != k:
-            for j in range(k, n):
-                J[k, j], J[best, j] = J[best, j], J[k, j]
-            for j in range(2):
-                r[k, j], r[best, j] = r[best, j], r[k, j]
-        inverse = 1.0 / J[k, k]
-        for i in range(k + 1, n):
-            factor = J[i, k] * inverse
-            if factor != 0.0:
-                for j in range(k + 1, n):
-                    J[i, j] -= factor * J[k, j]
-                r[i, 0] -= factor * r[k, 0]
-                r[i, 1] -= factor * r[k, 1]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            r[k, 0] -= J[k, j] * r[j, 0]
-            r[k, 1] -= J[k, j] * r[j, 1]
-        r[k, 0] /= J[k, k]
-        r[k, 1] /= J[k, k]
-
-
-@COMPILED
-def follow(
-    s: System,
-    start: Matrix,
-    start_w: float,
-    stop_w: float,
-    amplitude: float,
-    step: float,
-    tolerance: float,
-    corrections: int,
-    X: Matrix,
-    W: Matrix,
-    F: Matrix,
-    iterations: NDArray[np.int64],
-) -> int:
-    """Follow the branch from one frequency to the other, through folds.
-
-    Parameters
-    ----------
-    start : ndarray, (N,)
-        Solution at `start_w`, rad/s.
-    stop_w
-        The branch ends where it leaves the band between the two, rad/s.
-    step
-        Greatest arclength of a step.
-    tolerance, corrections
-        Of each point.
-    X, W, F, iterations : ndarray, (most, N), (most,), (most, locals, n), (most,)
-        Filled with the points after the first.
-
-    Returns
-    -------
-    int
-        How many points; minus as many, less one, if no step is small enough; `most` if there may be more.
-    """
-    N, most = start.shape[0], W.shape[0]
-    low, high = min(start_w, stop_w), max(start_w, stop_w)
-    span, size, h = high - low, _norm(start), step / 10.0
-    z, tangent, heading = np.empty(N + 1), np.empty(N + 1), np.zeros(N + 1)
-    R, J, by_w, force = np.empty(N), np.empty((N, N)), np.empty(N), np.empty_like(F[0])
-    residual(s, start, start_w, amplitude, R, J, by_w, force)
-    heading[N] = 1.0 if stop_w > start_w else -1.0
-    z[:N], z[N] = start / size, start_w / span
-    _tangent_at(J, by_w, size, span, heading, tangent)
-    trial, way = np.empty(N + 1), np.empty(N + 1)
-    count = 0
-    while count < most:
-        trial[:], way[:] = z, tangent
-        corrected = _advance(s, trial, way, size, span, h, amplitude, tolerance, corrections, force)
-        if corrected < 0:
-            h /= 2.0
-            if h < SMALLEST * step:
-                return -count - 1
-            continue
-        z[:], tangent[:] = trial, way
-        if not low <= z[N] * span <= high:
-            return count
-        X[count], W[count], F[count], iterations[count] = z[:N] * size, z[N] * span, force, corrected
-        count += 1
-        larger = max(_norm(z[:N]), 1e-3)
-        z[:N] /= larger
-        tangent[:N] /= larger
-        tangent /= _norm(tangent)
-        size *= larger
-        h = min(step, h * (1.5 if corrected <= EASY else 0.8))
-    return count
+def rounding(s: System, x: Matrix, w: float, amplitude: float, F: Matrix, least: Matrix) -> None:
+    """What rounding may leave in each component of the residual, (N,), for unknowns x and the forces F they make."""
+    n = s.basis.shape[0]
+    locals_ = F.shape[0]
+    G = np.empty((n // 2 + 1, 2, s.D.shape[0], s.D.shape[1]))
+    _transfer(s, w, G, np.empty_like(G))
+    for a in range(locals_):
+        for i in range(n):
+            k = (i + 1) // 2
+            total = abs(x[a * n + i])
+            if k == 1:
+                total += (abs(G[1, 0, a, 0]) + abs(G[1, 1, a, 0])) * amplitude
+            for b in range(locals_):
+                size = abs(F[b, 0]) if k == 0 else abs(F[b, 2 * k - 1]) + abs(F[b, 2 * k])
+                total += (abs(G[k, 0, a, 1 + b]) + abs(G[k, 1, a, 1 + b])) * size
+            least[a * n + i] = ROUNDING * total

@@ -1,4 +1,4 @@
-"""The plain numpy twin of :mod:`twin.response.kernel`: the same equations as matrix products, for tests."""
+"""The plain numpy twin of the compiled harmonic balance and its continuation: matrix products, for tests."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.alternation import alternate_numpy, alternate_pair_numpy, running
-from twin.response.kernel import EASY, SMALLEST
+from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
+from twin.response.kernel import ROUNDING
+from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
 
 __all__ = ["follow", "newton", "residual"]
@@ -83,97 +85,184 @@ def residual(s: System, x: Matrix, w: float, amplitude: float) -> tuple[Matrix, 
     return R, J, by_w.ravel(), F
 
 
-def newton(s: System, x: Matrix, w: float, amplitude: float, tolerance: float, most: int, F: Matrix) -> int:
+def _drive_slope(s: System, w: float, N: int) -> Matrix:
+    """Derivative of the residual by the drive's amplitude, (N,)."""
+    n = s.basis.shape[0]
+    G, _ = _transfer(s, w, 1)
+    slope = np.zeros((N // n, n))
+    slope[:, 1], slope[:, 2] = -G[1, : N // n, 0].imag, -G[1, : N // n, 0].real
+    return slope.ravel()
+
+
+def _is_rounding(s: System, x: Matrix, R: Matrix, w: float, amplitude: float, F: Matrix, size: Matrix) -> bool:
+    """Whether a residual is all rounding."""
+    L, n = F.shape
+    G, _ = _transfer(s, w, n // 2)
+    k = (np.arange(n) + 1) // 2
+    sizes = (np.abs(G.real) + np.abs(G.imag))[k, :L]
+    together = np.abs(F)
+    for i in range(1, n, 2):
+        together[:, i : i + 2] = together[:, i : i + 2].sum(axis=1, keepdims=True)
+    total = np.abs(x).reshape(L, n) + np.einsum("iab,bi->ai", sizes[:, :, 1:], together)
+    total[:, 1:3] += sizes[1:3, :, 0].T * amplitude
+    return bool(np.linalg.norm(R / size) <= np.linalg.norm(ROUNDING * total.ravel() / size))
+
+
+def _measure(x: Matrix, largest: Matrix) -> Matrix:
+    """Sizes of the coordinates, each coordinate's at all its unknowns, (N,); `largest`, (locals,), is kept up."""
+    L = len(largest)
+    own = np.linalg.norm(x.reshape(L, -1), axis=1)
+    largest[:] = np.maximum(largest, own)
+    size = np.maximum(own, np.maximum(FADED * largest, 1e-9 * largest.max()))
+    return np.repeat(np.where(size > 0, size, 1.0) * np.sqrt(L), len(x) // L)
+
+
+def newton(
+    s: System, x: Matrix, w: float, amplitude: float, tolerance: float, most: int, contraction: float, F: Matrix
+) -> tuple[int, int, float]:
     """As the compiled one."""
-    R, J, _, F[:] = residual(s, x, w, amplitude)
-    for iteration in range(most):
-        last = np.linalg.norm(R)
-        if last <= tolerance * np.linalg.norm(x):
-            return iteration
-        step, old, length = np.linalg.solve(J, R), x.copy(), 1.0
-        while True:
-            x[:] = old - length * step
-            R, J, _, F[:] = residual(s, x, w, amplitude)
-            if np.linalg.norm(R) < (1 - 0.1 * length) * last or length < 0.05:
-                break
-            length /= 2
-    return -1
+    largest, last = np.zeros(len(F)), np.empty(0)
+    for iteration in range(most + 1):
+        R, J, _, F[:] = residual(s, x, w, amplitude)
+        size = _measure(x, largest)
+        left = float(np.linalg.norm(R / size))
+        if left <= tolerance:
+            return FOUND, iteration, left
+        step = _solve(J, R)
+        if not (np.isfinite(left) and np.isfinite(step).all()):
+            return NOT_FINITE, iteration, left
+        allowed = contraction if iteration == 1 else max(contraction, CONTRACTION)
+        if iteration > 0 and np.linalg.norm(step / size) > allowed * np.linalg.norm(last / size):
+            return FOUND if _is_rounding(s, x, R, w, amplitude, F, size) else FAR, iteration, left
+        x -= step
+        last = step
+    return LONG, most, left
 
 
-def _tangent_at(J: Matrix, by_w: Matrix, size: float, span: float, heading: Matrix) -> Matrix:
-    """Unit tangent in unknowns over `size` and w over `span`, on the side of `heading`."""
-    slopes = np.column_stack([J * size, by_w * span])
-    way = np.linalg.solve(np.vstack([slopes, heading]), np.append(np.zeros(len(J)), 1.0))
-    return np.asarray(way / np.linalg.norm(way))
+def _solve(A: Matrix, b: Matrix) -> Matrix:
+    """Nothing finite where there is no solution, as elimination leaves it."""
+    try:
+        return np.asarray(np.linalg.solve(A, b))
+    except np.linalg.LinAlgError:
+        return np.full_like(b, np.nan)
 
 
 def _advance(
     s: System,
     z: Matrix,
     tangent: Matrix,
-    size: float,
+    size: Matrix,
     span: float,
     h: float,
-    amplitude: float,
+    kink: bool,
+    held: float,
+    unit: Matrix | None,
     tolerance: float,
     most: int,
     F: Matrix,
-) -> int:
-    """One step of arclength along the branch, in place; returns the corrections it took, or -1."""
+) -> tuple[int, float]:
+    """One step of arclength along the branch, in place; the corrections it took, or -1, and the first contraction."""
     z += h * tangent
-    way = tangent
+    way, contraction, last = tangent, 0.0, h
+    own, largest = size, np.zeros(len(F))
     for iteration in range(most + 1):
-        R, J, by_w, F[:] = residual(s, z[:-1] * size, z[-1] * span, amplitude)
-        if iteration and np.linalg.norm(R) < tolerance * np.linalg.norm(z[:-1] * size):
-            tangent[:] = way
-            return iteration
-        slopes = np.vstack([np.column_stack([J * size, by_w * span]), tangent])
+        x = z[:-1] * size
+        w, amplitude = (z[-1] * span, held) if unit is None else (held, z[-1] * span)
+        R, J, by_w, F[:] = residual(s, x, w, amplitude)
+        if iteration:
+            own = _measure(x, largest)
+            if np.linalg.norm(R / own) < tolerance:
+                tangent[:] = way
+                return iteration, contraction
+        slope = by_w if unit is None else unit
+        slopes = np.vstack([np.column_stack([J * size, slope * span]) / size[:, None], tangent])
         right = np.zeros((len(z), 2))
-        right[:-1, 0], right[-1, 1] = R, 1.0
-        correction, way = np.linalg.solve(slopes, right).T
+        right[:-1, 0], right[-1, 1] = R / size, 1.0
+        correction, ahead = _solve(slopes, right).T
+        length = float(np.linalg.norm(correction))
+        if not np.isfinite(length):
+            return -1, contraction
+        if length > (BEND * h if kink else (CONTRACTION if iteration else 1.0) * last):
+            if iteration and _is_rounding(s, x, R, w, amplitude, F, own):
+                tangent[:] = way
+                return iteration, contraction
+            return -1, contraction
+        if iteration == 1:
+            contraction = min(length / last, AIM) if kink else length / last
+        last = length
         z -= correction
-        way = way / np.linalg.norm(way)
-    return -1
+        way = ahead / np.linalg.norm(ahead)
+    return -1, contraction
 
 
 def follow(
     s: System,
     start: Matrix,
-    start_w: float,
-    stop_w: float,
-    amplitude: float,
+    begin: float,
+    end: float,
+    held: float,
+    by_drive: bool,
+    span: float,
     step: float,
+    landing: bool,
     tolerance: float,
     corrections: int,
     X: Matrix,
-    W: Matrix,
+    P: Matrix,
     F: Matrix,
     iterations: NDArray[np.int64],
-) -> int:
+) -> tuple[int, int]:
     """As the compiled one."""
-    low, high = sorted((start_w, stop_w))
-    span, size, h = high - low, float(np.linalg.norm(start)), step / 10
-    _, J, by_w, force = residual(s, start, start_w, amplitude)
-    heading = np.append(np.zeros(len(start)), np.sign(stop_w - start_w))
-    z, tangent = np.append(start / size, start_w / span), _tangent_at(J, by_w, size, span, heading)
-    count = 0
-    while count < len(W):
+    low, high = sorted((begin, end))
+    h, target, largest = step / 10, end / span, np.zeros(F.shape[1])
+    unit = _drive_slope(s, held, len(start)) if by_drive else None
+    _, J, by_w, force = residual(s, start, *((held, begin) if by_drive else (begin, held)))
+    size = _measure(start, largest)
+    slope = by_w if unit is None else unit
+    heading = np.append(np.zeros(len(start)), np.sign(end - begin))
+    slopes = np.vstack([np.column_stack([J * size, slope * span]) / size[:, None], heading])
+    tangent = _solve(slopes, np.append(np.zeros(len(start)), 1.0))
+    tangent /= np.linalg.norm(tangent)
+    if not np.isfinite(tangent).all():
+        return NOT_FINITE, 0
+    z = np.append(start / size, begin / span)
+    count, rejected = 0, 0
+    while count < len(P):
+        if h < SHORTEST * step:
+            return STALLED, count
+        if rejected > 2 * len(P):
+            return LONG, count
         trial, way = z.copy(), tangent.copy()
-        corrected = _advance(s, trial, way, size, span, h, amplitude, tolerance, corrections, force)
-        if corrected < 0:
+        kink = h < KINK * step
+        corrected, contraction = _advance(s, trial, way, size, span, h, kink, held, unit, tolerance, corrections, force)
+        refused = corrected < 0 or (float(way @ tangent) < LEAST_TURN and not kink)
+        if not refused and landing:
+            before, after = z[-1] - target, trial[-1] - target
+            if before * after <= 0:
+                x = (z + before / (before - after) * (trial - z))[:-1] * size
+                at = (held, end) if by_drive else (end, held)
+                near = BEND if kink else CONTRACTION
+                outcome, steps, _ = newton(s, x, *at, tolerance, corrections, near, force)
+                if outcome == FOUND:
+                    X[count], P[count], F[count], iterations[count] = x, end, force, steps
+                    return FOUND, count + 1
+                refused = True
+            elif not kink:
+                refused = turns_beyond.py_func(z[-1], tangent[-1], way[-1], h, target)
+        if refused:
             h /= 2
-            if h < SMALLEST * step:
-                return -count - 1
+            rejected += 1
             continue
         z, tangent = trial, way
-        if not low <= z[-1] * span <= high:
-            return count
-        X[count], W[count], F[count], iterations[count] = z[:-1] * size, z[-1] * span, force, corrected
+        if not landing and not low <= z[-1] * span <= high:
+            return ENDED, count
+        x = z[:-1] * size
+        X[count], P[count], F[count], iterations[count] = x, z[-1] * span, force, corrected
         count += 1
-        larger = max(float(np.linalg.norm(z[:-1])), 1e-3)
-        z[:-1] /= larger
-        tangent[:-1] /= larger
+        new_size = _measure(x, largest)
+        z[:-1] = x / new_size
+        tangent[:-1] *= size / new_size
         tangent /= np.linalg.norm(tangent)
-        size *= larger
-        h = min(step, h * (1.5 if corrected <= EASY else 0.8))
-    return count
+        size = new_size
+        h = min(step, h * min(1.5, max(0.5, float(np.sqrt(AIM / max(contraction, 1e-6))))))
+    return LONG, count

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -105,7 +106,8 @@ class LayerLawTable(_Table):
     slip; `softening` is g1 at the former, `loss` g2 at the latter, N/m2.  Beyond the last knots both stay constant, and
     so below the first.  A point is a layer element (`layer_elements`), its opening and slip are the element's means.
 
-    `softening_std` is the standard deviation of E'(o) = E'0 - g1(o), and `loss_std` that of g2(s).
+    `softening_std` is the standard deviation of E'(o) = E'0 - g1(o), and `loss_std` that of g2(s) together with the
+    damping ratio of mode 1 in its units: such parts err together, and their sum is what a response feels.
     """
 
     opening_m: list[NonNegative] = Field(min_length=2, max_length=200)
@@ -119,7 +121,7 @@ class LayerLawTable(_Table):
     def _equal_lengths(self) -> LayerLawTable:
         for knots, values in (("opening_m", "softening"), ("slip_m", "loss")):
             x = getattr(self, knots)
-            if any(b <= a for a, b in zip(x, x[1:], strict=False)):
+            if any(b <= a for a, b in pairwise(x)):
                 raise ValueError(f"{knots} must increase")
             if len(getattr(self, values)) != len(x):
                 raise ValueError(f"{values} must have as many entries as {knots}")

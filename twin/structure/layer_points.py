@@ -64,7 +64,7 @@ def layer_points(structure: Structure, count: int) -> LayerPoints:
 def _means(B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], count: int) -> tuple[Matrix, Matrix]:
     """Mean rows (count, n) of each element's Gauss points, and sums of their weights (count,)."""
     element = np.clip(((x - ends[0]) / (ends[1] - ends[0]) * count).astype(int), 0, count - 1)
-    total = np.bincount(element, weight**2, count)
+    total = np.asarray(np.bincount(element, weight**2, count), float)
     rows = np.zeros((count, B.shape[1]))
     np.add.at(rows, element, weight[:, None] * B)
     return rows / total[:, None], total

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from twin.cli import main
-from twin.rigs import Effect, load_rig, save_rig
+from twin.rigs import Effect, LayerLawTable, load_rig, save_rig
 
 
 def run(capsys, *arguments):
@@ -45,7 +45,7 @@ def test_recordings_become_a_model_that_predicts(campaign, tmp_path, capsys):
     together = result["nonlinear"]["polynomials"]["all"]
     assert {"lambda", "rho", "eta", "corner", "cross_validated"} <= set(together["l_curve"])
     assert len(together["g1"]["coefficients"]) == together["g1"]["order"] + 1
-    assert load_rig(model).joint.law.amplitude_m == result["nonlinear"]["law"]["amplitude_m"]
+    assert load_rig(model).joint.law.opening_m == result["nonlinear"]["law"]["opening_m"]
 
     drive.write_text("frequency_Hz,force_N\n26.3,2\n26.5,2\n")
     status, printed, _ = run(capsys, "predict", model, "--drive", drive, "--out", answer, "--json")
@@ -65,6 +65,19 @@ def test_an_effect_of_the_model_file_acts(tmp_path, capsys):
         run(capsys, "predict", model, "--drive", tmp_path / "drive.csv", "--out", tmp_path / "r.csv", "--json")
         values.append(float(table(tmp_path / "r.csv")[0]["acceleration_m_per_s2"]))
     assert values[1] > 1.3 * values[0]  # a heavier tip brings mode 1 nearer to 24 Hz
+
+
+def test_a_joint_that_opens_beyond_its_law_is_told(tmp_path, capsys):
+    plain = load_rig("steel-lap-joint")
+    law = LayerLawTable(opening_m=[0.0, 5e-7], softening=[0.0, 8e7], slip_m=[0.0, 5e-7], loss=[0.0, 1e8])
+    save_rig(plain.model_copy(update={"joint": plain.joint.model_copy(update={"law": law})}), tmp_path / "model.toml")
+    (tmp_path / "drive.csv").write_text("frequency_Hz,acceleration_m_per_s2\n26.3,60\n156.5,120\n26.3,1\n")
+    out = tmp_path / "r.csv"
+    status, _, said = run(capsys, "predict", tmp_path / "model.toml", "--drive", tmp_path / "drive.csv", "--out", out)
+    assert status == 0
+    assert "warning: 2 of 3 solutions move the joint farther than its law was identified" in said
+    far, other, near = (float(row["std"]) / float(row["force_N"]) for row in table(out))
+    assert min(far, other) > 10 * near
 
 
 def test_a_table_of_frequencies_gives_moduli_that_meet_it(tmp_path, capsys):

@@ -1,5 +1,6 @@
 """Amplitude-dependent modes: a known law comes back, all branches are found, the Brake-Reuss beam is predicted."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from recordings.errors import InputError
+from twin.identify import backbone
 from twin.identify.backbone import Sweep, identify_backbone, split_levels
 from twin.identify.drive_table import write_response
 from twin.identify.modal_prediction import modal_receptance, predict_forced, predict_held
@@ -193,3 +195,9 @@ def test_table_to_model_to_response(tmp_path):
 def test_a_rig_without_a_law_cannot_predict():
     with pytest.raises(InputError, match="identify it"):
         load_rig("brake-reuss").predict([80.0], force_N=1.0)
+
+
+def test_a_fit_that_does_not_settle_says_how_far_it_came(monkeypatch):
+    monkeypatch.setattr(backbone, "least_squares", partial(backbone.least_squares, max_nfev=1))
+    with pytest.raises(ArithmeticError, match=r"did not settle in 1 trials, cost \d"):
+        identify_backbone(sweeps(law(), (5, 20, 35, 50)), name="made")

@@ -47,9 +47,7 @@ def balanced(build, steel_model, steel_dense, believed):
     solutions = [s for level in (0.75, 1.5, 3.0, 6.0) for s in balance.sweep(np.linspace(27.4, 25.4, 33), level)]
     omega = 2 * np.pi * np.array([s.frequency_Hz for s in solutions])
     channels = np.array([s.channels[at, 1:8] for s in solutions])
-    steps = build.steps(
-        omega, channels[:, 0], channels[:, 1:], relative=2e-5)
-    )
+    steps = build.steps(omega, channels[:, 0], channels[:, 1:], relative=2e-5)
     # The local coordinates are the opening and the slip's velocity; each has 15 coefficients.
     opening = np.array([np.hypot(*s.unknowns[1:3]) for s in solutions])
     slip = np.array([np.hypot(*s.unknowns[16:18]) for s in solutions]) / omega

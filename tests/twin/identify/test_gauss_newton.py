@@ -167,3 +167,39 @@ def test_along_a_bent_valley_steps_that_turn_arrive_where_straight_ones_do_not()
     turning, straight = fit(residual_alone=lambda x: -bent(x)[0]), fit()
     np.testing.assert_allclose(turning.x, [3.0, 9.0], rtol=1e-4)
     assert straight.cost > 1.0
+
+
+def test_every_search_tells_how_it_ended():
+    A, y, mean, precision = line(1)
+    found = minimise(lambda x: (y - A @ x, A), np.zeros(4), mean=mean, precision=precision)
+    assert found.settled
+    assert found.ended == "settled"
+    nowhere = minimise(lambda x: (np.full(2, np.nan), np.eye(2)), np.ones(2), mean=np.zeros(2), precision=np.eye(2))
+    assert nowhere.ended == "not finite"
+    np.testing.assert_array_equal(nowhere.x, 1.0)
+
+    def valley(x):
+        r, J = bent(x)
+        return -r, J
+
+    start, flat = np.array([-1.0, 1.0]), 1e-12 * np.eye(2)
+    short = minimise(valley, start, mean=np.zeros(2), precision=flat, iterations=5, tolerance=1e-9)
+    assert short.ended == "out of iterations"
+
+    def uphill(x):
+        """Of a slope with the wrong sign."""
+        return np.array([10.0 + x[0]]), np.array([[1.0]])
+
+    lost = minimise(uphill, np.zeros(1), mean=np.zeros(1), precision=1e-12 * np.eye(1))
+    assert lost.ended == "stuck"
+    assert not lost.settled
+
+
+def test_a_parameter_without_effect_and_without_a_prior_only_stays_where_it_is():
+    A = np.array([[1.0, 0.0], [2.0, 0.0]])
+    y = np.array([1.0, 2.0])
+    for nothing in (0.0, 1e-320):
+        found = minimise(
+            lambda x: (y - A @ x, A), np.array([0.0, 5.0]), mean=np.zeros(2), precision=np.diag([1e-9, nothing])
+        )
+        assert np.isfinite(found.x).all()

@@ -6,6 +6,7 @@ from scipy.interpolate import PchipInterpolator
 
 from twin.bench import open_bench
 from twin.diagnose.effects import with_effects
+from twin.identify import predict
 from twin.identify.predict import RigResponse, blank_evidence
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LawTable, LayerLawTable, load_rig
@@ -140,3 +141,12 @@ def test_thousands_of_steps_at_once():
     )
     assert np.all(np.bincount(found.step, minlength=1200) % 2 == 1)
     assert not found.unsettled.any()
+
+
+def test_a_root_is_found_by_halving_where_false_position_takes_too_long(monkeypatch):
+    frequencies, force_N = np.array([26.14, 26.2, 26.5]), np.full(3, 2.0)
+    usual = RigResponse(blank_evidence(with_law(SATURATING))).forced(frequencies, force_N)
+    monkeypatch.setattr(predict, "TURNS", 0)
+    halved = RigResponse(blank_evidence(with_law(SATURATING))).forced(frequencies, force_N)
+    assert halved.step.tolist() == usual.step.tolist()
+    np.testing.assert_allclose(halved.acceleration_m_per_s2, usual.acceleration_m_per_s2, rtol=1e-8)

@@ -8,6 +8,7 @@ from twin.bench import open_bench
 from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
 from twin.procedures.tables import Measure
 from twin.rehearsal import predicted_branches
+from twin.response import Branch, Failure, HarmonicBalance
 from twin.rigs import Effect, load_rig
 
 STEEL = load_rig("steel-lap-joint")
@@ -64,3 +65,14 @@ def test_a_rig_without_folds_has_one_response_a_frequency():
 def test_open_loop_sweeps_have_no_branches_at_a_force():
     procedure = SteppedSine(frequencies=[26.0, 27.0], amplitudes=[1.0], control="voltage")
     assert predicted_branches(STEEL, preload=None, procedure=procedure) == []
+
+
+def test_a_branch_without_a_first_point_says_why_and_has_no_curve(monkeypatch):
+    failure = Failure(26.0, "the equations are singular or not finite", np.nan, 1)
+    monkeypatch.setattr(HarmonicBalance, "branch", lambda *_: Branch((), failure))
+    (branch,) = predicted_branches(
+        STEEL, preload=None, procedure=SteppedSine(frequencies=[26.0, 27.0], amplitudes=[1.0])
+    )
+    assert branch.ends_early == "26.00000 Hz: the equations are singular or not finite (1 steps)"
+    assert branch.frequency_Hz == branch.folds_Hz == branch.stable == []
+    assert branch.response == {}

@@ -130,3 +130,20 @@ def test_causes_come_before_their_consequences(tmp_path: Path):
     assert kinds[0] == "dwell-too-short"
     assert len(kinds) == len(set(kinds))
     assert {case.sweep for case in cautions[0].cases} == {"0.5N-up", "0.5N-down", "1N-up", "1N-down"}
+
+
+def test_a_branch_that_ends_early_is_noted_and_drawn_as_far_as_it_goes(tmp_path):
+    """A gap in the knowledge of folds: the procedure is right as it is."""
+    sweep = SteppedSine(grid=Grid(start=26.0, stop=27.0, step=0.02), amplitudes=[0.5], direction="up")
+    (whole,) = branch_tables(STEEL, preload="120N", procedure=sweep)
+    assert whole["ends_early"] == ""
+    cut = {**whole, "ends_early": "26.30000 Hz: no step along the branch is small enough (7 steps)"}
+    cautions = {}
+    for branch in (whole, cut):
+        believed = Believed(damping_ratio=0.0023, branches=[branch])
+        found = rehearse(sweep, Resonator(), tmp_path / "run.mcap", believed=believed)
+        cautions[branch["ends_early"]] = {caution.kind: caution for caution in found.cautions}
+    told, silent = cautions[cut["ends_early"]], cautions[""]
+    assert set(told) - set(silent) == {"branch-ends-early"}
+    assert told["branch-ends-early"].severity == "note"
+    assert cut["ends_early"] in told["branch-ends-early"].reason

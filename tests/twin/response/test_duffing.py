@@ -53,6 +53,10 @@ def test_plain_twin_gives_the_same_state():
     np.testing.assert_allclose(compiled.channels, plain.channels, rtol=1e-10, atol=1e-12)
 
 
-def test_no_solution_is_said():
-    with pytest.raises(ArithmeticError, match="more than 3 points"):
-        balance().branch(26.2, 29.0, 3.0, most=3)
+def test_a_branch_that_ends_early_gives_its_points_and_the_reason():
+    whole, cut = balance().branch(26.2, 29.0, 3.0), balance().branch(26.2, 29.0, 3.0, most=3)
+    assert whole.failure is None
+    assert cut.failure is not None
+    assert "more than 3 points" in str(cut.failure)
+    assert [p.frequency_Hz for p in cut] == [p.frequency_Hz for p in whole[:4]]
+    assert cut.failure.frequency_Hz == cut[-1].frequency_Hz

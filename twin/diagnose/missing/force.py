@@ -73,7 +73,7 @@ class LocalForce(Cause):
         local = NonlinearForce(
             row=single_point(values["position_m"]),
             equivalent=equivalent,
-            harmonics=lambda amplitude, count, joint: force_harmonics(force, amplitude, joint.omega, count),
+            harmonics=lambda amplitude, count, omega: force_harmonics(force, amplitude, omega, count),
             random=lambda motion, omega: linear_substitute(force, motion.displacement, motion.velocity, omega),
         )
         return Extension(nonlinear=(local,))

@@ -131,7 +131,7 @@ def _steps(
 
 
 def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float, time: Array) -> Array:
-    """Displacement amplitudes X (s,) of the reference channel at this force, on the branch that a sweep in this order stays on."""
+    """Amplitudes X (s,) of the reference channel, m, at this force: the branch that a sweep in this order stays on."""
     known = evidence.steps.amplitude_m
     grid = np.geomspace(BEYOND[0] * known.min(), BEYOND[1] * known.max(), LAW_POINTS)
     count = len(omega)

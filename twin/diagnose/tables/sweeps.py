@@ -62,12 +62,15 @@ def diagnose_sweeps(
     Raises
     ------
     InputError
-        If the sweeps are too few, too many, or did not hold their response.
+        If the sweeps are too few, too many, or did not hold their response, or no model fits them.
     """
     started = time.perf_counter()
     _check(sweeps, path)
     by_amplitude = sorted(range(len(sweeps)), key=lambda k: sweeps[k].amplitude)
-    model = identify_backbone([sweeps[k] for k in by_amplitude], name=rig_name, source=source, channel=channel)
+    try:
+        model = identify_backbone([sweeps[k] for k in by_amplitude], name=rig_name, source=source, channel=channel)
+    except ArithmeticError as error:
+        raise InputError(path, "", str(error)) from error
     assert model.law is not None
     levels = [model.level[by_amplitude.index(k)] for k in range(len(sweeps))]
     rows = [

@@ -20,6 +20,8 @@ Array = NDArray[Any]
 
 REMAINDERS = 3
 ITERATIONS, TOLERANCE = 40, 1e-9
+DEPENDENT = 1e-13
+"""Singular value over the largest below which residues count as dependent."""
 LARGEST_STEP = 0.5
 """Of a step of log damping; of log frequency in half-widths."""
 
@@ -89,9 +91,13 @@ def refine_poles(
     for _ in range(iterations):
         J = here.jacobian
         normal, gradient = J.T @ J, J.T @ here.residual
-        scale = np.diag(normal) + 1e-300
+        scale = np.maximum(np.diag(normal), np.finfo(float).eps * np.max(np.diag(normal)))
         for _ in range(12):
-            step = -np.linalg.solve(normal + damping * np.diag(scale), gradient)
+            try:
+                step = -np.linalg.solve(normal + damping * np.diag(scale), gradient)
+            except np.linalg.LinAlgError:
+                damping *= 4
+                continue
             step *= min(1.0, LARGEST_STEP / max(_size(step, x), 1e-300))
             trial = _Projection.at(x + step, w, H, weight)
             if trial.chi2 < here.chi2:
@@ -143,8 +149,12 @@ class _Projection:
         for h, g in zip(H.T, weight.T, strict=True):
             A = _stacked(g[:, None] * basis / norm)
             Q, R = np.linalg.qr(A)
+            # Where poles meet, rounding would choose the directions of no weight: these are left out.
+            U, size, V = np.linalg.svd(R)
+            kept = size > DEPENDENT * size[0]
+            Q = Q @ U[:, kept]
             y = _stacked((g * h)[:, None])[:, 0]
-            c = np.linalg.lstsq(R, Q.T @ y, rcond=1e-13)[0] / norm
+            c = V[kept].T @ (Q.T @ y / size[kept]) / norm
             r = c[:m] + 1j * c[m : 2 * m]
             columns = [r * d * plus**2 + (r * d).conj() * minus**2 for d in by]
             D = _stacked(g[:, None] * np.hstack(columns))

@@ -6,6 +6,7 @@ from twin.rehearsal.checks.coarse_grid import check_grid
 from twin.rehearsal.checks.drive import check_drive
 from twin.rehearsal.checks.drop_out import check_drop_out
 from twin.rehearsal.checks.dwell import check_dwell
+from twin.rehearsal.checks.early_end import check_early_ends
 from twin.rehearsal.checks.jump import check_jumps
 from twin.rehearsal.checks.limits import check_limits
 from twin.rehearsal.checks.noise import check_noise
@@ -27,5 +28,6 @@ CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
     check_overload,
     check_drive,
     check_limits,
+    check_early_ends,
 )
 """All checks; where two would change the same field, a later one has the last word."""

@@ -1,0 +1,25 @@
+"""Branch ends early: beyond it nothing is known of folds, and a jump there is not foretold."""
+
+from __future__ import annotations
+
+from twin.rehearsal.folds import branch_of
+from twin.rehearsal.rehearsal import Caution, Rehearsal
+
+__all__ = ["check_early_ends"]
+
+
+def check_early_ends(rehearsal: Rehearsal) -> list[Caution]:
+    """Report the sweeps whose predicted curve stops before their last frequency."""
+    found = []
+    for sweep, steps in rehearsal.sweeps().items():
+        reason = (branch_of(rehearsal, steps) or {}).get("ends_early")
+        if reason:
+            found.append(
+                Caution(
+                    kind="branch-ends-early", severity="note", sweep=sweep, index=steps[0].index,
+                    frequency_Hz=steps[0].frequency_Hz, steps=len(steps),
+                    reason=f"the predicted branch ends early, at {reason}: folds beyond are not known",
+                    advice="look out for jumps that no warning foretells", changes={},
+                )
+            )  # fmt: skip
+    return found

@@ -1,0 +1,112 @@
+"""What harmonic balance finds, and what it says of what it does not find."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Branch", "Failure", "PeriodicSolution", "Sweep"]
+
+Matrix = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class PeriodicSolution:
+    """One steady state.
+
+    Attributes
+    ----------
+    frequency_Hz
+        Fundamental.
+    unknowns : ndarray, (locals (2 H + 1),)
+        Coefficients of the local coordinates, one after the other.
+    inputs : ndarray, (1 + locals, H + 1)
+        Complex harmonics of the generator's output and of the local restoring forces.
+    channels : ndarray, (channels, H + 1)
+        Complex harmonics: a channel is the real part of sum channels[k] exp(j k w t).
+    iterations
+        Newton steps it took.
+    jumped
+        Whether the branch that leads here, from the steady state before or from rest, turns back on the way.
+    """
+
+    frequency_Hz: float
+    unknowns: Matrix
+    inputs: Complex
+    channels: Complex
+    iterations: int
+    jumped: bool = False
+
+    @property
+    def amplitude(self) -> float:
+        """Peak of the generator's sine: V, or N where the bench has no shaker."""
+        return float(-self.inputs[0, 1].imag)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Where no steady state was found, and why.
+
+    Attributes
+    ----------
+    frequency_Hz
+        Where it was sought, or where the branch ends.
+    reason
+        In words.
+    residual
+        Of the last attempt, over the size of the unknowns; nan where there is none.
+    iterations
+        Newton steps of the last attempt, or points along the branch.
+    """
+
+    frequency_Hz: float
+    reason: str
+    residual: float
+    iterations: int
+
+    def __str__(self) -> str:
+        """One line, with the state it ended in."""
+        left = "" if np.isnan(self.residual) else f", residual {self.residual:.1e}"
+        return f"{self.frequency_Hz:.5f} Hz: {self.reason} ({self.iterations} steps{left})"
+
+
+class _Series:
+    """Reads like the sequence of its solutions."""
+
+    solutions: tuple[PeriodicSolution, ...]
+
+    def __iter__(self) -> Iterator[PeriodicSolution]:
+        return iter(self.solutions)
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    @overload
+    def __getitem__(self, index: int) -> PeriodicSolution: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[PeriodicSolution, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> PeriodicSolution | tuple[PeriodicSolution, ...]:
+        return self.solutions[index]
+
+
+@dataclass(frozen=True)
+class Sweep(_Series):
+    """Steady states of a stepped sweep, each from the one before; `failures` are the frequencies without one."""
+
+    solutions: tuple[PeriodicSolution, ...]
+    failures: tuple[Failure, ...]
+
+
+@dataclass(frozen=True)
+class Branch(_Series):
+    """Steady states along a branch; `failure` tells why it ends early, and is none where it does not."""
+
+    solutions: tuple[PeriodicSolution, ...]
+    failure: Failure | None
