@@ -10,6 +10,9 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
 from twin.rigs import load_rig
+from twin.structure import layer_points
+
+NOWHERE = np.zeros(1)
 
 
 @dataclass(frozen=True)
@@ -18,15 +21,15 @@ class Dense:
 
     model: LinearModel
 
-    def field(self, loads, omega, base, dE=0.0, dG=0.0):
-        """Displacements (f, l, n) of all degrees of freedom under loads (l, n)."""
+    def field(self, loads, omega, base, dE=0.0, dG=0.0, held=0.0):
+        """Displacements (f, l, n) of all degrees of freedom under loads (l, n), `held` (n, n) by more stiffness."""
         s, reference = self.model.structure, self.model.basis
         MPhi, count = s.M @ reference.Phi, len(base.zeta)
         w, zeta = reference.omega.copy(), reference.zeta.copy()
         w[:count] *= np.sqrt(1 + 2 * base.detuning)
         zeta[:count] = base.zeta
         C = MPhi @ np.diag(2 * zeta * w) @ MPhi.T
-        K = s.K0 + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
+        K = s.K0 + held + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
         E = np.broadcast_to(base.E * (1 + 1j * base.loss_E) + dE, len(omega))
         G = np.broadcast_to(base.G * (1 + 1j * base.loss_G) + dG, len(omega))
         rows = zip(omega, E, G, strict=True)
@@ -38,6 +41,36 @@ class Dense:
         s = self.model.structure
         x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
         return -(omega[:, None] ** 2) * (x @ np.array([s.deflection(o.position_m) for o in self.model.outputs]).T)
+
+    def point_receptance(self, omega, base):
+        """Among drive, the layer's six openings and slips, and the outputs' places, (f, q, q), all without the law."""
+        s = self.model.structure
+        points = layer_points(s, 3)
+        rows = np.array([s.deflection(0.05), *points.rows, *(s.deflection(o.position_m) for o in self.model.outputs)])
+        return self.field(rows, omega, base) @ rows.T, points.weights
+
+    def with_law(self, omega, tip_m, base, law, relative=(NOWHERE, NOWHERE)):
+        """Accelerances (f, o) and the points' complex motion (f, 6) where the tip moves by `tip_m` (f,).
+
+        Parameters
+        ----------
+        relative : pair of ndarray, (f,)
+            By how much softening and loss differ from the law at each step.
+        """
+        R, weight = self.point_receptance(omega, base)
+        into, among, from_drive = R[:, :, 0], R[:, 1:7, 1:7], R[:, 1:7, 0]
+        amplitude = np.zeros(from_drive.shape)
+        for _ in range(300):
+            s, loss = law.softening_at(amplitude[:, :3]), law.loss_at(amplitude[:, 3:])
+            k = weight * np.concatenate([-s * (1 + relative[0])[:, None], 1j * loss * (1 + relative[1])[:, None]], 1)
+            # The law's forces on the points, for a unit force at the drive.
+            push = -k * np.linalg.solve(np.eye(6) + among * k[:, None, :], from_drive[:, :, None])[:, :, 0]
+            moved = into + np.einsum("fqp,fp->fq", R[:, :, 1:7], push)
+            motion = moved[:, 1:7] / moved[:, -1:] * tip_m[:, None]
+            last, amplitude = amplitude, 0.5 * (amplitude + np.abs(motion))
+            if np.max(np.abs(amplitude - last)) < 1e-12 * np.max(amplitude):
+                return -(omega[:, None] ** 2) * moved[:, 7:], motion
+        raise ArithmeticError("the layer's points do not come to rest")
 
     def layer_shares(self, omega, base, dE, dG):
         """The layer's opening and slip (f,) per motion of the last output, over those in the first mode, (2, f)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from recordings import RunWriter, read_run
@@ -13,7 +14,7 @@ from twin.diagnose.candidate import Blame, extension_of, fit_candidate
 from twin.diagnose.causes import CAUSES
 from twin.identify.evidence import gather_evidence
 from twin.identify.extension import Extension
-from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import believed_parameters
 from twin.identify.rebinning import rebinned
 from twin.identify.unknowns import Unknowns
@@ -21,6 +22,7 @@ from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
+LINEAR = LayerLaw.zero(np.array([1e-8, 1e-6]), np.array([1e-8, 1e-6]))
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +37,7 @@ def evidence(tmp_path_factory):
 
 
 def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
-    unknowns = Unknowns(believed_parameters(RIG), SplineLaw.zero(choose_knots([1e-4, 1e-3], 3)))
+    unknowns = Unknowns(believed_parameters(RIG), LINEAR)
     label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}
     blames = (Blame(CAUSES["sensor-position"], label, values, {}),)
     bent = fit_candidate(evidence, None, unknowns, blames)
@@ -52,7 +54,7 @@ def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
 
 def test_bins_of_a_right_model_stay(evidence):
     """Against its own reference a sound run's bins do not move beyond their noise."""
-    unknowns = Unknowns(believed_parameters(RIG), SplineLaw.zero(choose_knots([1e-4, 1e-3], 3)))
+    unknowns = Unknowns(believed_parameters(RIG), LINEAR)
     label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}
     model = fit_candidate(evidence, None, unknowns, (Blame(CAUSES["sensor-position"], label, values, {}),))
     for _ in range(2):
@@ -66,7 +68,7 @@ def test_bins_of_a_right_model_stay(evidence):
 def test_what_a_right_model_explains_it_explains_anew(campaign):
     """The decays of the record's ends have the model's own poles, or they stay in the sharpest resonance's bins."""
     evidence = gather_evidence([read_run(campaign / "random.mcap")], RIG)
-    unknowns = Unknowns(believed_parameters(RIG), SplineLaw.zero(choose_knots([1e-4, 1e-3], 3)))
+    unknowns = Unknowns(believed_parameters(RIG), LINEAR)
     before = fit_candidate(evidence, None, unknowns, ())
     after = fit_candidate(rebinned(evidence, Extension(), before.unknowns), None, before.unknowns, ())
     assert after.chi2_per_dof == pytest.approx(before.chi2_per_dof, rel=0.05)

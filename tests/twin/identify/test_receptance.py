@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from twin.identify.receptance import layer_ports, lowest_modes_basis, update_receptance, update_receptance_numpy
+from twin.structure import layer_points
 
 TWINS = (update_receptance, update_receptance_numpy)
 OMEGA = 2 * np.pi * np.array([5.0, 26.4, 100.0, 157.0, 300.0, 471.0, 700.0, 895.0, 1000.0])
@@ -97,8 +98,14 @@ def test_the_remainder_is_needed_and_falls_with_the_frequency_as_stated(steel_mo
 
 
 def test_field_is_the_displacement_of_every_degree_of_freedom(steel_model, steel_dense, other_base):
-    dE, dG = -0.5 * other_base.E, 1e8j
-    field = steel_model.output_field(OMEGA, other_base, dE, dG)
-    dense = steel_dense.field(steel_model.ports.rows[steel_model.ports.outputs], OMEGA, other_base, dE, dG)
+    """With changed moduli, and with what the law does at the layer's points."""
+    dE, dG = -0.1 * other_base.E, 1e8j
+    points = layer_points(steel_model.structure, 3)
+    springs = points.weights * np.array([-1e8, -2e8, -5e7, 3e8j, 1e7j, 2e8j])
+    model = steel_model.with_points(points.rows)
+    at = np.arange(len(steel_model.ports.rows), len(model.ports.rows))
+    field = model.output_field(OMEGA, other_base, dE, dG, at=at, springs=np.tile(springs, (len(OMEGA), 1)))
+    held = points.rows.T @ (springs[:, None] * points.rows)
+    dense = steel_dense.field(steel_model.ports.rows[steel_model.ports.outputs], OMEGA, other_base, dE, dG, held)
     size = np.max(np.abs(dense), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(field / size, dense / size, atol=2e-6)
