@@ -1,35 +1,45 @@
-"""The law as splines of amplitude: what they reproduce exactly, and how well they follow a law that saturates."""
+"""The law as splines of opening and slip: what they reproduce exactly, and how well they follow one that saturates."""
 
 import numpy as np
 import pytest
 
-from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.joint_law import LayerLaw, choose_knots, cubics, spline_basis
 from twin.joint import Saturating
 
-KNOTS = np.linspace(np.sqrt(5e-5), np.sqrt(3e-3), 20) ** 2
+KNOTS = np.geomspace(5e-8, 8e-6, 20)
+FINER = np.geomspace(1e-8, 2e-6, 12)
 
 
 def test_values_at_the_knots_are_the_knots_and_at_rest_there_is_nothing():
+    """Softening and loss have knots of their own."""
     rng = np.random.default_rng(1)
-    law = SplineLaw(KNOTS, rng.standard_normal(20), rng.standard_normal(20))
+    law = LayerLaw(KNOTS, FINER, rng.standard_normal(20), rng.standard_normal(12))
     np.testing.assert_allclose(law.softening_at(KNOTS), law.softening, atol=1e-13)
-    np.testing.assert_allclose(law.loss_at(KNOTS), law.loss, atol=1e-13)
-    assert law.softening_at(0.0) == pytest.approx(0.0, abs=1e-13)
-    assert np.all(SplineLaw.zero(KNOTS).softening_at(KNOTS) == 0)
+    np.testing.assert_allclose(law.loss_at(FINER), law.loss, atol=1e-13)
+    np.testing.assert_allclose([law.softening_at(0.0), law.loss_at(0.0)], 0.0, atol=1e-13)
+    assert np.all(LayerLaw.zero(KNOTS, FINER).softening_at(KNOTS) == 0)
+
+
+def test_one_vector_has_both_parts():
+    law = LayerLaw(KNOTS, FINER, np.arange(20.0), np.arange(12.0))
+    doubled = law.with_vector(2 * law.vector)
+    np.testing.assert_array_equal(doubled.softening, 2 * law.softening)
+    np.testing.assert_array_equal(doubled.loss, 2 * law.loss)
 
 
 def test_beyond_the_last_knot_the_law_stays_as_it_is():
-    law = SplineLaw(KNOTS, KNOTS * 1e12, -KNOTS)
-    np.testing.assert_allclose(law.softening_at([3e-3, 4e-3, 1.0]), 3e9, rtol=1e-12)
-    np.testing.assert_allclose(law.loss_at([3e-3, 1.0]), -3e-3, rtol=1e-12)
+    law = LayerLaw(KNOTS, FINER, KNOTS * 1e12, -FINER)
+    np.testing.assert_allclose(law.softening_at([8e-6, 9e-6, 1.0]), 8e6, rtol=1e-12)
+    np.testing.assert_allclose(law.loss_at([2e-6, 1.0]), -2e-6, rtol=1e-12)
+    assert not spline_basis(KNOTS, np.array([9e-6]))[1].any()
 
 
 def test_a_straight_line_over_the_logarithm_is_followed_exactly():
     """What a natural cubic spline has no curvature for, in the variable that it is a spline of."""
-    u = np.log(1 + 2 * KNOTS / KNOTS[0])
-    law = SplineLaw(KNOTS, 3.0 * u, u)
-    X = np.geomspace(1e-6, 3e-3, 200)
-    np.testing.assert_allclose(law.softening_at(X), 3.0 * np.log(1 + 2 * X / KNOTS[0]), rtol=1e-10)
+    law = LayerLaw(KNOTS, FINER, 3.0 * np.log(1 + 2 * KNOTS / KNOTS[0]), np.log(1 + 2 * FINER / FINER[0]))
+    x = np.geomspace(1e-10, 2e-6, 200)
+    np.testing.assert_allclose(law.softening_at(x), 3.0 * np.log(1 + 2 * x / KNOTS[0]), rtol=1e-9)
+    np.testing.assert_allclose(law.loss_at(x), np.log(1 + 2 * x / FINER[0]), rtol=1e-9)
 
 
 def natural_spline(u, y, at):
@@ -45,31 +55,48 @@ def natural_spline(u, y, at):
 
 def test_between_the_knots_it_is_the_natural_cubic_spline_over_the_logarithm():
     y = np.random.default_rng(2).standard_normal(20)
-    X, offset = np.linspace(0, KNOTS[-1], 300), KNOTS[0] / 2
-    expected = natural_spline(np.log(np.append(0, KNOTS) + offset), np.append(0, y), np.log(X + offset))
-    np.testing.assert_allclose(SplineLaw(KNOTS, y, np.zeros(20)).softening_at(X), expected, atol=1e-11)
+    x, offset = np.linspace(0, KNOTS[-1], 300), KNOTS[0] / 2
+    expected = natural_spline(np.log(np.append(0, KNOTS) + offset), np.append(0, y), np.log(x + offset))
+    np.testing.assert_allclose(LayerLaw.zero(KNOTS, FINER).softening_basis(x) @ y, expected, atol=1e-11)
+
+
+def test_slopes_are_derivatives_by_the_logarithm_of_amplitude():
+    x, step = np.geomspace(1e-9, 7.9e-6, 100), 1e-5
+    expected = (spline_basis(KNOTS, x * np.exp(step))[0] - spline_basis(KNOTS, x * np.exp(-step))[0]) / (2 * step)
+    np.testing.assert_allclose(spline_basis(KNOTS, x)[1], expected, atol=1e-8)
+
+
+def test_cubics_for_compiled_code_are_the_same_spline():
+    """Read as compiled code reads them: by the interval that an amplitude's logarithm falls into."""
+    y = np.random.default_rng(3).standard_normal(20)
+    c, x = cubics(KNOTS, y), np.geomspace(1e-9, 2e-5, 300)
+    u = np.log(np.minimum(x, c[5, 1]) + c[5, 0])
+    i = np.clip(np.searchsorted(c[4], u) - 1, 0, c.shape[1] - 2)
+    t = u - c[4, i]
+    np.testing.assert_allclose(
+        np.polynomial.polynomial.polyval(t, c[3::-1, i], tensor=False), spline_basis(KNOTS, x)[0] @ y, atol=1e-12
+    )
 
 
 def test_a_saturating_law_is_followed_to_parts_in_a_thousand():
-    law = Saturating(0.85, 6e-4, -0.85)
-    found = SplineLaw(KNOTS, -law.stiffness(KNOTS).real, np.zeros(20))
-    X = np.linspace(5e-5, 3e-3, 500)
-    assert np.max(np.abs(found.softening_at(X) + law.stiffness(X).real)) < 1e-3 * 0.85
+    law = Saturating(0.85, 1e-6, -0.85)
+    found = LayerLaw(KNOTS, FINER, -law.stiffness(KNOTS).real, np.zeros(12))
+    x = np.linspace(1e-9, 8e-6, 500)
+    assert np.max(np.abs(found.softening_at(x) + law.stiffness(x).real)) < 3e-3 * 0.85
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 5, 40, 400])
-def test_knots_span_the_measured_amplitudes_and_are_fewer_than_they(count):
-    amplitudes = np.random.default_rng(3).uniform(1e-4, 2e-3, count)
-    knots = choose_knots(amplitudes, 20)
-    assert 2 <= len(knots) <= 20
-    assert len(knots) <= max(2, count // 2)
-    assert np.all(np.diff(knots) > 0)
-    if count > 1:
-        np.testing.assert_allclose([knots[0], knots[-1]], [amplitudes.min(), amplitudes.max()], rtol=1e-12)
-    assert np.all(np.isfinite(SplineLaw.zero(knots).basis(amplitudes)))
+@pytest.mark.parametrize("largest", [3e-9, 7e-6])
+def test_knots_are_spread_over_the_amplitudes_that_matter(largest):
+    """From a hundredth of the largest one to a little beyond it, however many steps and points there are."""
+    knots = choose_knots(largest * np.random.default_rng(3).uniform(0, 1, (400, 3)).clip(None, 1), 20)
+    assert len(knots) == 20
+    np.testing.assert_allclose(np.diff(np.log(knots)), np.log(knots[1] / knots[0]))
+    assert knots[0] == pytest.approx(0.01 * largest, rel=0.02)
+    assert largest < knots[-1] < 1.2 * largest
 
 
 def test_without_steps_there_are_knots_too():
-    assert np.all(np.diff(choose_knots(np.zeros(0), 20)) > 0)
-    equal = choose_knots(np.full(7, 1e-3), 20)
-    assert equal[0] < 1e-3 < equal[1]
+    for nothing in (np.zeros(0), np.zeros((0, 3)), np.zeros((7, 3))):
+        knots = choose_knots(nothing, 20)
+        assert np.all(np.diff(knots) > 0)
+        assert np.all(np.isfinite(LayerLaw.zero(knots, knots).softening_basis(knots)))
