@@ -1,13 +1,12 @@
-"""Nonlinear forces at ports of a small structure, against the equations of its motion solved whole."""
-
-from dataclasses import replace
+"""Forces at ports of a small structure, the layer's points among them, against its equations solved whole."""
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from twin.identify.extension import JointState, NonlinearForce
-from twin.identify.local_forces import Influence, LocalForces
+from twin.identify.extension import NonlinearForce
+from twin.identify.joint_law import LayerLaw
+from twin.identify.local_forces import Influence, LocalForces, Surroundings
 
 M, K = np.diag([1.0, 0.5, 0.2]), np.array([[900.0, -300.0, 0.0], [-300.0, 500.0, -200.0], [0.0, -200.0, 260.0]])
 OMEGA = np.array([3.0, 11.0, 17.0, 24.0, 33.0])
@@ -15,6 +14,10 @@ PORTS = (1, 2)
 """Where the forces act; the structure is driven, and its motion is known, at degree of freedom 0."""
 MOVED = 0.7 * np.exp(0.4j)
 OTHERWISE = {"hardening": lambda a: 150.0 * a**2, "slipping": lambda a: 400.0 / (1 + (a / 0.1) ** 2) * (1 + 0.3j)}
+KNOTS = np.geomspace(0.02, 2.0, 12)
+LAW = LayerLaw(KNOTS, KNOTS, 90.0 * KNOTS / (KNOTS + 0.3), 40.0 * KNOTS**2)
+"""As the law of one point that opens at the first port and slips at the second."""
+WEIGHT = np.tile([1.5, 2.0], (len(OMEGA), 1))
 
 
 def receptance(stiffness=0.0):
@@ -34,27 +37,74 @@ def motion(R):
     return MOVED * into[:, at] / into[:, [0]], Influence(by_motion, by_response)
 
 
-def local(*laws):
+def around(extra=0.0):
+    """What the ports have around them, with linear stiffness beside."""
+    R, at = receptance(extra), list(PORTS)
+    return Surroundings(R[:, at][:, :, at], R[:, at, 0], R[:, 0, 0], R[:, 0, at], np.full(len(OMEGA), MOVED))
+
+
+def local(name):
+    """The layer's point, or two nonlinear forces."""
+    if name == "layer":
+        return LocalForces((), WEIGHT)
+
     def force(law):
         return NonlinearForce(None, lambda a, omega: law(a) + 0j, None)
 
-    return LocalForces(tuple(force(law) for law in laws))
+    return LocalForces(tuple(force(OTHERWISE[part]) for part in name.split()), np.zeros((len(OMEGA), 0)))
 
 
-@pytest.mark.parametrize("names", [("hardening", "slipping"), ("slipping", "slipping"), ("slipping", "hardening")])
-def test_stiffness_and_amplitude_agree_with_each_other(names):
-    forces = local(*(OTHERWISE[name] for name in names))
-    R = forces.balance(OMEGA, receptance(), receptance, motion)
-    amplitude = np.abs(motion(R)[0])
+SETS = ["layer", "hardening slipping", "slipping slipping", "slipping hardening"]
+
+
+def test_a_layers_point_softens_as_it_opens_and_loses_as_it_slips():
+    amplitude = np.tile([0.3, 0.7], (len(OMEGA), 1))
+    k, growth = LocalForces((NonlinearForce(None, lambda a, omega: 5.0 * a**2 + 0j, None),), WEIGHT).stiffness(
+        LAW, np.column_stack([amplitude, np.full(len(OMEGA), 0.1)]), OMEGA
+    )
+    np.testing.assert_allclose(k[:, 0], -1.5 * LAW.softening_at(0.3)[0])
+    np.testing.assert_allclose(k[:, 1], 2j * LAW.loss_at(0.7)[0])
+    np.testing.assert_allclose(k[:, 2], 0.05)
+    np.testing.assert_allclose(growth[:, 2], 0.1, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_stiffness_and_amplitude_agree_with_each_other(name):
+    forces = local(name)
+    found = forces.balance(LAW, OMEGA, around())
+    amplitude = np.abs(found.motion)
     assert np.all(np.abs(amplitude / np.abs(motion(receptance())[0]) - 1).max(axis=0) > 0.02)
-    np.testing.assert_allclose(R, receptance(forces.stiffness(amplitude, OMEGA)), rtol=1e-8)
+    np.testing.assert_allclose(found.stiffness, forces.stiffness(LAW, amplitude, OMEGA)[0], rtol=1e-8)
+    np.testing.assert_allclose(found.motion, motion(receptance(found.stiffness))[0], rtol=1e-8)
+    assert np.max(found.unsettled) < 1e-9
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_stiffness_that_does_not_go_by_the_amplitude_is_one_more_spring(name):
+    forces, more = local(name), np.full((len(OMEGA), 2), 8.0 + 3.0j)
+    found = forces.balance(LAW, OMEGA, around(), more=more)
+    beside = forces.balance(LAW, OMEGA, around(more))
+    np.testing.assert_allclose(found.motion, beside.motion, rtol=1e-7)
+    np.testing.assert_allclose(found.stiffness, beside.stiffness + more, rtol=1e-7)
+    np.testing.assert_array_equal(found.more, more)
+
+
+def test_where_a_balance_begins_does_not_matter():
+    forces = local("layer")
+    found = forces.balance(LAW, OMEGA, around())
+    for factor in (0.1, 30.0):
+        again = forces.balance(LAW, OMEGA, around(), start=factor * np.abs(found.motion))
+        np.testing.assert_allclose(again.motion, found.motion, rtol=1e-8)
 
 
 def test_one_spring_is_where_a_root_finder_finds_it():
     """Of one port the amplitude solves one real equation."""
     hardening = OTHERWISE["hardening"]
-    forces = local(hardening, lambda a: 0.0 * a)
-    found = np.abs(motion(forces.balance(OMEGA, receptance(), receptance, motion))[0])[:, 0]
+    force, nothing = (
+        NonlinearForce(None, lambda a, omega, law=law: law(a) + 0j, None) for law in (hardening, np.zeros_like)
+    )
+    forces = LocalForces((force, nothing), np.zeros((len(OMEGA), 0)))
+    found = np.abs(forces.balance(LAW, OMEGA, around()).motion)[:, 0]
     for i in range(len(OMEGA)):
 
         def gap(a, i=i):
@@ -65,44 +115,44 @@ def test_one_spring_is_where_a_root_finder_finds_it():
         assert found[i] == pytest.approx(brentq(gap, 1e-6, 1e2, xtol=1e-13), rel=1e-8)
 
 
-@pytest.mark.parametrize("names", [("hardening", "slipping"), ("slipping", "slipping")])
-def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(names):
+@pytest.mark.parametrize("name", SETS)
+def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(name):
     """Another change: linear stiffness at the second port."""
-    forces = local(*(OTHERWISE[name] for name in names))
+    forces, extra = local(name), np.array([0.0, 1e-3])
 
-    def settled(extra):
-        def attach(k):
-            return receptance(k + np.array([0.0, extra]))
+    def settled(sign):
+        found = forces.balance(LAW, OMEGA, around(sign * extra))
+        return np.log(found.motion), np.log(receptance(found.stiffness + sign * extra)[:, [0], 0])
 
-        R = forces.balance(OMEGA, attach(np.zeros((len(OMEGA), 2))), attach, motion)
-        return R, np.log(motion(R)[0]), np.log(R[:, [0], 0])
-
-    R, _, _ = settled(0.0)
-    z, influence = motion(R)
+    balanced = forces.balance(LAW, OMEGA, around())
+    z, influence = motion(receptance(balanced.stiffness))
     held = influence.motion[:, :, [1]], influence.response[:, :, [1]]
-    followed = forces.follow(np.abs(z), OMEGA, influence, *held)
-    up, down = settled(1e-3), settled(-1e-3)
-    for found, alone, plus, minus in zip(followed, held, up[1:], down[1:], strict=True):
+    followed = forces.follow(LAW, np.abs(z), OMEGA, influence, *held)
+    for found, alone, plus, minus in zip(followed, held, settled(1.0), settled(-1.0), strict=True):
         expected = (plus - minus)[:, :, None] / 2e-3
-        np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6 * np.max(np.abs(expected)))
-        assert np.max(np.abs(alone - expected)) > 0.05 * np.max(np.abs(expected))
+        np.testing.assert_allclose(found, expected, rtol=1e-4, atol=2e-6 * np.max(np.abs(expected)))
+        assert np.max(np.abs(alone - expected)) > 0.03 * np.max(np.abs(expected))
+
+
+def test_derivatives_by_the_law_are_those_of_the_points_stiffness():
+    amplitude = np.tile([0.3, 0.7], (len(OMEGA), 1))
+    by_softening, by_loss = local("layer").by_law(LAW, amplitude)
+    k = local("layer").stiffness(LAW, amplitude, OMEGA)[0]
+    np.testing.assert_allclose(by_softening[:, 0] @ LAW.softening, k[:, 0])
+    np.testing.assert_allclose(by_loss[:, 0] @ LAW.loss, k[:, 1])
 
 
 def test_changes_of_harmonics_are_their_derivatives():
-    """Third-order force whose size depends on what the joint has left."""
+    def harmonics(a, count, omega):
+        return a[:, None] ** 3 * np.arange(1, count + 1) * (1 - 0.2j) / (1 + a[:, None])
 
-    def harmonics(a, count, joint):
-        return joint.left[:, None] ** 2 * a[:, None] ** 3 * np.arange(1, count + 1) * (1 - 0.2j)
-
-    forces = LocalForces((NonlinearForce(None, None, harmonics),))
-    z, joint = np.array([[0.3 + 0.2j], [1.0 - 0.5j]]), JointState(np.array([0.9, 0.4]), np.zeros((2, 4)), np.ones(2))
-    log_motion, left = np.array([[[0.2 - 0.7j]], [[1.1 + 0.3j]]]), np.array([[0.5], [-0.2]])
+    forces = LocalForces((NonlinearForce(None, None, harmonics),), np.zeros((2, 0)))
+    z, omega = np.array([[0.3 + 0.2j], [1.0 - 0.5j]]), np.ones(2)
+    log_motion = np.array([[[0.2 - 0.7j]], [[1.1 + 0.3j]]])
 
     def moved(h):
-        at = replace(joint, left=joint.left + h * left[:, 0])
-        return forces.harmonics(z * np.exp(h * log_motion[:, :, 0]), 3, at)
+        return forces.harmonics(z * np.exp(h * log_motion[:, :, 0]), 3, omega)
 
     expected = (moved(1e-5) - moved(-1e-5)) / 2e-5
-    here = forces.harmonics(z, 3, joint)
-    found = forces.harmonic_changes(here, z, 3, joint, log_motion, left)[..., 0]
+    found = forces.harmonic_changes(forces.harmonics(z, 3, omega), z, 3, omega, log_motion)[..., 0]
     np.testing.assert_allclose(found, expected, rtol=1e-4)
