@@ -85,7 +85,9 @@ def harmonic_fields(
     at = predictor.moving[: 2 * len(points)]
     springs = balance.stiffness[:, : 2 * len(points)]
     opening = balance.motion[:, : len(points)]
-    softened = -springs[:, : len(points)].real * np.abs(opening)
+    softened = -springs[:, : len(points)].real
+    # In a joint without softening the openings alone share out whatever harmonics it has.
+    softened = np.where(np.any(softened, axis=1, keepdims=True), softened, predictor.local.weights[:, : len(points)])
     dE, dG = predictor.moduli_changes(unknowns.base, time)
     linear, joint, field = [], [], []
     for h in orders:
@@ -93,7 +95,7 @@ def harmonic_fields(
         R = update_receptance(predictor.receptance(omega, unknowns.base, time, inner=False, points=True), at, springs)
         factor = model.to_quantity(omega) * predictor.channel_factors(omega)[0]
         linear.append(predictor.responses(R, omega) * steps.force[:, h - 1, None])
-        push = softened * np.exp(1j * h * np.angle(opening))
+        push = softened * np.abs(opening) * np.exp(1j * h * np.angle(opening))
         to_outputs = R[:, model.ports.outputs][:, :, at[: len(points)]]
         joint.append(np.einsum("sop,sp->so", to_outputs, push) * factor)
         field.append(model.output_field(omega, unknowns.base, dE, dG, at=at, springs=springs) * factor[:, :, None])
