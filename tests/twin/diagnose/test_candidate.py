@@ -15,6 +15,8 @@ from twin.diagnose.causes import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import gather_evidence
 from twin.identify.gauss_newton import minimise
+from twin.identify.harmonics import harmonic_residuals
+from twin.identify.prediction import Predictor
 from twin.rigs import load_rig
 
 
@@ -129,19 +131,20 @@ def fitted_recordings(campaign):
     evidence = gather_evidence(
         [read_run(campaign / name) for name in ("sweeps.mcap", "random.mcap")], load_rig("steel-lap-joint")
     )
-    return evidence, fit_base(evidence)[0]
+    unknowns = fit_base(evidence)[0]
+    return evidence, harmonic_residuals(Predictor(evidence), unknowns), unknowns
 
 
 @pytest.mark.parametrize("name", [name for name in CAUSES if name != "channel-polarity"])
 def test_sensitivities_to_a_cause_are_those_of_central_differences(fitted_recordings, name):
     """Rounding must not drown them, nor sharp resonances bend away from them."""
-    evidence, unknowns = fitted_recordings
+    evidence, harmonics, unknowns = fitted_recordings
     cause, label = CAUSES[name], next(iter(CAUSES[name].labels(evidence)))
     values = {
         p.name: p.starts[len(p.starts) // 2] if p.places else p.null + 0.1 * (p.starts[0] - p.null)
         for p in cause.parameters(evidence, label)
     }
-    trial = Trial(evidence, None, unknowns, (Blame(cause, label, values, {}),))
+    trial = Trial(evidence, harmonics, unknowns, (Blame(cause, label, values, {}),))
     trial.weigh(trial.x0)
     columns = trial.evaluate(trial.x0)[1][:, trial.count :]
     for k, (_, parameter) in enumerate(trial.slots):

@@ -14,7 +14,7 @@ from twin.diagnose.causes import CAUSES
 from twin.diagnose.score import score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.identify.evidence import gather_evidence
-from twin.identify.joint_law import SplineLaw, choose_knots
+from twin.identify.joint_law import LayerLaw, choose_knots
 from twin.identify.linear_model import believed_parameters
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import Unknowns
@@ -34,7 +34,8 @@ def measured(campaign):
 def unknowns(measured):
     """What is believed, some loss in the joint so that its limit at zero is far, and no nonlinear law."""
     base = replace(believed_parameters(RIG), loss_E=0.02, loss_G=0.05)
-    return Unknowns(base, SplineLaw.zero(choose_knots(measured.steps.amplitude_m, 4)))
+    knots = choose_knots(np.array([1e-5]), 4)
+    return Unknowns(base, LayerLaw.zero(knots, knots))
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +53,10 @@ def having(measured, unknowns):
 
         (data,) = measured.broadband
         rest = np.zeros(len(data.omega))
-        R = predictor.receptance(data.omega, at.base, *predictor.moduli_changes(at, rest, rest))
+        R = predictor.receptance(data.omega, at.base, rest)
         bins = replace(data, H=noisy(predictor.responses(R, data.omega)))
         response = measured.steps.response.copy()
-        response[:, :, 0] = noisy(predictor.responses(*predictor.step_receptance(at))) * measured.steps.force[:, :1]
+        response[:, :, 0] = noisy(predictor.responses(*predictor.step_receptance(at)[:2])) * measured.steps.force[:, :1]
         return replace(measured, broadband=(bins,), steps=replace(measured.steps, response=response))
 
     return having

@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from recordings.run import Run, Step, StepState
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
-from twin.identify.joint_law import SplineLaw
+from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import Output, believed_parameters, build_linear_model
 from twin.identify.unknowns import Unknowns
 from twin.rigs import load_rig
@@ -25,7 +25,7 @@ OUTPUTS = (
     Output("acc2", "acceleration", 0.42),
     Output("vel", "velocity", 0.21, -1.0),
 )
-KNOTS = np.array([1e-4, 5e-4, 2e-3])
+KNOTS = np.array([1e-7, 5e-7, 2e-6])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,9 +90,9 @@ def read(displacement, omega):
     return displacement * derivative * np.array([1, 1, -1])
 
 
-def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=None):
+def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=None, channels=OUTPUTS):
     """Steps with these fundamentals per force (s, o), and the same as broadband bins half way through the run."""
-    model = build_linear_model(RIG, list(OUTPUTS))
+    model = build_linear_model(RIG, list(channels))
     count, outputs = response.shape
     F, A = np.zeros((count, HARMONICS), complex), np.zeros((count, outputs, HARMONICS), complex)
     F[:, 0] = force
@@ -115,7 +115,7 @@ def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=N
     bins = BinnedResponse(
         run="r", time_s=0.0, frequency_Hz=omega / (2 * np.pi), H=response,
         relative_covariance=np.tile(1e-16 * np.eye(outputs) + 0j, (count, 1, 1)),
-        channels=tuple(o.channel for o in OUTPUTS), noise_density={}, distortion=np.ones(count),
+        channels=tuple(o.channel for o in channels), noise_density={}, distortion=np.ones(count),
         force_power=np.zeros(count),
     )  # fmt: skip
     begun = Run(
@@ -124,7 +124,7 @@ def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=N
                     state=StepState.MEASURING),),
     )  # fmt: skip
     return Evidence(
-        rig=RIG, preload="120N", model=model, outputs=OUTPUTS, force="force", reference=1, broadband=(bins,),
+        rig=RIG, preload="120N", model=model, outputs=channels, force="force", reference=1, broadband=(bins,),
         steps=steps, unsettled=(), linear=None, runs=(begun,),
     )  # fmt: skip
 
@@ -134,7 +134,8 @@ def unknowns():
     """A linear joint, every base parameter away from what is believed."""
     believed = believed_parameters(RIG)
     base = replace(believed, E=1.1 * believed.E, G=0.9 * believed.G, loss_E=0.02, loss_G=0.05)
-    return Unknowns(replace(base, zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9])), SplineLaw.zero(KNOTS))
+    base = replace(base, zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]))
+    return Unknowns(base, LayerLaw.zero(KNOTS, KNOTS))
 
 
 @pytest.fixture(scope="session")

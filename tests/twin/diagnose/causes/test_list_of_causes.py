@@ -16,6 +16,9 @@ from twin.identify.prediction import Predictor
 
 MODELLED = {name: parameters for name, parameters in CONTRACT.items() if name not in SEEN_IN_SAMPLES}
 
+CHOSEN = {"joint-friction": {"layer_element"}}
+"""Names beside the contract's first version, without which the bench takes one for itself."""
+
 
 @pytest.fixture(scope="module")
 def evidence(by_hand, dense, omega):
@@ -48,7 +51,8 @@ def test_reports_have_the_contracts_parameters_and_no_others(evidence):
         values = values_of(cause.parameters(evidence, label))
         reported, std = cause.reported(values, dict.fromkeys(values, 1.0))
         assert set(reported) == set(std), cause.name
-        assert set(reported) | set(label) == MODELLED[cause.name], cause.name
+        names = MODELLED[cause.name] | CHOSEN.get(cause.name, set())
+        assert set(reported) | set(label) == names, cause.name
 
 
 def test_what_is_reported_is_enough_to_rebuild_the_effect(evidence):

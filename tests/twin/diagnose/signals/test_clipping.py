@@ -86,6 +86,24 @@ def test_peaks_that_harmonics_near_a_resonance_flatten_to_one_side_are_not_cut(s
     assert find_clipping([synthetic.run(samples | {"acc2": leaning})]) == []
 
 
+@pytest.mark.parametrize(("third", "noise"), [(0.12, 1e-5), (0.111, 3e-4)])
+def test_tops_with_a_shape_of_their_own_period_by_period_on_one_step_are_not_cut(synthetic, third, noise):
+    """Of one height all, and flat to a thousandth or two: their samples differ by more than noise lets their means."""
+    frequency_Hz, rng = synthetic.rate_Hz / 39.4, np.random.default_rng(31)
+    samples = synthetic.converted(synthetic.stepped_sine(30, frequencies_Hz=[frequency_Hz], step_s=4.0))
+    theta = 2 * np.pi * np.arange(len(samples["acc2"])) / 39.4
+    resting = 100.0 * (np.cos(theta) - third * np.cos(3 * theta))
+    carried = 100.0 * noise * rng.standard_normal(len(theta))
+
+    def found(x):
+        return find_clipping([synthetic.run(samples | {"acc2": x + carried}, [frequency_Hz], step_s=4.0)])
+
+    assert found(resting) == []
+    limit = 0.95 * np.max(resting)
+    (finding,) = found(np.clip(resting, -limit, limit))
+    assert finding.values["limit"] == pytest.approx(limit, rel=2e-3)
+
+
 @pytest.mark.parametrize("noise", [1e-5, 3e-4, 2e-3])
 def test_a_limit_that_carries_noise_is_one(synthetic, noise):
     samples = synthetic.converted(synthetic.stepped_sine(28))
