@@ -8,6 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.elimination import eliminate
+
 __all__ = [
     "RIPPLES",
     "jenkins_harmonics",
@@ -56,7 +58,8 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     count = len(RIPPLES)
     alone, both = np.empty((len(a), 1 + count), complex), np.empty((len(a), 1 + count, 2 * count), complex)
     _by_ripples(a, float(k), float(slip_force), alone, both)
-    return _balanced(alone, both, compliance)
+    _balance(alone, both, np.ascontiguousarray(np.broadcast_to(compliance, (len(a), count)), complex))
+    return alone
 
 
 def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compliance: Array) -> Array:
@@ -109,6 +112,27 @@ def _by_ripples(amplitude: Array, k: float, slip_force: float, alone: Array, bot
                 conjugate = k / np.pi * (integrals[highest + h + RIPPLES[j]] - start)
                 both[s, i, j] = ripple + conjugate
                 both[s, i, j + len(RIPPLES)] = 1j * (ripple - conjugate)
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True)
+def _balance(alone: Array, both: Array, compliance: Array) -> None:
+    """What :func:`_balanced` returns, in place of `alone`."""
+    count = len(RIPPLES)
+    J, X = np.empty((2 * count, 2 * count)), np.empty(2 * count)
+    for s in range(len(alone)):
+        for i in range(count):
+            C = compliance[s, i]
+            given = -C * alone[s, 1 + i]
+            X[i], X[count + i] = given.real, given.imag
+            for j in range(2 * count):
+                moved = C * both[s, 1 + i, j]
+                J[i, j], J[count + i, j] = moved.real, moved.imag
+            J[i, i] += 1.0
+            J[count + i, count + i] += 1.0
+        eliminate(J, X)
+        for i in range(1 + count):
+            for j in range(2 * count):
+                alone[s, i] += both[s, i, j] * X[j]
 
 
 def _balanced(alone: Array, both: Array, compliance: Array) -> Array:

@@ -8,23 +8,23 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from twin.identify.elimination import COMPILED, eliminate, eliminate_complex
 
 __all__ = ["settle", "turn"]
 
 Array = NDArray[Any]
 
-COMPILED = numba.njit(cache=True, error_model="numpy", nogil=True)
-
 
 @COMPILED
 def turn(
     opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
-    amplitude: Array, more: Array, own: Array, growth: Array, log_a: Array, z: Array, k: Array, gap: Array, step: Array,
+    amplitude: Array, more: Array, own: Array, growth: Array, log_a: Array, rows: Array, z: Array, k: Array, gap: Array,
+    step: Array,
 ) -> None:  # fmt: skip
-    """Motion and stiffness of all steps at assumed amplitudes, what these miss, and Newton's step.
+    """Motion and stiffness of some steps at assumed amplitudes, what these miss, and Newton's step.
 
     Parameters
     ----------
@@ -40,13 +40,15 @@ def turn(
         Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms.
     log_a : ndarray, (s, n)
         Logarithms of the assumed amplitudes.
+    rows : ndarray of int
+        Which steps.
     z, k, gap, step : ndarray, (s, n)
-        Filled.
+        Filled there.
     """
     n = driven.shape[1]
     A, right, slope = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
     J, r = np.empty((n, n)), np.empty(n)
-    for s in range(len(driven)):
+    for s in rows:
         _turn_one(
             opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
             own[s], growth[s], log_a[s], z[s], k[s], gap[s], step[s], A, right, slope, J, r,
@@ -116,7 +118,7 @@ def _turn_one(
             A[i, j] = among[i, j] * k[j]
             right[i, 1 + j] = among[i, j]
         A[i, i] += 1.0
-    _eliminate(A, right)
+    eliminate_complex(A, right)
     reading = reference
     for i in range(n):
         reading -= to_reference[i] * k[i] * right[i, 0]
@@ -134,7 +136,7 @@ def _turn_one(
         J[j, j] += 1.0
     for i in range(n):
         r[i] = gap[i]
-    _eliminate_real(J, r)
+    eliminate(J, r)
     for i in range(n):
         step[i] = r[i]
 
@@ -151,56 +153,3 @@ def _cubic(c: Array, x: float) -> tuple[float, float]:
     if x > last:
         return value, 0.0
     return value, ((3.0 * c[0, i] * t + 2.0 * c[1, i]) * t + c[2, i]) * inside / (inside + offset)
-
-
-@COMPILED
-def _eliminate(A: Array, right: Array) -> None:
-    """Gaussian elimination with row pivoting; the solutions replace the right sides (n, m)."""
-    n, m = right.shape
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(A[i, k].real) + abs(A[i, k].imag) > abs(A[best, k].real) + abs(A[best, k].imag):
-                best = i
-        if best != k:
-            for j in range(k, n):
-                A[k, j], A[best, j] = A[best, j], A[k, j]
-            for j in range(m):
-                right[k, j], right[best, j] = right[best, j], right[k, j]
-        inverse = 1.0 / A[k, k]
-        for i in range(k + 1, n):
-            factor = A[i, k] * inverse
-            if factor != 0.0:
-                for j in range(k + 1, n):
-                    A[i, j] -= factor * A[k, j]
-                for j in range(m):
-                    right[i, j] -= factor * right[k, j]
-    for k in range(n - 1, -1, -1):
-        inverse = 1.0 / A[k, k]
-        for j in range(m):
-            for i in range(k + 1, n):
-                right[k, j] -= A[k, i] * right[i, j]
-            right[k, j] *= inverse
-
-
-@COMPILED
-def _eliminate_real(J: Array, r: Array) -> None:
-    n = len(r)
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(J[i, k]) > abs(J[best, k]):
-                best = i
-        if best != k:
-            for j in range(k, n):
-                J[k, j], J[best, j] = J[best, j], J[k, j]
-            r[k], r[best] = r[best], r[k]
-        for i in range(k + 1, n):
-            factor = J[i, k] / J[k, k]
-            for j in range(k + 1, n):
-                J[i, j] -= factor * J[k, j]
-            r[i] -= factor * r[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            r[k] -= J[k, j] * r[j]
-        r[k] /= J[k, k]

@@ -121,6 +121,32 @@ class Influence:
 
 
 @dataclass(frozen=True)
+class _Turn:
+    """Motion and stiffness (s, n) at assumed amplitudes, what these miss, and Newton's step."""
+
+    motion: Array
+    stiffness: Array
+    gap: Array
+    step: Array
+
+    @staticmethod
+    def of(log_a: Array) -> _Turn:
+        """Room for one."""
+        shape = log_a.shape
+        return _Turn(np.empty(shape, complex), np.empty(shape, complex), np.empty(shape), np.empty(shape))
+
+    @property
+    def worst(self) -> Array:
+        """Largest of what each step misses, (s,)."""
+        return np.asarray(np.max(np.abs(self.gap), axis=1))
+
+    def take(self, other: _Turn, rows: Array) -> None:
+        """Copy some rows."""
+        for name in ("motion", "stiffness", "gap", "step"):
+            getattr(self, name)[rows] = getattr(other, name)[rows]
+
+
+@dataclass(frozen=True)
 class LocalForces:
     """Forces of the law at the layer's points, openings before slips, then nonlinear forces, each on its own port.
 
@@ -193,34 +219,32 @@ class LocalForces:
             opening, cubics(law.slip_knots, law.loss), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, more,
         )  # fmt: skip
-        z, k = np.empty((2, *around.driven.shape), complex)
         if not self.forces:
+            z, k = np.empty((2, *around.driven.shape), complex)
             worst = np.empty(len(omega))
             settle(*rig, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST)
             return Balance(z, k, more, worst)
-        z, k, gap, step = self._turn(rig, omega, log_a)
-        worst = np.max(np.abs(gap), axis=1)
-        share = np.ones(len(omega))
+        now = _Turn.of(log_a)
+        self._turn(rig, omega, log_a, np.arange(len(omega)), now)
+        worst, share, trial = now.worst, np.ones(len(omega)), _Turn.of(log_a)
         for _ in range(TURNS):
-            if not np.max(worst) > SETTLED:
+            rows = np.flatnonzero(~(worst <= SETTLED))
+            if not len(rows):
                 break
-            trial = log_a + share[:, None] * np.clip(step, -LONGEST, LONGEST)
-            z2, k2, gap2, step2 = self._turn(rig, omega, trial)
-            worst2 = np.max(np.abs(gap2), axis=1)
-            better = (worst2 < worst) | (share <= SHORTEST)
-            rows = better[:, None]
-            log_a, z, k = np.where(rows, trial, log_a), np.where(rows, z2, z), np.where(rows, k2, k)
-            step, worst = np.where(rows, step2, step), np.where(better, worst2, worst)
-            share = np.where(better, 1.0, share / 4)
-        return Balance(z, k, more, worst)
+            assumed = log_a + share[:, None] * np.clip(now.step, -LONGEST, LONGEST)
+            self._turn(rig, omega, assumed, rows, trial)
+            left = trial.worst
+            better = rows[(left[rows] < worst[rows]) | (share[rows] <= SHORTEST)]
+            log_a[better], worst[better] = assumed[better], left[better]
+            now.take(trial, better)
+            share[rows] /= 4.0
+            share[better] = 1.0
+        return Balance(now.motion, now.stiffness, more, worst)
 
-    def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array) -> tuple[Array, Array, Array, Array]:
-        """Motion and stiffness at assumed log amplitudes, what these miss, and Newton's step."""
+    def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
+        """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = self._with_growth(np.exp(log_a[:, 2 * self.points :]), omega)
-        z, k = np.empty((2, *log_a.shape), complex)
-        gap, step = np.empty((2, *log_a.shape))
-        turn(*rig, own, growth, log_a, z, k, gap, step)  # type: ignore[call-arg]
-        return z, k, gap, step
+        turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
 
     def follow(
         self, law: LayerLaw, amplitude: Array, omega: Array, influence: Influence, motion: Array, response: Array
