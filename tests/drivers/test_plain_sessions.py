@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
+from needed import needs
 from virtual_rig import FilteredSine, served
 
-pytestmark = pytest.mark.skipif(shutil.which("socat") is None, reason="socat is not installed")
+pytestmark = needs("socat")
 TYPED = """*IDN?
 *CLS
 FREQ 25.3 HZ;VOLT 500 MV

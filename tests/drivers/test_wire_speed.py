@@ -1,7 +1,6 @@
 """A virtual line and a virtual bus are as slow as real ones, and as deaf at the wrong rate."""
 
 import re
-import shutil
 import subprocess
 import threading
 import time
@@ -10,6 +9,7 @@ import can
 import numpy as np
 import pytest
 import serial
+from needed import needs
 from virtual_rig import FilteredSine, served
 
 from drivers.can_protocol import SAMPLES_PER_FRAME, Command, MessageId, Opcode
@@ -113,7 +113,7 @@ def test_a_node_beyond_the_capacity_of_its_bus_overruns_and_says_so():
     assert best == pytest.approx(1 / frame_seconds(64, bitrate=125e3, data_bitrate=250e3), rel=0.15)
 
 
-@pytest.mark.skipif(shutil.which("socat") is None, reason="socat is not installed")
+@needs("socat")
 def test_a_virtual_instrument_at_the_far_end_of_a_cable():
     """Two ports with a cable between them, here made by socat: it serves at one, the host has the other."""
     cable = ["socat", "-d", "-d", "pty,raw,echo=0", "pty,raw,echo=0"]

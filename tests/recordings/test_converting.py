@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import pyuff
 import scipy.io
+from needed import program
 from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step_at
 
 from recordings import Channel, Event, Indicator, InputError, Run, RunWriter, SampleBlock, StepState, read_run
@@ -95,7 +96,7 @@ def test_rerun_finds_nothing_wrong_with_what_is_written(original: Path, tmp_path
     (tmp_path / "cut.mcap").write_bytes(original.read_bytes()[:-3000])
     recover(tmp_path / "cut.mcap", tmp_path / "recovered.mcap")
     for path in (original, tmp_path / "converted.mcap", tmp_path / "recovered.mcap"):
-        command = [str(Path(sys.executable).with_name("rerun")), "mcap", "check", "--full", str(path)]
+        command = [program("rerun"), "mcap", "check", "--full", str(path)]
         found = subprocess.run(command, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
         assert found.returncode == 0, found.stderr
         rows = [line.split() for line in found.stdout.splitlines() if "/samples/" in line or "/procedure" in line]

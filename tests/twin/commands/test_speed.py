@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from click.testing import CliRunner
+from needed import package
 
 from twin.commands.speed import command
 from twin.speed import BENCHMARKS
@@ -31,7 +32,7 @@ def test_both_sides_agree(name, error):
 
 @pytest.mark.slow
 def test_mousai_finds_the_same_duffing_response():
-    pytest.importorskip("mousai", reason="an extra: pip install 'virtual-test-rig[bench]'")
+    package("mousai", "bench")
     row = BENCHMARKS["duffing"]()
     assert row.error < 1e-4
     assert row.more["ms_a_point"] > 0

@@ -8,6 +8,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
+from needed import program
 
 from recordings import InputError, read_run
 from recordings.recover import recover
@@ -166,7 +167,7 @@ def test_rehearsals_whose_parent_is_killed_end_in_order(tmp_path, installed_twin
 def test_a_killed_rehearsal_is_told_in_one_line(tmp_path, installed_twin):
     with two_rehearsals(tmp_path, installed_twin) as running:
         listed = subprocess.run(
-            ["pgrep", "-P", str(running.pid), "-f", "spawn_main"], capture_output=True, text=True, check=True
+            [program("pgrep"), "-P", str(running.pid), "-f", "spawn_main"], capture_output=True, text=True, check=True
         )
         os.kill(int(listed.stdout.split()[0]), signal.SIGKILL)
         _, error = running.communicate(timeout=60)
