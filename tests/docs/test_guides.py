@@ -20,7 +20,15 @@ IN_A_CLONE = {"a-new-cause.md"}
 """Guides that change the program itself."""
 
 
-@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+QUICK = {"exchange.md", "your-own-rig.md"}
+"""Guides that take seconds; the others record and diagnose."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page if page.name in QUICK else pytest.param(page, marks=pytest.mark.slow) for page in GUIDES],
+    ids=lambda page: page.stem,
+)
 def test_guide_runs_and_prints_what_it_shows(page: Path, tmp_path: Path) -> None:
     folder, clone = tmp_path / "guide", page.name in IN_A_CLONE
     folder.mkdir()

@@ -125,7 +125,8 @@ def check(path: Path) -> tuple[dict[str, int], float]:
     return due, max(apart[1:])  # the first block's clock has seen one pulse: no drift yet
 
 
-@pytest.mark.parametrize("seconds", [6.0, pytest.param(3600.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [6.0, pytest.param(3600.0, marks=pytest.mark.nightly)])
 def test_acquisition_in_real_time_goes_on_and_on(seconds, tmp_path):
     told, used = acquire(tmp_path, seconds)
     assert told["events"] == {"clock (can)": 1}  # it is fast, on purpose; that is told and put right

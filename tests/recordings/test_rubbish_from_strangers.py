@@ -1,7 +1,7 @@
 """Fuzzing of everything that parses a file: a run, a report or one clear error, in bounded time and memory.
 
-The ordinary run tries a thousand inputs and more a parser; the one marked slow tries a million of each, of which every
-tenth damaged run is recovered and checked as well as read.
+The ordinary run tries a thousand inputs and more a parser; the one marked nightly tries a million of each, of which
+every tenth damaged run is recovered and checked as well as read.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base) * 1024)
 """
 
 
-@pytest.mark.parametrize("count", [1000, pytest.param(1_000_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [1000, pytest.param(1_000_000, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("kind", Kinds)
 def test_by_the_thousand_in_bounded_time_and_memory(
     kind: str, count: int, seeds: dict[str, bytes], tmp_path: Path

@@ -75,7 +75,8 @@ def test_a_dask_cluster_runs_the_cases(tmp_path, monkeypatch):
     assert [bool(result.error) for result in results] == [False, True, False]
 
 
-def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path):
+def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, "SCHEDULER_S", 0.5)
     package("distributed")
     with pytest.raises(InputError, match=r"--scheduler.*cannot be reached"):
         run_campaign(PLANS, RIG, tmp_path, scheduler="tcp://127.0.0.1:1")

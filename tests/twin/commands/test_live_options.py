@@ -78,7 +78,8 @@ def test_a_rehearsal_keeps_its_live_view(tmp_path: Path, capsys: pytest.CaptureF
     assert value_at(found["/sweeps/axes/x"], x, axis=0) == pytest.approx(step["frequency_Hz"], rel=1e-4)
 
 
-@pytest.mark.parametrize("ending", [signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [signal.SIGSTOP, signal.SIGKILL])
 def test_an_acquisition_loses_nothing_with_its_viewer(ending: signal.Signals, viewer: Viewer, tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(DWELLS)
     instruments, run = tmp_path / "instruments.toml", tmp_path / "run.mcap"

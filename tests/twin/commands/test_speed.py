@@ -27,7 +27,6 @@ def test_both_sides_agree(name, error):
     """The banded full model has all modes; ours eighteen, and the rest as statics."""
     row = BENCHMARKS[name]()
     assert 0 <= row.error < error
-    assert row.ratio > 1
 
 
 @pytest.mark.slow

@@ -18,12 +18,14 @@ def test_what_is_recorded_is_what_was_written():
     assert recording(count=20, rounds=1).error == 0.0
 
 
+@pytest.mark.slow
 def test_an_acquisition_in_real_time_is_whole():
     found = acquisition(seconds=1.0)
     assert found.error == 0.0
     assert found.more["cores_used"] > 0
 
 
+@pytest.mark.slow
 def test_a_bus_at_its_capacity_loses_nothing():
     found = can_fd_at_capacity(seconds=1.0)
     assert 0 < found.error < HALF_A_STEP

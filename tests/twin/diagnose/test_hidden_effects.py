@@ -55,11 +55,14 @@ def check(cause: str, hidden: dict[str, float | str], found: Diagnosis, folder: 
     assert [effect.cause for effect in load_rig(str(folder / "found" / "extended.toml")).effect] == [cause]
 
 
-@pytest.mark.parametrize(("cause", "seed"), [("added-mass", 11), ("joint-slap", 12)])
+@pytest.mark.parametrize(
+    ("cause", "seed"), [("added-mass", 11), pytest.param("joint-slap", 12, marks=pytest.mark.slow)]
+)
 def test_a_hidden_effect_is_named(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 
 
+@pytest.mark.slow
 def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path):
     """They would, at eight standard deviations: nothing but their prior speaks for a cause."""
     hidden, found = hide_and_diagnose(tmp_path, "joint-stiffness", 1901)
@@ -82,7 +85,7 @@ def test_a_clean_rig_has_nothing_wrong(tmp_path):
     assert found.gain.after < 2 * found.gain.noise_floor
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", np.arange(201, 204).tolist())
 @pytest.mark.parametrize("cause", FIRST_CAUSES)
 def test_every_first_cause_is_named_whatever_its_size(tmp_path, cause, seed):
