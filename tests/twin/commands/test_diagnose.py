@@ -136,6 +136,7 @@ def test_sweeps_become_a_folder_with_result_report_and_model(tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["deep"]
 
 
+@pytest.mark.slow
 def test_frequencies_become_a_folder_whose_model_is_accepted_again(folder, capsys):
     (folder / "keep").mkdir()
     (folder / "keep" / "notes.txt").write_text("mine")

@@ -37,7 +37,7 @@ def about(centre_Hz, motion):
 
 
 @pytest.mark.parametrize(
-    "travel", [0.1, 0.6, pytest.param(0.02, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow)]
+    "travel", [0.1, *(pytest.param(travel, marks=pytest.mark.slow) for travel in (0.02, 0.3, 0.6))]
 )
 def test_the_substitute_is_what_a_marched_slider_answers_at_every_resonance(noise, travel):
     """Least squares of its force on the motion; one stiffness for all of them, the best there is, is far off."""

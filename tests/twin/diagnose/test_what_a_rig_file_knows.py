@@ -32,6 +32,7 @@ def with_own_instruments(rig: Rig) -> Rig:
     return rig.model_copy(update={"sensor": sensors, "acquisition": acquisition})
 
 
+@pytest.mark.slow
 def test_instruments_are_as_the_rig_file_says(tmp_path):
     rig = with_own_instruments(RIG)
     record_case(CasePlan(41, ()), rig, tmp_path)
