@@ -19,7 +19,16 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """With ``-n`` a file's tests stay together, and with them what they share, until a worker is idle."""
+    if config.getoption("numprocesses", 0) and config.getoption("dist") == "no":
+        config.option.dist = "worksteal"
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What takes a night is slow too."""
     for item in items:
         if item.get_closest_marker("nightly"):
             item.add_marker("slow")

@@ -122,7 +122,7 @@ def test_the_heartbeat_tells_the_load_of_the_bus():
         assert next_load() > 50
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("identifier", "waits"), [(0x010, True), (0x7F0, False)], ids=["urgent", "not-urgent"])
 def test_frames_of_others_load_the_bus_and_the_smaller_identifier_goes_first(identifier, waits):
     """Another participant takes seven tenths of a bus of which the node needs half."""

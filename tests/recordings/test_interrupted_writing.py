@@ -70,7 +70,7 @@ def test_interrupt_at_any_line_of_the_opening_leaves_nothing_or_a_sound_file(tmp
     assert check_run(path).sound
     for thread in threading.enumerate():
         if thread.name == "run-writer-flush":
-            thread.join(2)
+            thread.join(60)
             assert not thread.is_alive()
 
 

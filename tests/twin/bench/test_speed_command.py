@@ -24,7 +24,7 @@ def test_ratios_come_with_their_errors(rows):
         assert row["ratio"] > 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_kernel_is_slow_by_an_order(rows):
     """Far below the promises, so that a busy machine does not fail the test."""
     assert rows["streaming"]["ratio"] > 20

@@ -52,7 +52,7 @@ def test_a_line_that_there_is_not_is_bad_usage():
     assert "streaming-against-solve-ivp" in result.output
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_cached_start_is_quicker_than_a_cold_one():
     row = BENCHMARKS["start"]()
     assert row.more["cold_s"] > row.more["cached_s"]
