@@ -75,6 +75,7 @@ def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path)
         assert 0.03 < estimate.std / estimate.value < 0.08
 
 
+@pytest.mark.slow
 def test_a_clean_rig_has_nothing_wrong(tmp_path):
     _, found = hide_and_diagnose(tmp_path, "none", 13)
     assert found.verdict == "none"

@@ -201,6 +201,7 @@ def _states_on_disk(recording, scratch):
     return len(read_run(scratch).steps)
 
 
+@pytest.mark.slow
 def test_two_preloads_are_rehearsed_side_by_side(tmp_path, capfd):
     (tmp_path / "mine.toml").write_text(SWEEP)
     out = tmp_path / "out"
