@@ -169,7 +169,7 @@ def test_a_shell_completes_commands_options_shipped_names_and_files(installed_tw
             "PATH": os.environ["PATH"],
         }  # fmt: skip
         done = subprocess.run(
-            [installed_twin], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
+            [installed_twin], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True
         )
         return done.stdout.split()
 
@@ -221,7 +221,12 @@ def test_a_full_disk_is_one_line(monkeypatch, capsys):
 
 def test_the_module_is_the_command():
     done = subprocess.run(
-        [sys.executable, "-m", "twin", "--help"], capture_output=True, text=True, timeout=60, check=False, cwd=Path("/")
+        [sys.executable, "-m", "twin", "--help"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        cwd=Path("/"),
     )
     assert done.returncode == 0
     assert all(name in done.stdout for name in SUMMARIES)

@@ -130,7 +130,7 @@ def test_cantools_decodes_a_dumped_log(tmp_path):
         f"  can0  {identifier:03X}   [{len(data):02d}]  {data.hex(' ').upper()}\n" for identifier, data in frames
     )
     command = [sys.executable, "-m", "cantools", "decode", "--single-line", str(database)]
-    done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=300, check=True)
     for words in (
         "TimeSync(",
         "Counter: 3",

@@ -97,7 +97,7 @@ def test_rerun_finds_nothing_wrong_with_what_is_written(original: Path, tmp_path
     recover(tmp_path / "cut.mcap", tmp_path / "recovered.mcap")
     for path in (original, tmp_path / "converted.mcap", tmp_path / "recovered.mcap"):
         command = [program("rerun"), "mcap", "check", "--full", str(path)]
-        found = subprocess.run(command, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        found = subprocess.run(command, capture_output=True, text=True, timeout=300, stdin=subprocess.DEVNULL)
         assert found.returncode == 0, found.stderr
         rows = [line.split() for line in found.stdout.splitlines() if "/samples/" in line or "/procedure" in line]
         assert rows, found.stdout
@@ -226,9 +226,9 @@ def test_value_beyond_float32_is_refused_not_made_infinite(original: Path, tmp_p
 
 def test_command_converts_and_tells(original: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "twin", "convert", str(original), str(tmp_path / "run.uff"), "--json"]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     assert any("2 steps" in note for note in json.loads(result.stdout)["notes"])
-    again = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    again = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert (again.returncode, again.stdout) == (2, "")
     assert len(again.stderr.strip().splitlines()) == 1

@@ -93,7 +93,7 @@ def write_mcap(run: Run, path: Path) -> Path:
 
 def verify(path: Path) -> None:
     """`rerun rrd verify` finds nothing wrong."""
-    done = subprocess.run([program("rerun"), "rrd", "verify", str(path)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([program("rerun"), "rrd", "verify", str(path)], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
 
 

