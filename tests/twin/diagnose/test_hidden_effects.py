@@ -93,20 +93,20 @@ def test_every_first_cause_is_named_whatever_its_size(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_cause_that_was_found_is_not_lost_when_the_search_begins_again(tmp_path):
     """The moduli alone have a better minimum than the search began from, and no slope there towards this drift."""
     check("temperature-drift", *hide_and_diagnose(tmp_path, "temperature-drift", 2616), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [2609, 2611, 2616])
 def test_dry_friction_stands_alone(tmp_path, seed):
     """Noise that slips at times and sticks at others is the friction's doing, not a damper's nor a high-pass's."""
     check("ground-friction", *hide_and_diagnose(tmp_path, "ground-friction", seed), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", np.arange(211, 215).tolist())
 def test_clean_rigs_stay_clean(tmp_path, seed):
     assert hide_and_diagnose(tmp_path, "none", seed)[1].verdict == "none"
