@@ -115,6 +115,9 @@ class Instruments(BaseModel):
     device: tuple[DeviceSettings, ...] = Field(min_length=1, max_length=16)
     timeout_s: float = Field(default=2.0, gt=0.0, le=60.0, description="longest wait for an answer")
     reconnect_s: float = Field(default=10.0, ge=0.0, le=600.0, description="how long to look for a lost device")
+    silence_s: float = Field(
+        default=3.0, gt=0.0, le=600.0, description="how long a device may send nothing; a host may be deaf for a second"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Instruments:

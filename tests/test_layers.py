@@ -85,5 +85,5 @@ def test_threads_are_set_before_numpy_is_imported():
         "import twin.cli\n"
         "import numpy\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={}, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={}, timeout=300, check=True)
     assert done.stdout.split() == ["1"]

@@ -25,8 +25,6 @@ from recordings.streams import Excitation
 __all__ = ["RigAcquisition", "StreamEndedError", "open_instruments"]
 
 NUDGE_S = 0.25
-SILENT_S = 3.0
-"""Longest patience with a device that sends nothing while others do; a busy host may itself be deaf for a second."""
 CLOCK_OFFSET_S, CLOCK_DRIFT_PPM = 1e-3, 1.0
 """From here on a recording says by how much a device's clock was wrong, although its times are corrected."""
 
@@ -82,7 +80,8 @@ class RigAcquisition:
                     self._meters.append(MeterClient(settings, self._mailbox, timeout_s=instruments.timeout_s))
                     continue
                 if settings.parsed_address.kind == "can":
-                    self._devices.append(CanClient(settings, self._mailbox, **options))
+                    can = CanClient(settings, self._mailbox, silence_s=instruments.silence_s, **options)
+                    self._devices.append(can)
                     continue
                 daq = DaqClient(settings, self._mailbox, **options)
                 self._devices.append(daq)
@@ -220,7 +219,7 @@ class RigAcquisition:
         """
         began = time.monotonic()
         progress = began
-        patience_s = min(SILENT_S, 0.9 * timeout_s)
+        patience_s = min(self._instruments.silence_s, 0.9 * timeout_s)
         while True:
             if self._consumed != self._acknowledged:
                 # What was handed out before has been dealt with by now.

@@ -46,14 +46,13 @@ _ERROR_STATES = {
     1: ("error-passive", "many of the node's frames were destroyed on the bus"),
     2: ("bus-off", "so many of the node's frames were destroyed that it left the bus for a while"),
 }
-SILENCE_S = 3.0
-"""Three heartbeats."""
 
 
 class CanClient:
     """Commands the node and takes its frames in a thread of its own.
 
-    Parameters are those of :class:`drivers.host.daq.DaqClient`.
+    Parameters are those of :class:`drivers.host.daq.DaqClient`, and `silence_s`, after which a node that sends neither
+    samples nor heartbeats counts as lost: three heartbeats.
 
     Raises
     ------
@@ -62,7 +61,13 @@ class CanClient:
     """
 
     def __init__(
-        self, settings: DeviceSettings, mailbox: Mailbox, *, timeout_s: float = 2.0, reconnect_s: float = 10.0
+        self,
+        settings: DeviceSettings,
+        mailbox: Mailbox,
+        *,
+        timeout_s: float = 2.0,
+        reconnect_s: float = 10.0,
+        silence_s: float = 3.0,
     ) -> None:
         self.name = settings.name
         self.address = str(settings.parsed_address)
@@ -71,6 +76,7 @@ class CanClient:
         self._start_opcode = Opcode.ARM if settings.start == "trigger" else Opcode.START
         self._mailbox = mailbox
         self._timeout_s = timeout_s
+        self._silence_s = silence_s
         self.failure = ""
         self._answer: tuple[int, object] | None = None
         self._answered = threading.Condition()
@@ -242,9 +248,9 @@ class CanClient:
                 self.failure = ""
                 self._mailbox.report(self.name, "reconnected")
             self._heard_s = now
-        elif self._streaming and not self.failure and now - self._heard_s > SILENCE_S:
-            self.failure = f"silent for {SILENCE_S:g} s"
-            self._mailbox.report(self.name, "disconnected", f"neither samples nor heartbeats for {SILENCE_S:g} s")
+        elif self._streaming and not self.failure and now - self._heard_s > self._silence_s:
+            self.failure = f"silent for {self._silence_s:g} s"
+            self._mailbox.report(self.name, "disconnected", f"neither samples nor heartbeats for {self._silence_s:g} s")
 
     def _digest(self, control: list[tuple[int, bytes]], pending: list[list[bytes]]) -> None:
         with self._mailbox.changed:
@@ -294,7 +300,7 @@ class CanClient:
         """Note what a node says of itself and of its bus, when it gets worse."""
         running_s = time.monotonic() - self._started_s
         # A beat may come late, but not before an earlier one.
-        younger = beat.uptime_ms < self._uptime_ms or beat.uptime_ms * 1e-3 < running_s - SILENCE_S
+        younger = beat.uptime_ms < self._uptime_ms or beat.uptime_ms * 1e-3 < running_s - self._silence_s
         self._uptime_ms = beat.uptime_ms
         if not self._streaming:
             return

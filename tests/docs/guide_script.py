@@ -16,6 +16,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from needed import program
+
 __all__ = ["Block", "as_script", "matches", "read_blocks", "run_guide"]
 
 _FENCE = re.compile(r"^```(\w+)[ ]*([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -91,11 +93,13 @@ def run_guide(page: Path, folder: Path, *, timeout_s: float, path: str = "") -> 
         **os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "PYTHONPATH": path,
         "COLUMNS": "110", "MPLBACKEND": "agg", "GIT_CEILING_DIRECTORIES": str(folder.parent),
     }  # fmt: skip
+    if any(block.language == "diff" for block in blocks):
+        program("git")
     log = folder.parent / f"{page.stem}.log"
     with log.open("wb") as stream:
         shell = subprocess.Popen(
-            ["bash", "-c", as_script(blocks)], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=stream,
-            start_new_session=True,
+            [program("bash"), "-c", as_script(blocks)], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+            stdout=stream, start_new_session=True,
         )  # fmt: skip
         try:
             status: int | None = shell.wait(timeout_s)

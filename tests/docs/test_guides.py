@@ -20,7 +20,15 @@ IN_A_CLONE = {"a-new-cause.md"}
 """Guides that change the program itself."""
 
 
-@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+QUICK = {"your-own-rig.md"}
+"""A guide that takes seconds; the others record and diagnose."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page if page.name in QUICK else pytest.param(page, marks=pytest.mark.slow) for page in GUIDES],
+    ids=lambda page: page.stem,
+)
 def test_guide_runs_and_prints_what_it_shows(page: Path, tmp_path: Path) -> None:
     folder, clone = tmp_path / "guide", page.name in IN_A_CLONE
     folder.mkdir()
@@ -48,12 +56,12 @@ def test_the_runner_tells_a_wrong_promise_a_failing_block_and_one_that_hangs(tmp
         "```toml file=a/b.toml\nx = '$HOME'\n```\n```sh\ncat a/b.toml\n```\n```text\nx = ...E'\n```\n"
         "```python\nprint(6 * 7)\n```\n```text\n43\n```\n"
     )
-    (_, first, printed), (_, second, other) = run_guide(page, folder, timeout_s=20)
+    (_, first, printed), (_, second, other) = run_guide(page, folder, timeout_s=120)
     assert matches(first, printed)
     assert not matches(second, other)
     page.write_text("```sh\necho before\n```\n\n```sh\nfalse\n```\n```sh\necho after\n```\n")
     with pytest.raises(AssertionError, match=r"page.md, line 5: ended with status 1") as failed:
-        run_guide(page, folder, timeout_s=20)
+        run_guide(page, folder, timeout_s=120)
     assert "after" not in str(failed.value).partition("printed:")[2]
     page.write_text("```sh\nsleep 60 &\nwait\n```\n")
     with pytest.raises(AssertionError, match="took more than 1 s"):

@@ -12,7 +12,7 @@ import cantools
 import numpy as np
 import pytest
 from test_acquisition import SINE, channel, quantised, take
-from virtual_rig import FilteredSine, served
+from virtual_rig import PATIENCE_S, FilteredSine, served
 
 from drivers.can_protocol import read_dbc
 from drivers.host import DeviceFailedError, RigAcquisition, open_instruments
@@ -38,11 +38,12 @@ class Brittle(FilteredSine):
 
 def read_on(acquisition: RigAcquisition, blocks: list[SampleBlock]) -> None:
     while True:
-        blocks += acquisition.read()
+        blocks += acquisition.read(timeout_s=PATIENCE_S)
 
 
 def set_again_and_again(acquisition: RigAcquisition) -> None:
-    for _ in range(50):
+    give_up = time.monotonic() + PATIENCE_S
+    while time.monotonic() < give_up:
         acquisition.set_output(SINE)
         time.sleep(0.02)
 
@@ -71,10 +72,8 @@ def test_a_change_of_the_output_that_comes_too_late_gives_the_reason_too():
     with served(Brittle(blocks=4), tcp=True) as rig, open_instruments(rig.instruments()) as acquisition:
         acquisition.start()
         take(acquisition, 4)
-        began = time.monotonic()
         with pytest.raises(DeviceFailedError, match="no solution"):
             set_again_and_again(acquisition)
-        assert time.monotonic() - began < 5
 
 
 def test_without_a_way_to_begin_anew_the_next_start_is_refused_with_the_reason():
@@ -90,7 +89,7 @@ def test_without_a_way_to_begin_anew_the_next_start_is_refused_with_the_reason()
 def test_a_plain_scpi_client_reads_a_device_dependent_error():
     with served(Brittle(blocks=2, error=ZeroDivisionError), tcp=True) as rig:
         host, _, port = str(rig.tcp).rpartition(":")
-        with socket.create_connection((host, int(port)), timeout=5) as link, link.makefile("rwb", 0) as line:
+        with socket.create_connection((host, int(port)), timeout=PATIENCE_S) as link, link.makefile("rwb", 0) as line:
 
             def ask(text: str) -> str:
                 line.write(text.encode() + b"\n")
@@ -119,7 +118,7 @@ def test_the_node_says_so_at_once_in_words_of_the_database(tmp_path):
         start = database.encode_message("Command", {"Opcode": "START", "Value": 0})
         bus.send(can.Message(arbitration_id=0x200, data=start, is_extended_id=False, is_fd=True))
         heard = []
-        until = time.monotonic() + 5
+        until = time.monotonic() + PATIENCE_S
         while "FAILED" not in heard and time.monotonic() < until:
             message = bus.recv(0.5)
             if message is not None and message.arbitration_id == 0x180:
@@ -159,7 +158,7 @@ def test_with_a_way_to_begin_anew_the_next_run_is_whole_and_the_server_was_told_
             assert not acquisition.take_events()
     finally:
         stop.set()
-        thread.join(10)
+        thread.join(PATIENCE_S)
     assert told == [WHY]
     assert {block.sample_rate_Hz for block in blocks} == {1024.0}
     assert blocks[0].first_index == 0

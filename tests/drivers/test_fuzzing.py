@@ -22,7 +22,7 @@ from drivers.virtual.ports import PtyPort
 from drivers.virtual.slcan import INPUT_FRAMES, SlcanAdapter
 from recordings.errors import InputError
 
-COUNTS = [1000, pytest.param(1_000_000, marks=pytest.mark.slow)]
+COUNTS = [1000, pytest.param(1_000_000, marks=pytest.mark.nightly)]
 WORDS = [b"*IDN?", b"SYST:", b"ERR", b"?", b";", b",", b" ", b'"', b"'", b"#", b"1e9", b"-", b"\n", b":", b"*", b"\xff"]
 
 

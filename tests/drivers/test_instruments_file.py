@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from virtual_rig import FilteredSine, served
+from virtual_rig import PATIENCE_S, FilteredSine, served
 
 from drivers.addresses import parse_address
 from drivers.host import open_instruments
@@ -78,7 +78,7 @@ def test_something_that_is_no_instrument(silent_server):
 
 def test_a_bus_without_a_node(tmp_path):
     with served(FilteredSine(), tcp=True) as rig:
-        devices = [one(f"tcp:{rig.tcp}"), {"name": "can", "address": "can:virtual:empty"}]
+        devices = [{"name": "can", "address": "can:virtual:empty"}, one(f"tcp:{rig.tcp}")]
         with pytest.raises(InputError, match="is the node on"):
             open_instruments(Instruments.model_validate({"device": devices, "timeout_s": 0.4}))
 
@@ -92,7 +92,7 @@ def test_names_units_and_sensitivities_are_the_files(tmp_path):
         device = one(f"tcp:{rig.tcp}") | {"channel": channels}
         with open_instruments(Instruments.model_validate({"device": [device]})) as acquisition:
             acquisition.start()
-            (block,) = acquisition.read()
+            (block,) = acquisition.read(timeout_s=PATIENCE_S)
             tip, force = acquisition.channels
     assert (tip.name, tip.position_m, tip.direction, tip.range, tip.unit) == ("tip", 0.41, "-y", 980.0, "m/s^2")
     assert force.name == "force"

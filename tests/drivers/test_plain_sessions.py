@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
+from needed import needs, program
 from virtual_rig import FilteredSine, served
 
-pytestmark = pytest.mark.skipif(shutil.which("socat") is None, reason="socat is not installed")
+pytestmark = needs("socat")
 TYPED = """*IDN?
 *CLS
 FREQ 25.3 HZ;VOLT 500 MV
@@ -20,9 +20,16 @@ SYST:ERR?
 """
 
 
-def session(where: str, typed: bytes) -> bytes:
-    done = subprocess.run(["socat", "-t", "0.7", "-", where], input=typed, capture_output=True, timeout=30, check=True)
-    return done.stdout
+def session(where: str, typed: bytes, lines: int) -> list[str]:
+    """So many lines of answers; neither end of such a line tells when it has said all."""
+    with subprocess.Popen([program("socat"), "-", where], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as socat:
+        assert socat.stdin is not None
+        assert socat.stdout is not None
+        socat.stdin.write(typed)
+        socat.stdin.flush()
+        answers = [socat.stdout.readline().decode().rstrip("\r\n") for _ in range(lines)]
+        socat.kill()
+    return answers
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["lf", "crlf", "cr"])
@@ -30,8 +37,8 @@ def session(where: str, typed: bytes) -> bytes:
 def test_a_typed_session(kind, end):
     with served(FilteredSine(), meter="auto", **{kind: True}) as rig:
         where = f"TCP:{rig.tcp}" if rig.tcp else f"{rig.serial},rawer"
-        answers = session(where, TYPED.replace("\n", end).encode()).decode().splitlines()
-        preload = session(f"{str(rig.meter).partition(':')[2]},rawer", f"MEAS:PREL?{end}".encode())
+        answers = session(where, TYPED.replace("\n", end).encode(), 5)
+        (preload,) = session(f"{str(rig.meter).partition(':')[2]},rawer", f"MEAS:PREL?{end}".encode(), 1)
     assert answers == [
         "Virtual Test Rig,DAQ-GEN,simulated,1.0",
         "25.3;0.5",
@@ -45,7 +52,9 @@ def test_a_typed_session(kind, end):
 def test_a_block_has_the_length_it_says():
     with (
         served(FilteredSine(), tcp=True) as rig,
-        subprocess.Popen(["socat", "-", f"TCP:{rig.tcp}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as line,
+        subprocess.Popen(
+            [program("socat"), "-", f"TCP:{rig.tcp}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        ) as line,
     ):
         assert line.stdin is not None
         assert line.stdout is not None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvisa
 from test_acquisition import channel, quantised
-from virtual_rig import CHANNELS, served
+from virtual_rig import CHANNELS, PATIENCE_S, VISA_OPTIONS, served
 
 from drivers.host import StreamEndedError, open_instruments
 from drivers.virtual import RecordedMeter, RecordedSource
@@ -55,7 +55,7 @@ def acquire(run: Run, **lines: object) -> tuple[list[SampleBlock], list[Event], 
         acquisition.start()
         try:
             while True:
-                blocks += acquisition.read()
+                blocks += acquisition.read(timeout_s=PATIENCE_S)
                 indicators += acquisition.take_indicators()
         except StreamEndedError:
             pass
@@ -123,7 +123,7 @@ def test_a_meters_values_come_again(where):
         kind, _, address = str(rig.meter).partition(":")
         manager = pyvisa.ResourceManager("@py")
         name = f"ASRL{address}::INSTR" if kind == "serial" else "TCPIP::{}::{}::SOCKET".format(*address.split(":"))
-        with manager.open_resource(name, read_termination="\n", write_termination="\n", timeout=5000) as meter:
+        with manager.open_resource(name, **VISA_OPTIONS) as meter:
             assert float(meter.query("MEAS:PREL?")) == 540.0 + 1.0 / 3
             assert float(meter.query("MEAS:TEMP?")) == 20.0 + 1.0 / 3
         manager.close()

@@ -15,7 +15,7 @@ import pytest
 import serial
 from hypothesis import given
 from hypothesis import strategies as st
-from virtual_rig import FilteredSine, Served, served
+from virtual_rig import PATIENCE_S, FilteredSine, Served, served, wait_until
 
 from drivers.addresses import parse_can
 from drivers.bus import open_bus
@@ -60,13 +60,17 @@ def test_python_can_and_cantools_run_the_node_through_the_adapter(data_bitrate: 
     ):
         bus.send(node_command(START))
         values: dict[int, float] = {}
-        for message in hear(bus, 1.0):
+
+        def hear_one() -> None:
+            message = bus.recv(PATIENCE_S)
+            assert message is not None
             fields = DATABASE.decode_message(message.arbitration_id, bytes(message.data), allow_truncated=True)
             if message.arbitration_id == 0x100:
                 assert message.is_fd
                 assert message.bitrate_switch
                 values.update({fields["Counter"] + k: 50.0 * fields[f"S{k:02d}"] for k in range(30)})
-    assert len(values) > 1000
+
+        wait_until(lambda: len(values) > 1000, step=hear_one)
     numbers = np.array(sorted(values))
     assert np.array_equal(numbers, np.arange(len(numbers)))
     sent = source.everything[0, : len(numbers)]
@@ -82,7 +86,7 @@ def test_at_a_wrong_rate_nothing_comes_through_and_the_adapter_says_so(bitrate: 
         with python_can(str(rig.can), bitrate=bitrate, data_bitrate=data_bitrate) as bus:
             bus.send(node_command(START))
             assert hear(bus, 0.5) == []
-        with serial.Serial(path, timeout=2) as line:
+        with serial.Serial(path, timeout=PATIENCE_S) as line:
             line.write(b"S6\rO\rt2000\rF\rF\r")
             assert line.read_until(b"F00\r").endswith(b"F80\rF00\r")
         with pytest.raises(InputError, match="bit rate right"):
@@ -114,13 +118,18 @@ def adapter() -> Iterator[tuple[SlcanAdapter, serial.Serial]]:
             device.shutdown()
 
 
-def ask(device: SlcanAdapter, line: serial.Serial, text: bytes) -> bytes:
+def ask(device: SlcanAdapter, line: serial.Serial, text: bytes, size: int) -> bytes:
+    """The answer, of so many bytes; a terminal passes them on when the system gets round to it."""
     line.write(text)
-    answer, until = b"", time.monotonic() + 0.1  # a terminal passes bytes on when the system gets round to it
-    while time.monotonic() < until:
+    answer = b""
+
+    def serve() -> None:
+        nonlocal answer
         device._serve()
         answer += line.read(line.in_waiting)
         time.sleep(0.002)
+
+    wait_until(lambda: len(answer) >= size, step=serve)
     return answer
 
 
@@ -143,7 +152,7 @@ def ask(device: SlcanAdapter, line: serial.Serial, text: bytes) -> bytes:
 )
 def test_answers_to_raw_lines(text: bytes, answer: bytes) -> None:
     with adapter() as (device, line):
-        assert ask(device, line, text) == answer
+        assert ask(device, line, text, len(answer)) == answer
 
 
 def test_frames_of_every_kind_reach_the_bus() -> None:
@@ -152,6 +161,7 @@ def test_frames_of_every_kind_reach_the_bus() -> None:
             device,
             line,
             b"S8\rO\rt7FF3010203\rT1FFFFFFF10A\rr1000\rd1009" + b"0A" * 12 + b"\rB00000100F" + b"0B" * 64 + b"\r",
+            7,
         )
         frames = [device.recv(0) for _ in range(5)]
         assert device.recv(0) is None
@@ -169,7 +179,7 @@ def test_frames_of_every_kind_reach_the_bus() -> None:
 
 def test_a_client_that_does_not_read_costs_bounded_memory_and_is_told_to_the_node() -> None:
     with adapter() as (device, line):
-        ask(device, line, b"S8\rO\r")
+        ask(device, line, b"S8\rO\r", 2)
         message = can.Message(
             arbitration_id=0x100, data=bytes(64), is_extended_id=False, is_fd=True, bitrate_switch=True
         )
@@ -188,12 +198,16 @@ def test_a_client_that_does_not_read_costs_bounded_memory_and_is_told_to_the_nod
 def test_after_a_client_has_left_the_next_one_finds_the_adapter_fresh() -> None:
     device = SlcanAdapter(PtyPort(), bitrate=1e6, data_bitrate=5e6)
     with serial.Serial(device.address, timeout=1) as line:
-        assert ask(device, line, b"S8\rO\rt100") == b"\r\r"
-    until = time.monotonic() + 0.1
-    while time.monotonic() < until:
+        assert ask(device, line, b"S8\rO\rt100", 2) == b"\r\r"
+
+    def told() -> bool:
+        """Whether the adapter knows that nobody is there."""
         device._serve()
+        return not device._port.connected
+
+    wait_until(told)
     with serial.Serial(device.address, timeout=1) as line:
-        assert ask(device, line, b"0\rt1000\r") == b"\a\a"
+        assert ask(device, line, b"0\rt1000\r", 2) == b"\a\a"
     device.shutdown()
 
 

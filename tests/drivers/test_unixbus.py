@@ -8,6 +8,7 @@ import threading
 
 import can
 import pytest
+from virtual_rig import PATIENCE_S
 
 
 def frame(number: int) -> can.Message:
@@ -36,22 +37,22 @@ def test_another_process_gets_every_frame_in_order(path):
     )
     with open_bus(path) as bus, subprocess.Popen([sys.executable, "-c", sender, path]) as process:
         for n in range(20000):
-            message = bus.recv(10)
+            message = bus.recv(PATIENCE_S)
             assert message is not None
             assert int.from_bytes(message.data[:4], "little") == n
             assert (message.arbitration_id, message.dlc, message.is_fd) == (n % 2048, 64, True)
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE_S) == 0
 
 
 def test_every_participant_hears_every_other(path):
     with open_bus(path) as hub, open_bus(path) as a, open_bus(path) as b:
         hub.recv(0.01)
         a.send(frame(1))
-        assert hub.recv(1).data == frame(1).data
-        assert b.recv(1).data == frame(1).data
+        assert hub.recv(PATIENCE_S).data == frame(1).data
+        assert b.recv(PATIENCE_S).data == frame(1).data
         assert a.recv(0.01) is None  # not its own
         hub.send(frame(2))
-        assert [bus.recv(1).arbitration_id for bus in (a, b)] == [2, 2]
+        assert [bus.recv(PATIENCE_S).arbitration_id for bus in (a, b)] == [2, 2]
 
 
 def test_a_full_participant_holds_the_sender_and_loses_nothing(path):
@@ -63,12 +64,12 @@ def test_a_full_participant_holds_the_sender_and_loses_nothing(path):
                 hub.send(frame(sent), timeout=0)
                 sent += 1
         assert 0 < sent < 100_000
-        reader = threading.Thread(target=lambda: received.extend(slow.recv(1) for _ in range(sent + 1)))
+        reader = threading.Thread(target=lambda: received.extend(slow.recv(PATIENCE_S) for _ in range(sent + 1)))
         received: list = []
         reader.start()
-        hub.send(frame(sent), timeout=5)
+        hub.send(frame(sent), timeout=PATIENCE_S)
         hub.recv(0.1)
-        reader.join(10)
+        reader.join(PATIENCE_S)
         assert [int.from_bytes(m.data[:4], "little") for m in received] == list(range(sent + 1))
 
 
@@ -78,7 +79,7 @@ def test_the_hub_takes_the_bus_down(path):
     hub.recv(0.01)
     hub.shutdown()
     with pytest.raises(can.CanOperationError, match="hub"):
-        a.recv(1)
+        a.recv(PATIENCE_S)
     a.shutdown()
     with open_bus(path) as again:  # the path is free
         assert again.recv(0.01) is None
@@ -101,7 +102,7 @@ def test_rubbish_on_the_socket_is_an_error_frame(path):
         hub.recv(0.01)
         for data in (b"x", b"\xff" * 8, b"\x00" * 100, bytes([1, 0, 0, 0, 1, 64, 0, 0]) + b"short"):
             stranger.send(data)
-            assert hub.recv(1).is_error_frame
+            assert hub.recv(PATIENCE_S).is_error_frame
 
 
 def test_what_was_sent_by_one_who_left_without_listening_still_comes(path):
@@ -112,5 +113,5 @@ def test_what_was_sent_by_one_who_left_without_listening_still_comes(path):
         for n in range(20):
             leaver.send(frame(n))
         leaver.shutdown()
-        came = [message.arbitration_id for _ in range(20) if (message := hub.recv(1)) is not None]
+        came = [message.arbitration_id for _ in range(20) if (message := hub.recv(PATIENCE_S)) is not None]
     assert came == list(range(20))

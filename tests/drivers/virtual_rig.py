@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
 import threading
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +17,34 @@ from drivers.instruments import Instruments
 from drivers.virtual import Addresses, VirtualRig, parse_fault
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation, SlowSource
+
+PATIENCE_S = 60.0
+"""What a busy machine may take for what takes no time; where a limit is itself tried, a test names its own."""
+
+VISA_OPTIONS = {"read_termination": "\n", "write_termination": "\n", "timeout": 1000 * PATIENCE_S}
+"""With which PyVISA opens an instrument."""
+
+
+def wait_until(condition: Callable[[], object], *, step: Callable[[], object] = lambda: time.sleep(0.01)) -> None:
+    """Until something has happened, which `step` brings nearer; AssertionError if it never does."""
+    give_up = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < give_up, "it has not come"
+        step()
+
+
+def wait_until_asleep(process: subprocess.Popen[Any]) -> None:
+    """Until another program waits for something new: then it has taken what it was sent."""
+    asleep = 0
+
+    def look() -> None:
+        nonlocal asleep
+        state = Path(f"/proc/{process.pid}/stat").read_text().rpartition(") ")[2][0]
+        asleep = asleep + 1 if state == "S" else 0
+        time.sleep(0.02)
+
+    wait_until(lambda: asleep == 10, step=look)
+
 
 CHANNELS = (
     Channel(name="force", quantity="force", unit="N", position_m=0.05, range=50.0),
@@ -97,16 +127,17 @@ class Served:
     tcp: str | None
     can: str | None
     meter: str | None = None
+    patience: dict[str, float] = field(default_factory=dict)
 
     def instruments(self, **options: object) -> Instruments:
-        """What the instruments file would say."""
+        """What the instruments file would say, with more patience than it has of itself."""
         address = f"serial:{self.serial}" if self.serial else f"tcp:{self.tcp}"
         devices: list[dict[str, object]] = [{"name": "daq", "address": address, "generator": True}]
         if self.can:
             devices.append({"name": "can", "address": f"can:{self.can}"})
         if self.meter:
             devices.append({"name": "meter", "address": self.meter, "kind": "meter"})
-        return Instruments.model_validate({"device": devices, **options})
+        return Instruments.model_validate({"device": devices, **self.patience, **options})
 
 
 @contextmanager
@@ -150,8 +181,11 @@ def served(
     thread = threading.Thread(target=rig.serve, args=(stop.is_set,))
     thread.start()
     try:
-        yield Served(source, where.get("serial"), where.get("tcp"), where.get("can"), *meters)
+        # What a fault has swallowed is asked for again after a part of the time-out.
+        patience = {"timeout_s": 6.0 if faults else 30.0, "reconnect_s": PATIENCE_S, "silence_s": PATIENCE_S}
+        meter_at = meters[0] if meters else None
+        yield Served(source, where.get("serial"), where.get("tcp"), where.get("can"), meter_at, patience)
     finally:
         stop.set()
-        thread.join(10)
+        thread.join(PATIENCE_S)
         assert not thread.is_alive()

@@ -214,7 +214,7 @@ def test_all_problems_are_listed(tmp_path: Path) -> None:
 
 def twin(*arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "twin", "check", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+    return subprocess.run(command, capture_output=True, text=True, timeout=300)
 
 
 def test_command_tells_sound_from_damaged_from_unreadable(sound: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import pyuff
 import scipy.io
+from needed import program
 from recording_builders import CHANNELS, INFO, START_NS, RATE_Hz, block_at, step_at
 
 from recordings import Channel, Event, Indicator, InputError, Run, RunWriter, SampleBlock, StepState, read_run
@@ -95,8 +96,8 @@ def test_rerun_finds_nothing_wrong_with_what_is_written(original: Path, tmp_path
     (tmp_path / "cut.mcap").write_bytes(original.read_bytes()[:-3000])
     recover(tmp_path / "cut.mcap", tmp_path / "recovered.mcap")
     for path in (original, tmp_path / "converted.mcap", tmp_path / "recovered.mcap"):
-        command = [str(Path(sys.executable).with_name("rerun")), "mcap", "check", "--full", str(path)]
-        found = subprocess.run(command, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        command = [program("rerun"), "mcap", "check", "--full", str(path)]
+        found = subprocess.run(command, capture_output=True, text=True, timeout=300, stdin=subprocess.DEVNULL)
         assert found.returncode == 0, found.stderr
         rows = [line.split() for line in found.stdout.splitlines() if "/samples/" in line or "/procedure" in line]
         assert rows, found.stdout
@@ -225,9 +226,9 @@ def test_value_beyond_float32_is_refused_not_made_infinite(original: Path, tmp_p
 
 def test_command_converts_and_tells(original: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "twin", "convert", str(original), str(tmp_path / "run.uff"), "--json"]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     assert any("2 steps" in note for note in json.loads(result.stdout)["notes"])
-    again = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    again = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert (again.returncode, again.stdout) == (2, "")
     assert len(again.stderr.strip().splitlines()) == 1

@@ -1,7 +1,7 @@
 """Fuzzing of everything that parses a file: a run, a report or one clear error, in bounded time and memory.
 
-The ordinary run tries a thousand inputs and more a parser; the one marked slow tries a million of each, of which every
-tenth damaged run is recovered and checked as well as read.
+The ordinary run tries a thousand inputs and more a parser; the one marked nightly tries a million of each, of which
+every tenth damaged run is recovered and checked as well as read.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ SMALL = Limits(
     gap_fill=1 << 12,
 )  # fmt: skip
 SECONDS = 5.0
+"""Of the processor, which the machine may lend to others meanwhile."""
 MEMORY_BYTES = 1 << 30
 Kinds = ["mcap", "foreign", "uff", "ascii_uff", "csv", "mat", "table"]
 
@@ -128,9 +129,9 @@ def told(action: Callable[[], object]) -> object:
 def test_damaged_file(kind: str, changes: list[Any], seeds: dict[str, bytes], tmp_path: Path) -> None:
     path = tmp_path / "fuzzed"
     path.write_bytes(damaged(seeds[kind], changes))
-    started = time.monotonic()
+    started = time.process_time()
     parse(kind, path)
-    assert time.monotonic() - started < SECONDS
+    assert time.process_time() - started < SECONDS
 
 
 @pytest.mark.parametrize("kind", ["mcap", "uff", "csv", "mat"])
@@ -146,9 +147,9 @@ def test_file_made_of_beginnings_of_records_takes_bounded_time(tmp_path: Path) -
     """Every byte claims to begin a record: the search after damage must give up instead of trying forever."""
     path = tmp_path / "hostile.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + b"\x00" + b"\x0c\x40\x00\x00\x00\x00\x00\x00\x00" * 300_000)
-    started = time.monotonic()
+    started = time.process_time()
     assert not check_run(path, limits=SMALL).sound
-    assert time.monotonic() - started < 30
+    assert time.process_time() - started < 30
 
 
 MEASURED = """
@@ -183,7 +184,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base) * 1024)
 """
 
 
-@pytest.mark.parametrize("count", [1000, pytest.param(1_000_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [1000, pytest.param(1_000_000, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("kind", Kinds)
 def test_by_the_thousand_in_bounded_time_and_memory(
     kind: str, count: int, seeds: dict[str, bytes], tmp_path: Path
@@ -192,7 +193,7 @@ def test_by_the_thousand_in_bounded_time_and_memory(
     (tmp_path / "seed").write_bytes(seeds[kind])
     arguments = [sys.executable, "-c", MEASURED, str(tmp_path), str(Path(__file__).parent), kind, str(count)]
     result = subprocess.run(
-        arguments, capture_output=True, text=True, timeout=60 + 0.1 * count,
+        arguments, capture_output=True, text=True, timeout=300 + 0.1 * count,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30)),
     )  # fmt: skip
     assert result.returncode == 0, result.stderr[-2000:]

@@ -20,6 +20,8 @@ __all__ = ["read_results", "run_campaign"]
 
 CASES, RECORDINGS = "cases", "recordings"
 """Folders of the results and of kept recordings."""
+SCHEDULER_S = 10.0
+"""Patience with a scheduler that does not answer."""
 
 
 def run_campaign(
@@ -133,7 +135,7 @@ def _dask(scheduler: str) -> Iterator[Executor]:
     except ImportError as error:
         raise InputError("--scheduler", "", "needs Dask", "install it with the extra 'cluster'") from error
     try:
-        client = Client(scheduler, timeout="10s")
+        client = Client(scheduler, timeout=f"{SCHEDULER_S:g}s")
     except (OSError, ValueError) as error:
         raise InputError("--scheduler", scheduler, f"cannot be reached: {error}", "start dask-scheduler") from error
     with client:

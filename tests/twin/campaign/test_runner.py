@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from needed import package
 
 from recordings.errors import InputError
 from twin.campaign import CasePlan, CaseResult, read_results, run_campaign, runner
@@ -64,7 +65,7 @@ def test_a_damaged_case_is_named(tmp_path, text):
 # A busy machine's disk is no matter of this test's.
 @pytest.mark.filterwarnings("ignore:Creating scratch directories")
 def test_a_dask_cluster_runs_the_cases(tmp_path, monkeypatch):
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra 'cluster')")
+    distributed = package("distributed")
     monkeypatch.setattr(runner, "run_case", quick_case)
     options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
     options["local_directory"] = str(tmp_path / "scratch")
@@ -74,8 +75,9 @@ def test_a_dask_cluster_runs_the_cases(tmp_path, monkeypatch):
     assert [bool(result.error) for result in results] == [False, True, False]
 
 
-def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path):
-    pytest.importorskip("distributed", reason="Dask is not installed (extra 'cluster')")
+def test_a_scheduler_that_does_not_answer_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, "SCHEDULER_S", 0.5)
+    package("distributed")
     with pytest.raises(InputError, match=r"--scheduler.*cannot be reached"):
         run_campaign(PLANS, RIG, tmp_path, scheduler="tcp://127.0.0.1:1")
 

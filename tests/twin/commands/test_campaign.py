@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import pytest
 
+from twin.campaign import CaseResult, runner
 from twin.cli import main
 
 
@@ -15,8 +18,8 @@ def run(arguments, capsys):
     return ended.value.code, capsys.readouterr()
 
 
-def test_a_clean_rig_is_run_once_and_counted(tmp_path, capsys):
-    folder = tmp_path / "campaign"
+def once_and_no_more(folder, capsys):
+    """A clean rig's case is counted as right, and another campaign in its folder only counts it again."""
     arguments = ["--out", folder, "--cause", "none", "--seeds", "1", "--first-seed", "21", "--json"]
     status, printed = run(arguments, capsys)
     assert status == 0
@@ -30,6 +33,28 @@ def test_a_clean_rig_is_run_once_and_counted(tmp_path, capsys):
     assert (status, again.out) == (0, printed.out)
     assert case.stat().st_mtime_ns == written
     assert "none-1-21: right" in again.err
+
+
+@pytest.mark.slow
+def test_a_clean_rig_is_run_once_and_counted(tmp_path, capsys):
+    once_and_no_more(tmp_path / "campaign", capsys)
+
+
+def test_a_case_is_run_once_and_counted(tmp_path, capsys, monkeypatch):
+    """With a stand-in for the diagnosis, in threads, which know of it."""
+
+    @contextmanager
+    def in_threads(workers, scheduler):
+        with ThreadPoolExecutor(workers) as executor:
+            yield executor
+
+    def clean(plan, rig, keep=None):
+        found = {"verdict": "none", "causes": [], "gain": None, "seconds": 1.0, "misfit": {"chi2_per_dof": 1.0}}
+        return CaseResult(plan=plan, rig=rig.name, hidden=[], found=found, aborted=[], recording_s=0.0)
+
+    monkeypatch.setattr(runner, "_executor", in_threads)
+    monkeypatch.setattr(runner, "run_case", clean)
+    once_and_no_more(tmp_path / "campaign", capsys)
 
 
 @pytest.mark.parametrize(

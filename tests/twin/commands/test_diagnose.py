@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -112,13 +113,15 @@ def test_wrong_input_is_one_line_and_leaves_nothing(case, folder, capsys):
 
 
 @pytest.mark.parametrize("out", ["beam.csv", "beam.csv/deeper/out", "/dev/null/out"])
-def test_a_place_that_cannot_hold_results_is_refused_before_the_work(out, folder, capsys):
-    started = time.perf_counter()
+def test_a_place_that_cannot_hold_results_is_refused_before_the_work(out, folder, capsys, monkeypatch):
+    def work(*_, **__):
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("twin.lab.load_rig", lambda name: SimpleNamespace(diagnose=work))
     status, _, said = run(capsys, "beam.csv", *COMPOSITE, "--out", out)
     assert status == 2
     assert len(said.strip().splitlines()) == 1
     assert out in said
-    assert time.perf_counter() - started < 5
 
 
 def test_sweeps_become_a_folder_with_result_report_and_model(tmp_path, capsys):
@@ -136,6 +139,7 @@ def test_sweeps_become_a_folder_with_result_report_and_model(tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["deep"]
 
 
+@pytest.mark.slow
 def test_frequencies_become_a_folder_whose_model_is_accepted_again(folder, capsys):
     (folder / "keep").mkdir()
     (folder / "keep" / "notes.txt").write_text("mine")
@@ -179,12 +183,11 @@ def test_an_interruption_leaves_what_was_there(folder, installed_twin):
     (folder / "out" / "result.json").write_text("old")
     command = [installed_twin, "diagnose", "beam.csv", *COMPOSITE, "--out", "out"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, cwd=folder, env={**os.environ, "PYTHONUNBUFFERED": "1"})
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 120
     while not list((folder / "out").glob(".*")) and time.monotonic() < deadline:
         time.sleep(0.05)
-    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=120)
     assert process.returncode == 130
     assert b"Traceback" not in said
     assert [path.name for path in (folder / "out").iterdir()] == ["result.json"]

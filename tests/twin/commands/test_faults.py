@@ -99,7 +99,7 @@ def test_a_killed_acquisition_loses_at_most_half_a_second(capsys):
     assert row["lost"] <= 0.5 * RATE_Hz * len(CHANNELS)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_fault_many_times(capsys):
     status, rows = counted("--tries", "10", capsys=capsys)
     assert status == 0, rows

@@ -17,6 +17,7 @@ def run(capsys, *arguments):
     return ended.value.code, captured.out, captured.err
 
 
+@pytest.mark.slow
 def test_three_tensions_give_one_law_whose_slip_force_rises(capsys):
     files = [DATA / f"{name}.csv" for name in ("0lb", "30lb", "36lb")]
     status, printed, _ = run(capsys, "friction", *files, "--json")

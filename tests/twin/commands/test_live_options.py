@@ -47,7 +47,7 @@ def viewer() -> Iterator[Viewer]:
     viewer = open_viewer("--serve-grpc")
     yield viewer
     os.killpg(viewer.process.pid, signal.SIGKILL)
-    viewer.process.wait(10)
+    viewer.process.wait(60)
 
 
 def address(viewer: Viewer) -> str:
@@ -78,7 +78,8 @@ def test_a_rehearsal_keeps_its_live_view(tmp_path: Path, capsys: pytest.CaptureF
     assert value_at(found["/sweeps/axes/x"], x, axis=0) == pytest.approx(step["frequency_Hz"], rel=1e-4)
 
 
-@pytest.mark.parametrize("ending", [signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("ending", [signal.SIGSTOP, signal.SIGKILL])
 def test_an_acquisition_loses_nothing_with_its_viewer(ending: signal.Signals, viewer: Viewer, tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(DWELLS)
     instruments, run = tmp_path / "instruments.toml", tmp_path / "run.mcap"
@@ -91,11 +92,11 @@ def test_an_acquisition_loses_nothing_with_its_viewer(ending: signal.Signals, vi
             acquire = [*twin, "acquire", str(tmp_path / "mine.toml"), "--instruments", str(instruments), "--out"]
             acquire += [str(run), "--view-to", address(viewer), "--json"]
             with subprocess.Popen(acquire, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as acquiring:
-                until = time.monotonic() + 60
+                until = time.monotonic() + 120
                 while time.monotonic() < until and not (run.exists() and run.stat().st_size > 50_000):
                     time.sleep(0.05)
                 os.killpg(viewer.process.pid, ending)
-                told, said = acquiring.communicate(timeout=90)
+                told, said = acquiring.communicate(timeout=300)
         finally:
             server.kill()
     result = json.loads(told)

@@ -31,6 +31,7 @@ def linear_run(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_recorded_rigs_modes_are_found_without_its_model(linear_run, tmp_path, capsys):
     table, picture = tmp_path / "modes.csv", tmp_path / "chart.png"
     status, printed, _ = run(

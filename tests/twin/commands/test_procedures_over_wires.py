@@ -40,11 +40,11 @@ def multisine(tmp_path_factory: pytest.TempPathFactory) -> Run:
             assert server.stdout is not None
             assert all(server.stdout.readline() for _ in range(2))
             acquire = [*twin, "acquire", str(folder / "multisine.toml"), "--instruments", str(file), "--json"]
-            done = subprocess.run([*acquire, "--out", str(run)], capture_output=True, text=True, timeout=120)
+            done = subprocess.run([*acquire, "--out", str(run)], capture_output=True, text=True, timeout=300)
             assert done.returncode == 0, done.stderr
             assert json.loads(done.stdout)["events"] == {}
             server.send_signal(signal.SIGINT)
-            assert server.wait(10) == 0
+            assert server.wait(60) == 0
         finally:
             server.kill()
     return read_run(Path(run))

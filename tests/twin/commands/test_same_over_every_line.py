@@ -65,7 +65,7 @@ def served(source: SampleSource, line: str, folder: Path) -> Iterator[Path]:
         yield file
     finally:
         stop.set()
-        thread.join(10)
+        thread.join(60)
 
 
 def acquire(source: SampleSource, line: str, folder: Path, *arguments: str) -> Run:

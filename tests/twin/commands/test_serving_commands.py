@@ -55,7 +55,7 @@ def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], list[dict[
 
 def twin(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "twin", *arguments], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-m", "twin", *arguments], capture_output=True, text=True, timeout=300, check=False
     )
 
 
@@ -76,7 +76,7 @@ def acquired(tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert done.returncode == 0, done.stderr
         result = json.loads(done.stdout)
         server.send_signal(signal.SIGINT)
-        assert server.wait(10) == 0
+        assert server.wait(60) == 0
     assert result["state"] == "done"
     assert result["steps"] == 3
     assert result["events"] == {}
@@ -107,7 +107,7 @@ def test_a_replayed_run_comes_back_bit_for_bit(acquired, kind, tmp_path):
         done = twin("acquire", "--instruments", file, "--out", str(again), "--json")
         assert done.returncode == 0, done.stderr
         server.send_signal(signal.SIGTERM)
-        assert server.wait(10) == 0
+        assert server.wait(60) == 0
     assert not (tmp_path / "line").is_symlink()
     before, after = read_run(acquired), read_run(again)
     assert after.info["source"] == "replayed"
@@ -122,7 +122,7 @@ def test_a_meter_tells_preload_and_temperature_in_the_recording(tmp_path):
     arguments = ["--tcp", "127.0.0.1:0", "--meter", "127.0.0.1:0", "--speed", "10", "--instruments-out", file]
     with running("serve", "--rig", "steel-lap-joint", "--preload", "540N", *arguments) as (_, addresses):
         assert [address["device"] for address in addresses] == ["daq", "meter"]
-        done = twin("acquire", "--seconds", "5", "--instruments", file, "--out", str(out))
+        done = twin("acquire", "--seconds", "20", "--instruments", file, "--out", str(out))
     assert done.returncode == 0, done.stderr
     run = read_run(out)
     assert float(run.info["preload_N"]) == pytest.approx(540.0, abs=0.2)

@@ -18,25 +18,27 @@ def test_what_is_recorded_is_what_was_written():
     assert recording(count=20, rounds=1).error == 0.0
 
 
+@pytest.mark.nightly
 def test_an_acquisition_in_real_time_is_whole():
     found = acquisition(seconds=1.0)
     assert found.error == 0.0
     assert found.more["cores_used"] > 0
 
 
+@pytest.mark.nightly
 def test_a_bus_at_its_capacity_loses_nothing():
     found = can_fd_at_capacity(seconds=1.0)
     assert 0 < found.error < HALF_A_STEP
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", BENCHMARKS)
 def test_promises_are_kept(name):
     found = BENCHMARKS[name]()
     assert found.ratio >= found.promise, found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_bus_at_its_capacity_loses_nothing_for_a_minute():
     found = can_fd_at_capacity(seconds=60.0)
     assert found.error < HALF_A_STEP

@@ -56,7 +56,7 @@ FAULTS = {
     ),
     "quantisation": (lambda x, rate, run: 0.1 * np.round(x / 0.1), {"step": 0.1}),
 }
-QUICK = {"clipping", "lost-samples"}
+QUICK = {"clipping"}
 
 
 def spoilt(run, name):

@@ -55,11 +55,14 @@ def check(cause: str, hidden: dict[str, float | str], found: Diagnosis, folder: 
     assert [effect.cause for effect in load_rig(str(folder / "found" / "extended.toml")).effect] == [cause]
 
 
-@pytest.mark.parametrize(("cause", "seed"), [("added-mass", 11), ("joint-slap", 12)])
+@pytest.mark.parametrize(
+    ("cause", "seed"), [("added-mass", 11), pytest.param("joint-slap", 12, marks=pytest.mark.slow)]
+)
 def test_a_hidden_effect_is_named(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 
 
+@pytest.mark.slow
 def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path):
     """They would, at eight standard deviations: nothing but their prior speaks for a cause."""
     hidden, found = hide_and_diagnose(tmp_path, "joint-stiffness", 1901)
@@ -72,6 +75,7 @@ def test_a_soft_joint_is_named_though_the_moduli_alone_could_follow_it(tmp_path)
         assert 0.03 < estimate.std / estimate.value < 0.08
 
 
+@pytest.mark.slow
 def test_a_clean_rig_has_nothing_wrong(tmp_path):
     _, found = hide_and_diagnose(tmp_path, "none", 13)
     assert found.verdict == "none"
@@ -82,27 +86,27 @@ def test_a_clean_rig_has_nothing_wrong(tmp_path):
     assert found.gain.after < 2 * found.gain.noise_floor
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", np.arange(201, 204).tolist())
 @pytest.mark.parametrize("cause", FIRST_CAUSES)
 def test_every_first_cause_is_named_whatever_its_size(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_cause_that_was_found_is_not_lost_when_the_search_begins_again(tmp_path):
     """The moduli alone have a better minimum than the search began from, and no slope there towards this drift."""
     check("temperature-drift", *hide_and_diagnose(tmp_path, "temperature-drift", 2616), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [2609, 2611, 2616])
 def test_dry_friction_stands_alone(tmp_path, seed):
     """Noise that slips at times and sticks at others is the friction's doing, not a damper's nor a high-pass's."""
     check("ground-friction", *hide_and_diagnose(tmp_path, "ground-friction", seed), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", np.arange(211, 215).tolist())
 def test_clean_rigs_stay_clean(tmp_path, seed):
     assert hide_and_diagnose(tmp_path, "none", seed)[1].verdict == "none"

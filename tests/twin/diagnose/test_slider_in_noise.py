@@ -36,7 +36,9 @@ def about(centre_Hz, motion):
     return np.abs(motion.omega / (2 * np.pi * centre_Hz) - 1) < WIDTH
 
 
-@pytest.mark.parametrize("travel", [0.02, 0.1, 0.3, 0.6])
+@pytest.mark.parametrize(
+    "travel", [0.1, *(pytest.param(travel, marks=pytest.mark.slow) for travel in (0.02, 0.3, 0.6))]
+)
 def test_the_substitute_is_what_a_marched_slider_answers_at_every_resonance(noise, travel):
     """Least squares of its force on the motion; one stiffness for all of them, the best there is, is far off."""
     motion, spectrum, course = noise

@@ -137,6 +137,7 @@ def steel():
     return diagnose_frequencies(tables, coarse(load_rig("steel-lap-joint-light-sensors")))
 
 
+@pytest.mark.slow
 def test_the_steel_beams_eight_frequencies_name_a_mass_near_the_tip(steel):
     assert (steel.verdict, steel.causes[0].cause) == ("explained", "added-mass")
     mass, place = (steel.causes[0].parameters[name] for name in ("mass_kg", "position_m"))
@@ -147,6 +148,7 @@ def test_the_steel_beams_eight_frequencies_name_a_mass_near_the_tip(steel):
     assert set(steel.model.joint.preload) == {"120N", "540N"}
 
 
+@pytest.mark.slow
 def test_loading_the_extended_rig_as_believed_leaves_nothing_to_blame(steel):
     study = load_study("steel-lap-joint")
     model = LapJointFrequencies(steel.model, ("120N", "540N"))

@@ -35,7 +35,7 @@ def diagnose_unlisted(name: str, seed: int, folder: Path, strength: float = 1.0)
     return diagnose(runs, RIG, held_out=[read_run(folder / HELD_OUT)])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     ("name", "term"),
@@ -57,7 +57,7 @@ def test_a_force_that_no_cause_knows_is_found_at_its_place(tmp_path, name, term,
         assert [fitted.term.name for fitted in force.terms] == [term]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_is_no_force_to_ground_is_not_passed_off_as_one(tmp_path):
     """A mass that rattles on a hanger of its own has a motion that no force of the beam's alone stands for."""
     found = diagnose_unlisted("backlash-pendulum", 1, tmp_path)

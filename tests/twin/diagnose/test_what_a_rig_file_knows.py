@@ -32,6 +32,7 @@ def with_own_instruments(rig: Rig) -> Rig:
     return rig.model_copy(update={"sensor": sensors, "acquisition": acquisition})
 
 
+@pytest.mark.slow
 def test_instruments_are_as_the_rig_file_says(tmp_path):
     rig = with_own_instruments(RIG)
     record_case(CasePlan(41, ()), rig, tmp_path)
@@ -59,6 +60,7 @@ def hidden(effects: tuple[Effect, ...], folder: Path, *, seed: int) -> None:
     record_hidden(replace(draw_case(rng, rig=RIG, causes=["none"]), effects=effects), RIG, folder, rng=rng)
 
 
+@pytest.mark.slow
 def test_what_is_new_is_found_beside_an_effect_of_the_rig_file(tmp_path):
     hidden((MASS, GAIN), tmp_path, seed=42)
     found = diagnosed(tmp_path, RIG.model_copy(update={"effect": [MASS]}))
@@ -79,7 +81,7 @@ def test_more_of_the_same_is_found_beside_what_is_known(tmp_path):
     assert found.causes[0].parameters["factor"].value == pytest.approx(1.10 / 1.04, abs=0.002)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("cause", sorted(set(CAUSES) - {"sample-clock"}))
 def test_what_was_found_once_is_not_found_again(tmp_path, cause):
     """The same rig recorded once more, against the model that a first diagnosis extended.

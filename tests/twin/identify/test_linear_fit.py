@@ -45,7 +45,8 @@ def measured(dense, base, rng, noise=1.0):
 def truth(believed, rng):
     """Drawn from the fit's own prior, so that its posterior should hold it; losses away from their limit."""
     mean, precision = base_prior(believed)
-    vector = rng.multivariate_normal(mean, np.linalg.inv(precision))
+    # By Cholesky's factor: eigenvectors, and with them the draw, have another sign on another processor.
+    vector = rng.multivariate_normal(mean, np.linalg.inv(precision), method="cholesky")
     vector[2:4] = rng.uniform(0.02, 0.05), rng.uniform(0.1, 0.2)
     return BaseParameters.from_vector(vector)
 
@@ -92,7 +93,10 @@ def test_the_damping_of_each_mode_comes_back_whatever_part_the_joint_has_in_it(s
     for base, fit in fits:
         (true, _), (found, gradient) = total_damping(steel_model, base), total_damping(steel_model, fit.base)
         std = np.sqrt(np.einsum("mi,ij,mj->m", gradient, fit.covariance, gradient))
-        assert np.max(std[:3] / found[:3]) < 5e-3
+        alone = fit.base.zeta[:4] * np.sqrt(np.diag(fit.covariance)[4:8])
+        assert np.all(std[:3] < alone[:3] / 3)
+        # A peak as sharp as the sharpest drawn one has but a bin or two, with noise of half a per cent each.
+        assert np.max(std[:3] / found[:3]) < 1e-2
         pulls.append((found - true) / std)
     assert calibrated(pulls)
 

@@ -15,15 +15,8 @@ from twin.rigs import load_rig
 RIG = "steel-lap-joint"
 
 
-@pytest.mark.parametrize(
-    "fault",
-    [
-        "clipping",
-        pytest.param("lost-samples", marks=pytest.mark.slow),
-        pytest.param("mains-hum", marks=pytest.mark.slow),
-        pytest.param("sample-clock", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["clipping", "lost-samples", "mains-hum", "sample-clock"])
 def test_a_fault_of_the_samples_is_told_and_moves_no_modulus(tmp_path: Path, fault: str) -> None:
     case, _ = record_case(CasePlan(7, (fault,)), load_rig(RIG), tmp_path)
     model = twin.load_rig(RIG).identify([tmp_path / BROADBAND, tmp_path / SWEEPS])

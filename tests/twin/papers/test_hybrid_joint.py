@@ -17,6 +17,7 @@ def result():
     return reproduce_hybrid_joint()
 
 
+@pytest.mark.slow
 def test_all_eight_frequencies_of_table_3_are_met_and_the_free_parameters_counted(result):
     errors = np.concatenate(list(result.error_percent["this_model"].values()))
     assert len(errors) == 8
@@ -24,10 +25,12 @@ def test_all_eight_frequencies_of_table_3_are_met_and_the_free_parameters_counte
     assert result.free_parameters == 9 == len(result.parameters)
 
 
+@pytest.mark.slow
 def test_table_2_is_met_too(result):
     assert result.details["table2"]["worst_percent"] < 0.5
 
 
+@pytest.mark.slow
 def test_what_the_frequencies_leave_open_is_named(result):
     """Nine unknowns and eight frequencies: at least one must be open, and the moduli of so stiff a joint are."""
     named = result.identifiability["undetermined"]
@@ -37,6 +40,7 @@ def test_what_the_frequencies_leave_open_is_named(result):
     assert "unknown" in result.details["remaining"]["cause"]
 
 
+@pytest.mark.slow
 def test_the_free_beams_modulus_and_the_joint_exclude_each_other(result):
     trials = {c.cause: c for c in result.candidates}
     free_test = next(c for name, c in trials.items() if "free test" in name)

@@ -61,7 +61,7 @@ def deviations(found, rig, preload, law):
     return np.concatenate(z)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("preload", ["120N", "540N"])
 def test_true_coefficients_are_inside_the_intervals_of_marched_sweeps(preload):
     """25 seeds a preload: through shaker, sensors, converter and recording, with the order chosen by evidence."""

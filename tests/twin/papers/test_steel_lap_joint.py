@@ -41,6 +41,7 @@ def test_the_papers_own_numbers_give_an_error_it_does_not_print():
     assert np.flatnonzero(difference > 0.02).tolist() == [2]
 
 
+@pytest.mark.slow
 def test_five_parameters_bring_all_eight_frequencies_within_a_fifth_of_a_percent(printed):
     errors = np.concatenate(list(printed["error_percent"]["this_model"].values()))
     assert printed["free_parameters"] == 5
@@ -49,6 +50,7 @@ def test_five_parameters_bring_all_eight_frequencies_within_a_fifth_of_a_percent
     assert np.abs(np.concatenate(list(printed["error_percent"]["published_model"].values()))).max() > 1.15
 
 
+@pytest.mark.slow
 def test_the_named_cause_is_a_mass_at_the_tip_and_removes_the_error(printed):
     (cause,) = printed["causes"]
     assert cause["cause"] == "added-mass"
@@ -61,6 +63,7 @@ def test_the_named_cause_is_a_mass_at_the_tip_and_removes_the_error(printed):
     assert gain["before"] > 20 * gain["after"]
 
 
+@pytest.mark.slow
 def test_reported_frequencies_are_those_of_a_structure_assembled_anew(printed):
     rig = load_rig("steel-lap-joint")
     mass = printed["parameters"]["added_mass"]["value"]
@@ -73,6 +76,7 @@ def test_reported_frequencies_are_those_of_a_structure_assembled_anew(printed):
             assert np.min(np.abs(found / frequency - 1)) < 1e-6
 
 
+@pytest.mark.slow
 def test_frequencies_hardly_determine_the_shear_moduli_and_the_report_says_so(printed):
     report = printed["identifiability"]
     values = report["singular_values"]
@@ -86,6 +90,7 @@ def test_frequencies_hardly_determine_the_shear_moduli_and_the_report_says_so(pr
     assert low < printed["parameters"]["added_mass"]["value"] < high < 1.05 * low
 
 
+@pytest.mark.slow
 def test_the_papers_membrane_changes_the_moduli_by_less_than_their_uncertainty_and_no_thickness_fails(printed):
     exact, membrane, interface = printed["details"]["element_choice"].values()
     for name, entry in exact["parameters"].items():

@@ -8,6 +8,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
+from needed import program
 
 from recordings import InputError, read_run
 from recordings.recover import recover
@@ -96,7 +97,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, capsys, text, argume
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("asked", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_an_interrupted_rehearsal_keeps_what_it_has(asked, tmp_path, installed_twin):
     command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint"]
     running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE)
@@ -107,7 +108,7 @@ def test_an_interrupted_rehearsal_keeps_what_it_has(asked, tmp_path, installed_t
         while time.monotonic() < until and _states_on_disk(recording, tmp_path / "so-far.mcap") < 3:
             time.sleep(0.05)
         running.send_signal(asked)
-        _, error = running.communicate(timeout=30)
+        _, error = running.communicate(timeout=120)
     finally:
         running.kill()
     assert running.returncode == 130, error.decode()
@@ -133,7 +134,7 @@ def two_rehearsals(folder, installed_twin):
         yield running
     finally:
         running.kill()
-        running.communicate(timeout=60)
+        running.communicate(timeout=120)
 
 
 @pytest.mark.slow
@@ -141,7 +142,7 @@ def two_rehearsals(folder, installed_twin):
 def test_an_interrupt_to_the_parent_alone_ends_rehearsals_side_by_side(asked, tmp_path, installed_twin):
     with two_rehearsals(tmp_path, installed_twin) as running:
         running.send_signal(asked)
-        _, error = running.communicate(timeout=60)
+        _, error = running.communicate(timeout=120)
     assert running.returncode == 130
     assert error == b"", "asked to be quiet"
     for name in ("120N", "540N"):
@@ -155,7 +156,7 @@ def test_an_interrupt_to_the_parent_alone_ends_rehearsals_side_by_side(asked, tm
 def test_rehearsals_whose_parent_is_killed_end_in_order(tmp_path, installed_twin):
     with two_rehearsals(tmp_path, installed_twin) as running:
         running.kill()
-        until = time.monotonic() + 60
+        until = time.monotonic() + 240
         written = [tmp_path / name / "result.json" for name in ("120N", "540N")]
         while time.monotonic() < until and not all(path.exists() for path in written):
             time.sleep(0.1)
@@ -166,10 +167,10 @@ def test_rehearsals_whose_parent_is_killed_end_in_order(tmp_path, installed_twin
 def test_a_killed_rehearsal_is_told_in_one_line(tmp_path, installed_twin):
     with two_rehearsals(tmp_path, installed_twin) as running:
         listed = subprocess.run(
-            ["pgrep", "-P", str(running.pid), "-f", "spawn_main"], capture_output=True, text=True, check=True
+            [program("pgrep"), "-P", str(running.pid), "-f", "spawn_main"], capture_output=True, text=True, check=True
         )
         os.kill(int(listed.stdout.split()[0]), signal.SIGKILL)
-        _, error = running.communicate(timeout=60)
+        _, error = running.communicate(timeout=120)
     assert running.returncode == 2
     assert error.decode().count("\n") == 1
     assert "was ended from outside" in error.decode()
@@ -200,6 +201,7 @@ def _states_on_disk(recording, scratch):
     return len(read_run(scratch).steps)
 
 
+@pytest.mark.slow
 def test_two_preloads_are_rehearsed_side_by_side(tmp_path, capfd):
     (tmp_path / "mine.toml").write_text(SWEEP)
     out = tmp_path / "out"

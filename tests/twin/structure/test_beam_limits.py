@@ -39,10 +39,18 @@ def axial(beam, odd_quarters, count):
     return n * np.sqrt(beam.youngs_modulus / beam.density) / (2 * beam.length)
 
 
+def zero_Hz(M, K):
+    """As what a natural frequency of zero may come out: its eigenvalue's rounding is of the size of the largest one."""
+    largest = eigh(K, M, eigvals_only=True)[-1]
+    return np.sqrt(len(M) * np.finfo(float).eps * largest) / (2 * np.pi)
+
+
 def test_two_beams_apart_are_a_clamped_free_and_a_free_free_beam(rig):
     structure = assemble(rig, mesh=mesh_rig(rig, beam_elements=60), sensor_masses=False)
-    found = normal_modes(structure.M, structure.stiffness(0.0, 0.0), 12).frequency_Hz
-    assert np.all(found[:3] < 0.05), "the upper beam floats: three rigid-body modes"
+    K = structure.stiffness(0.0, 0.0)
+    found = normal_modes(structure.M, K, 12).frequency_Hz
+    assert np.all(found[:3] < zero_Hz(structure.M, K)), "the upper beam floats: three rigid-body modes"
+    assert found[3] > 100 * zero_Hz(structure.M, K)
     expected = np.concatenate(
         [analytic(rig.lower, "clamped-free", 5), analytic(rig.upper, "free-free", 5), axial(rig.lower, True, 1)]
     )
@@ -68,10 +76,12 @@ def stepped_beam(rig, elements, stiffness_factor):
 
 def test_beams_pressed_together_that_slide_freely_have_twice_the_stiffness_of_one(rig):
     structure = assemble(rig, sensor_masses=False, mesh=mesh_rig(rig, beam_elements=60))
-    found = normal_modes(structure.M, structure.stiffness(1e15, 0.0), 7).frequency_Hz
+    pressed = structure.stiffness(1e15, 0.0)
+    found = normal_modes(structure.M, pressed, 7).frequency_Hz
     K, M = stepped_beam(rig, 20, 2.0)
     expected = np.sqrt(eigh(K, M, eigvals_only=True)[:4]) / (2 * np.pi)
-    assert found[0] < 0.1, "the upper beam slides along the lower one"
+    assert found[0] < zero_Hz(structure.M, pressed), "the upper beam slides along the lower one"
+    assert found[1] > 10 * zero_Hz(structure.M, pressed)
     distance = [np.min(np.abs(found / f - 1)) for f in expected]
     assert max(distance) < 1e-4
 
@@ -128,7 +138,7 @@ def test_floating_structure_has_three_planar_rigid_body_modes_without_strain(rig
     for motion in (along, across, turn):
         assert np.linalg.norm(K @ motion) < 1e-9 * np.linalg.norm(K) * np.linalg.norm(motion)
     frequency = normal_modes(structure.M, K, 5).frequency_Hz
-    assert np.all(frequency[:3] < 1e-2)
+    assert np.all(frequency[:3] < zero_Hz(structure.M, K))
     assert frequency[3] > 50.0
     mass = sum(b.density * b.area * b.length for b in (rig.lower, rig.upper))
     assert along @ structure.M @ along == pytest.approx(mass, rel=1e-12)

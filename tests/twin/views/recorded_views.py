@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
+from needed import program
 from rerun.chunk import RrdReader
 
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
@@ -92,17 +91,9 @@ def write_mcap(run: Run, path: Path) -> Path:
     return path
 
 
-def rerun_program() -> str:
-    """The `rerun` that belongs to this Python."""
-    beside = Path(sys.executable).with_name("rerun")
-    found = str(beside) if beside.exists() else shutil.which("rerun")
-    assert found, "the program 'rerun' comes with rerun-sdk"
-    return found
-
-
 def verify(path: Path) -> None:
     """`rerun rrd verify` finds nothing wrong."""
-    done = subprocess.run([rerun_program(), "rrd", "verify", str(path)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([program("rerun"), "rrd", "verify", str(path)], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
 
 

@@ -15,6 +15,7 @@ from recorded_views import CHANNELS, STEP, FREQUENCIES_Hz, RATE_Hz, columns, sdo
 from recordings import Event, Run, SampleBlock, Step
 from recordings.run import StepState
 from twin.procedures import Random, SteppedSine, StepResult
+from twin.views import live as live_view
 from twin.views.live import ROOM_BLOCKS, LiveView
 from twin.views.live_about import LiveAbout
 from twin.views.live_drawing import LiveDrawing
@@ -168,7 +169,10 @@ def test_noise_is_shown_by_its_spectrum(run: Run, tmp_path: Path) -> None:
     assert value_at(found["/spectrum/axes/x"], x, axis=0, log=True) == pytest.approx(100.0, rel=0.02)
 
 
-def test_the_run_never_waits_for_a_view_that_stands_still(run: Run, tmp_path: Path) -> None:
+def test_the_run_never_waits_for_a_view_that_stands_still(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live_view, "FILE_END_S", 0.5)  # it ends in vain however long it is given
     live = LiveView(about(), tmp_path / "still.rrd")
     block = blocks_of(run)[0]
     os.kill(live._process.pid or 0, signal.SIGSTOP)

