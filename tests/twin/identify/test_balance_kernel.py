@@ -59,6 +59,7 @@ def test_a_turn_is_the_plain_one(forces):
         own,
         growth,
         log_a,
+        np.arange(STEPS),
         z,
         k,
         gap,

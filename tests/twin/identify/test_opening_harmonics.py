@@ -1,0 +1,192 @@
+"""Harmonics of the layer's openings against the same equations solved over the samples of a period."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from twin.identify import opening_harmonics
+from twin.identify.extension import Opening
+from twin.identify.joint_law import LayerLaw
+from twin.identify.linear_model import believed_parameters
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings
+from twin.identify.prediction import Predictor
+from twin.identify.unknowns import Unknowns
+from twin.joint import Saturating
+from twin.rigs import load_rig
+
+E, WEIGHT = 4e8, np.array([0.066, 0.05, 0.066])
+SOFT = Saturating(0.8 * E, 1e-6, -0.8 * E)
+KNOTS = np.geomspace(2e-8, 2e-5, 80)
+LAW = LayerLaw(KNOTS, KNOTS, -SOFT.stiffness(KNOTS).real, np.zeros(80))
+"""Fine enough to be the function itself, and reaching beyond all openings."""
+SLAP = Opening(gap_m=2e-6, factor=0.6)
+
+
+@pytest.fixture
+def exact(monkeypatch):
+    """A law without noise needs no smoothing of its time form, and its table has no corners."""
+    monkeypatch.setattr(opening_harmonics, "WAVES", 0.0)
+    monkeypatch.setattr(opening_harmonics, "GRID", 4000)
+    opening_harmonics._abel.cache_clear()
+    yield
+    opening_harmonics._abel.cache_clear()
+
+
+def openings(orders, seed=0):
+    """Three steps of three points of a structure with three modes of its own; in units of the drive's frequency."""
+    rng = np.random.default_rng(seed)
+    fundamental = 10 ** rng.uniform(-6, -5.3, (3, 3)) * np.exp(1j * rng.uniform(0, 6, (3, 3)))
+    secant = WEIGHT * SOFT.stiffness(np.abs(fundamental)).real
+    order, shapes = np.array(orders)[:, None, None], rng.standard_normal((3, 3))
+    beams, mass = 3e6 * shapes @ shapes.T, 2e5 * np.diag(rng.uniform(0.2, 1, 3))
+    layer = (E * WEIGHT + secant)[:, None, None, :] * np.eye(3)
+    compliance = np.linalg.inv(layer + beams - order**2 * mass + 0.05j * order * (beams + 1e6 * np.eye(3)))
+    driven = 3e-8 * (rng.standard_normal((3, len(orders), 3)) + 1j * rng.standard_normal((3, len(orders), 3)))
+    driven = driven * (order[:, :, 0] % 2)
+    return Openings(fundamental, secant, np.tile(WEIGHT, (3, 1)), E, tuple(orders), compliance, driven)
+
+
+def law_force(opening, slap):
+    """Of the softening, N per weight: odd, but beyond a gap, where the slope falls; its odd part is the law's."""
+    whole = SOFT.path(opening) + E * opening
+    if slap is None:
+        return whole - E * opening
+    share, at_gap = (slap.factor - 1) / (slap.factor + 1), SOFT.path(np.array(slap.gap_m)) + E * slap.gap_m
+    return whole + share * np.maximum(np.abs(whole) - at_gap, 0.0) - E * opening
+
+
+def brute_force(openings, slap, samples=1024):
+    """Motion (s, h, p) and the stiffness that comes back (s, p), by a root finder over harmonics of a fine period."""
+    t, orders = 2 * np.pi * np.arange(samples) / samples, np.array(openings.orders)
+    static, motion, more = orders == 0, [], []
+    for a, k, C, driven in zip(
+        openings.fundamental, openings.secant, openings.compliance, openings.driven, strict=True
+    ):
+
+        def at(X, a=a):
+            return (a[:, None] * np.exp(1j * t)).real + np.einsum("hp,ht->pt", X, np.exp(1j * orders[:, None] * t)).real
+
+        def beyond(o, k=k):
+            return WEIGHT[:, None] * law_force(o, slap) - k[:, None] * o
+
+        def unpack(x):
+            X = x.reshape(2, len(orders), 3) * 1e-6
+            return X[0] + 1j * np.where(static[:, None], 0.0, X[1])
+
+        def miss(x, a=a, C=C, driven=driven):
+            X = unpack(x)
+            spectrum = np.fft.fft(beyond(at(X)), axis=1)[:, orders].T * (np.where(static, 1.0, 2.0) / samples)[:, None]
+            left = (X - driven + np.einsum("hpq,hq->hp", C, spectrum)) * 1e6
+            # A static opening has no imaginary part: that unknown is its own equation.
+            imaginary = np.where(static[:, None], x.reshape(2, len(orders), 3)[1], left.imag)
+            return np.concatenate([left.real.ravel(), imaginary.ravel()])
+
+        found = root(miss, np.zeros(2 * len(orders) * 3), tol=1e-11)
+        assert np.max(np.abs(found.fun)) < 1e-9
+        X = unpack(found.x)
+        motion.append(X)
+        first = np.fft.fft(WEIGHT[:, None] * law_force(at(X), slap), axis=1)[:, 1] * 2 / samples
+        more.append(first / a - WEIGHT * SOFT.stiffness(np.abs(a)).real)
+    return np.array(motion), np.array(more)
+
+
+@pytest.mark.parametrize(("orders", "slap"), [(ODD, None), (EVEN_TOO, SLAP)], ids=["softening", "slap"])
+def test_harmonics_are_those_of_a_root_finder_over_a_finer_period(exact, monkeypatch, orders, slap):
+    """Its own force law, sampling and solver; what comes back to the fundamental is hundredths of the softening."""
+    monkeypatch.setattr(opening_harmonics, "SAMPLES", 1024)
+    given = openings(orders)
+    motion, more = brute_force(given, slap)
+    found = balance_openings(LAW, given, slap)
+    size, softened = np.max(np.abs(motion)), np.max(np.abs(given.secant))
+    assert found.unsettled < 1e-7
+    np.testing.assert_allclose(found.motion, motion, atol=1e-4 * size)
+    np.testing.assert_allclose(found.more, more, atol=1e-4 * softened)
+    assert np.max(np.abs(more)) > 0.01 * softened
+
+
+def test_sixty_four_samples_are_enough(exact):
+    given = openings(EVEN_TOO)
+    motion, more = brute_force(given, SLAP)
+    found = balance_openings(LAW, given, SLAP)
+    np.testing.assert_allclose(found.motion, motion, atol=0.02 * np.max(np.abs(motion)))
+    np.testing.assert_allclose(found.more, more, atol=0.02 * np.max(np.abs(more)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
+def test_it_comes_to_rest_wherever_it_begins(seed, slap):
+    given = openings(EVEN_TOO, seed)
+    found = balance_openings(LAW, given, slap)
+    again = balance_openings(LAW, given, slap, start=1.2 * found.motion)
+    assert max(found.unsettled, again.unsettled) < 1e-5
+    np.testing.assert_allclose(again.motion, found.motion, atol=1e-4 * np.max(np.abs(given.fundamental)))
+
+
+@pytest.mark.parametrize("around_Hz", [26.2, 155.5], ids=["mode-1", "mode-2"])
+@pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
+def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, slap):
+    """The third harmonic of a sweep about mode 2 passes mode 3; mode 1 opens the layer by 7 um."""
+    base = believed_parameters(load_rig("steel-lap-joint"))
+    knots = np.geomspace(1e-8, 1e-5, 20)
+    law = LayerLaw(knots, knots, -SOFT.stiffness(knots).real, 2e9 * knots**2 / (knots**2 + 1e-12))
+    omega = 2 * np.pi * around_Hz * np.tile(np.linspace(0.97, 1.03, 41), 3)
+    tip = np.repeat([1e-4, 1e-3, 3e-3], 41) * (26.2 / around_Hz) ** 1.5
+    H, motion = steel_dense.with_law(omega, tip, base, law)
+    force = tip * omega**2 / np.abs(H[:, 1])
+    steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None])
+    predictor = Predictor(build.evidence(steel_model, steps))
+    unknowns = Unknowns(base, law)
+    given = predictor.openings(unknowns, predictor.step_receptance(unknowns, inner=False)[2], EVEN_TOO)
+    found = balance_openings(law, given, slap)
+    print(
+        around_Hz,
+        found.unsettled,
+        np.abs(motion[:, :3]).max(),
+        np.max(np.abs(found.motion)),
+        np.max(np.abs(found.more) / np.abs(given.secant)),
+    )
+    assert found.unsettled < 1e-7
+    assert np.max(np.abs(motion[:, :3])) > 2e-6
+
+
+def test_without_harmonics_nothing_comes_back():
+    """A structure that does not answer them, and a drive that has none."""
+    given = openings(ODD)
+    still = replace(given, compliance=0 * given.compliance, driven=0 * given.driven)
+    found = balance_openings(LAW, still)
+    assert not found.motion.any()
+    assert np.max(np.abs(found.more)) < 1e-12 * np.max(np.abs(given.secant))
+
+
+def test_a_linear_joints_harmonics_are_the_drives_own():
+    given = openings(ODD)
+    given = replace(given, secant=0 * given.secant)
+    found = balance_openings(LayerLaw.zero(KNOTS, KNOTS), given)
+    np.testing.assert_allclose(found.motion, given.driven, atol=1e-6 * np.max(np.abs(given.driven)))
+    assert np.max(np.abs(found.more)) < 1e-6 * E * WEIGHT[0]
+
+
+def test_a_layer_that_loses_contact_where_it_opens_is_open_in_the_mean():
+    """Less force holds it beyond the gap than before: it opens farther than it closes, more so the less is left."""
+    given = openings(EVEN_TOO)
+    # One point by itself on a static compliance.
+    alone = np.eye(3) * 2e-8 * np.ones((3, len(EVEN_TOO), 1, 1))
+    given = replace(given, compliance=alone + 0j, driven=0 * given.driven)
+    mean = [balance_openings(LAW, given, Opening(2e-7, factor)).motion[:, 0].real for factor in (0.9, 0.5)]
+    assert np.all(mean[0] > 0)
+    assert np.all(mean[1] > mean[0])
+    closing = balance_openings(LAW, given, Opening(2e-7, 1 / 0.5)).motion[:, 0].real
+    assert np.all(closing < 0)
+
+
+def test_a_slap_that_loses_nothing_is_none():
+    given = openings(EVEN_TOO)
+    plain, factor_1, far = (
+        balance_openings(LAW, given, slap) for slap in (None, Opening(2e-7, 1.0), Opening(1e-4, 0.2))
+    )
+    even = [EVEN_TOO.index(h) for h in (0, 2, 4, 6)]
+    for found in (plain, factor_1, far):
+        assert np.max(np.abs(found.motion[:, even])) < 1e-9 * np.max(np.abs(given.fundamental))
+        np.testing.assert_allclose(found.motion, plain.motion, atol=1e-9 * np.max(np.abs(given.fundamental)))
