@@ -22,18 +22,18 @@ class Dense:
     model: LinearModel
 
     def field(self, loads, omega, base, dE=0.0, dG=0.0, held=0.0):
-        """Displacements (f, l, n) of all degrees of freedom under loads (l, n), `held` (n, n) by more stiffness."""
+        """Displacements (f, l, n) of all degrees of freedom under loads (l, n), `held` by more stiffness."""
         s, reference = self.model.structure, self.model.basis
         MPhi, count = s.M @ reference.Phi, len(base.zeta)
         w, zeta = reference.omega.copy(), reference.zeta.copy()
         w[:count] *= np.sqrt(1 + 2 * base.detuning)
         zeta[:count] = base.zeta
         C = MPhi @ np.diag(2 * zeta * w) @ MPhi.T
-        K = s.K0 + held + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
+        K = s.K0 + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
         E = np.broadcast_to(base.E * (1 + 1j * base.loss_E) + dE, len(omega))
         G = np.broadcast_to(base.G * (1 + 1j * base.loss_G) + dG, len(omega))
         rows = zip(omega, E, G, strict=True)
-        Z = np.array([K + e * s.KE + g * s.KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
+        Z = held + np.array([K + e * s.KE + g * s.KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
         return np.linalg.solve(Z, np.broadcast_to(loads.T, (len(omega), *loads.T.shape))).swapaxes(1, 2)
 
     def accelerance(self, omega, base, dE=0.0, dG=0.0):

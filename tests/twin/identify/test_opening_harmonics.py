@@ -140,13 +140,6 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
     unknowns = Unknowns(base, law)
     given = predictor.openings(unknowns, predictor.step_receptance(unknowns, inner=False)[2], EVEN_TOO)
     found = balance_openings(law, given, slap)
-    print(
-        around_Hz,
-        found.unsettled,
-        np.abs(motion[:, :3]).max(),
-        np.max(np.abs(found.motion)),
-        np.max(np.abs(found.more) / np.abs(given.secant)),
-    )
     assert found.unsettled < 1e-7
     assert np.max(np.abs(motion[:, :3])) > 2e-6
 
