@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twin.identify import extended_rig
+from twin.identify import extended_rig, local_forces
 from twin.identify.extension import Attachment, Extension, NonlinearForce
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.joint_law import LayerLaw
@@ -141,6 +141,8 @@ def test_sensitivities_are_exact_with_what_a_fit_holds(
     A stiffness follows its port's amplitude by the implicit function theorem.
     """
     monkeypatch.undo()
+    # What a balance leaves would else be seen in columns that hardly matter.
+    monkeypatch.setattr(local_forces, "SETTLED", 1e-13)
     omega = 2 * np.pi * around_Hz * np.linspace(0.98, 1.02, 21)
     tip = np.full(21, 1.5e-3) * (26.3 / around_Hz) ** 1.7
     H, _ = steel_dense.with_law(omega, tip, unknowns.base, unknowns.law)
@@ -150,7 +152,7 @@ def test_sensitivities_are_exact_with_what_a_fit_holds(
     held = Predictor(evidence).linearisation(unknowns)
     assert np.max(np.abs(held.balance.more)) > 1e-3 * np.max(np.abs(held.balance.stiffness[:, :3]))
     assert np.max(held.balance.unsettled) < 1e-9
-    errors = compare(Predictor(evidence, held=held), unknowns, blocks=("steps",), nothing=1e-4)["steps"]
+    errors = compare(Predictor(evidence, held=held), unknowns, blocks=("steps",), nothing=1e-5)["steps"]
     assert np.max(errors) < 1e-6
 
 
