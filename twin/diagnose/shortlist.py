@@ -26,7 +26,7 @@ FAR_TUNED = 0.5
 def shortlist(evidence: Evidence, scores: list[Score]) -> list[Blame]:
     """The best causes with their labels, each at its best place and at the best ones well apart from that.
 
-    Where anything promises a gain, causes that must be tried at their full size are, from every place.
+    Where anything promises a gain, causes that must be tried at their full size are, too.
     """
     places: dict[str, list[Score]] = {}
     for score in scores:
@@ -36,8 +36,9 @@ def shortlist(evidence: Evidence, scores: list[Score]) -> list[Blame]:
     leading = [chosen for chosen in places.values() if chosen[0].gain > LEAST_SCORE][:SHORTLIST]
     if not leading:
         return []
-    missed = [s.blame for s in scores if s.blame.cause.tried_at_full_size and places[s.blame.key] not in leading]
-    return [score.blame for chosen in leading for score in chosen] + [_at_full_size(evidence, b) for b in missed]
+    scored = [score.blame for chosen in leading for score in chosen if not score.blame.cause.tried_at_full_size]
+    large = [s.blame for chosen in places.values() for s in chosen if s.blame.cause.tried_at_full_size]
+    return scored + [_at_full_size(evidence, blame) for blame in large]
 
 
 def _at_full_size(evidence: Evidence, blame: Blame) -> Blame:

@@ -13,6 +13,7 @@ from twin.diagnose.score import Score
 from twin.diagnose.side_by_side import side_by_side
 from twin.identify.base_fit import law_from_steps, starting_unknowns
 from twin.identify.evidence import Evidence
+from twin.identify.linear_model import believed_parameters
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
@@ -191,6 +192,14 @@ def _through_slack(
     Its thresholds have false minima even beside a base family that follows the data.  So has any cause that begins so
     strong that the resonances are elsewhere: where only one of them was measured, moduli may make up for all of it.
     """
+    if rival[-1].cause.tried_at_full_size:
+        # What a base family made of such an effect leads nowhere: it begins from what is believed, with all slack.
+        predictor = Predictor(evidence, extension_of(evidence, rival), harmonics)
+        start = law_from_steps(predictor, believed_parameters(evidence.rig, evidence.preload))
+        for slack in (LOOSE, SLACKS[SIFTED]):
+            trial = fit_candidate(evidence, harmonics, start, rival, slack=slack, iterations=10, tolerance=4.0)
+            start, rival = trial.unknowns, trial.blames
+        return start, rival
     if rival[-1].nonlinear(evidence):
         loosest = SIFTED
     elif _astray(evidence, harmonics, start, rival):

@@ -37,5 +37,8 @@ CONTRACT = {
     "quantisation": {"channel", "step"},
 }
 
+BEYOND_CONTRACT = {"joint-friction": {"layer_element"}}
+"""What is told beside the contract's parameters: where in the layer a slider sits."""
+
 SEEN_IN_SAMPLES = {"clipping", "mains-hum", "unsettled-dwell", "lost-samples", "quantisation"}
 """What a look at the samples alone finds: not a forward model's to explain."""

@@ -36,7 +36,7 @@ class JointFriction(Cause):
         points = layer_points(evidence.model.structure, evidence.rig.joint.layer_elements)
         unit = evidence.model.reference_G * float(np.sum(points.slip_weight))
         slip = self._largest_slip(evidence, label)
-        starts = tuple(slip * share for share in (0.1, 0.25, 0.5, 0.04))
+        starts = tuple(slip * share for share in (0.25, 0.1, 0.5))
         return (
             Parameter(
                 name="stiffness_N_per_m",
