@@ -12,7 +12,7 @@ from twin.identify.linear_model import LinearModel, Output, believed_parameters,
 from twin.rigs import load_rig
 from twin.structure import layer_points
 
-NOWHERE = np.zeros(1)
+NO_ERROR = np.zeros(1)
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Dense:
         rows = np.array([s.deflection(0.05), *points.rows, *(s.deflection(o.position_m) for o in self.model.outputs)])
         return self.field(rows, omega, base) @ rows.T, points.weights
 
-    def with_law(self, omega, tip_m, base, law, relative=(NOWHERE, NOWHERE)):
+    def with_law(self, omega, tip_m, base, law, relative=(NO_ERROR, NO_ERROR)):
         """Accelerances (f, o) and the points' complex motion (f, 6) where the tip moves by `tip_m` (f,).
 
         Parameters
