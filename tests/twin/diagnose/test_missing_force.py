@@ -108,7 +108,9 @@ def test_the_picture_is_json_and_says_its_formula():
 
 def test_every_term_has_a_coefficient_of_a_believable_size():
     """Each makes a newton or two at the tip, whatever its power."""
-    evidence = SimpleNamespace(steps=SimpleNamespace(amplitude_m=np.array([3e-3])), rig=SimpleNamespace(length=0.42))
+    evidence = SimpleNamespace(
+        steps=SimpleNamespace(amplitude_m=np.array([3e-3])), rig=SimpleNamespace(length=0.42), reference_omega=165.0
+    )
     cause = LocalForce()
     for label in cause.labels(evidence):
         (coefficient, _) = cause.parameters(evidence, label)
