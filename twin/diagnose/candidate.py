@@ -46,7 +46,8 @@ class Blame:
 
     def nonlinear(self, evidence: Evidence) -> bool:
         """Whether its effect depends on the amplitude of the place where it acts."""
-        return bool(self.extension(evidence).nonlinear)
+        extension = self.extension(evidence)
+        return bool(extension.nonlinear or extension.opening)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ SMOOTHNESS = 0.3
 """Weight of a law's second differences beside the steps' own weights when it is first read off them."""
 MOST_SOFTENED = 0.98
 """Share of E' that a law may take off."""
-REWEIGHTED = 2
+REWEIGHTED = 3
 """Fits with each slack, each with the weights that the last one's law gives the steps."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""

@@ -18,7 +18,7 @@ from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings
+from twin.identify.opening_harmonics import ODD, Openings, balance_openings
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.unknowns import Unknowns
@@ -215,17 +215,19 @@ class ExtendedRig:
         return update_receptance(free, self.moving, found.stiffness), omega, found
 
     def _with_harmonics(self, unknowns: Unknowns, omega: Array, around: Surroundings) -> Balance:
-        """Fundamentals and harmonics of the layer's openings, in turn."""
+        """Fundamentals and harmonics of the layer's openings, in turn.
+
+        What a slap does to the fundamental is one with the law's own softening, which is free to take it in.
+        """
         found, harmonics = self.local.balance(unknowns.law, omega, around), None
         if not (np.any(unknowns.law.softening) and len(omega)):
             return found
-        orders = EVEN_TOO if self.extension.opening else ODD
-        openings = self.openings(unknowns, found, orders)
+        openings = self.openings(unknowns, found, ODD)
         p = len(self.points)
         for _ in range(HARMONIC_TURNS):
             secant = (found.stiffness - found.more)[:, :p].real
             openings = replace(openings, fundamental=found.motion[:, :p], secant=secant)
-            balance = balance_openings(unknowns.law, openings, self.extension.opening, start=harmonics)
+            balance = balance_openings(unknowns.law, openings, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
             start = np.abs(found.motion)
