@@ -176,7 +176,8 @@ class _Shapes:
     """Columns of the least-squares fit at given instants: cosines, minus sines, a line, a constant, the drift.
 
     A line too near a harmonic to be told from it is not fitted but leaks: `leak` is the variance that it adds to each
-    harmonic, and to the fundamental's drift as the last.
+    harmonic, and to the fundamental's drift as the last.  `spread` is each harmonic's variance over what the same noise
+    would make of it in whole periods: where clipped peaks are missing, the highest harmonics can hide in the gaps.
     """
 
     time: NDArray[np.float64]
@@ -184,6 +185,7 @@ class _Shapes:
     columns: NDArray[np.float64]
     factor: tuple[NDArray[np.float64], bool]
     leak: NDArray[np.float64]
+    spread: NDArray[np.float64]
 
     @staticmethod
     def at(time: NDArray[np.float64], omega: float, rate_Hz: float, line: Line | None) -> _Shapes:
@@ -210,7 +212,9 @@ class _Shapes:
             into = cho_solve(factor, columns.T @ foreign)
             power = np.concatenate([into[:count] ** 2 + into[count : 2 * count] ** 2, [np.sum(into[-2:] ** 2, axis=0)]])
             leak = line.amplitude**2 * power.mean(axis=1)
-        return _Shapes(time, count, columns, factor, leak)
+        own = np.diag(cho_solve(factor, np.eye(len(gram))))
+        spread = (own[:count] + own[count : 2 * count]) * len(time) / 4
+        return _Shapes(time, count, columns, factor, leak, spread)
 
 
 def _fit_channel(
@@ -222,7 +226,8 @@ def _fit_channel(
     residual = samples - basis @ solution
     freedom = max(1, len(samples) - basis.shape[1])
     Z = solution[:count] + 1j * solution[count : 2 * count]
-    variance = _noise_beside(residual, time, omega, count) * len(samples) / freedom + shapes.leak[:-1]
+    noise = _noise_beside(residual, time, omega, count) * len(samples) / freedom
+    variance = noise * shapes.spread + shapes.leak[:-1]
     change = complex(solution[-2], solution[-1]) / Z[0] if Z[0] else 0j
     # Var of a slope over a unit interval is 12 times that of the mean; half of it falls on each of the two parts.
     drift_variance = 12 * variance[0] / 2 + shapes.leak[-1]
