@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from recordings import read_run
 from twin.diagnose.signals import Finding, inspect_signals, mended
+from twin.identify.sine_fit import steady_states
 
 
 def test_spoilt_samples_become_missing_in_their_channel_only(synthetic):
@@ -39,6 +41,31 @@ def test_findings_of_other_runs_spoil_nothing(synthetic):
     run = synthetic.run(synthetic.converted(synthetic.stepped_sine(83)), path="a.mcap")
     finding = Finding(cause="clipping", summary="", names={"channel": "acc1"}, spoilt={"b.mcap": np.array([3])})
     assert np.isfinite(mended(run, [finding]).devices["daq"].values["acc1"]).all()
+
+
+def test_what_clipped_peaks_hide_is_known_as_badly_as_the_variances_say(synthetic):
+    """A gap in every period is where the highest harmonics fit anything: noise grows there, and tells of it."""
+    noise, cycles = 0.01, np.arange(len(synthetic.frequencies_Hz))
+    length = round(synthetic.rate_Hz)
+    t = np.arange(length) / synthetic.rate_Hz
+    clean = np.concatenate(
+        [10.0 * np.cos(2 * np.pi * (f * t + 0.1 * k)) for k, f in enumerate(synthetic.frequencies_Hz)]
+    )
+    samples = clean + noise * np.random.default_rng(85).standard_normal(length * len(cycles))
+    torn = np.where(np.abs(clean) > 9.7, np.nan, samples)
+    run = synthetic.run({"force": samples, "acc1": torn})
+    whole, cut = (
+        [
+            (state.amplitude[name][0], state.variance[name][0])
+            for state in steady_states(run, channels=["force", "acc1"])
+        ]
+        for name in ("force", "acc1")
+    )
+    true = 10.0 * np.exp(0.2j * np.pi * cycles)
+    for found, grown in ((whole, 1.0), (cut, 3.0)):
+        amplitude, variance = np.array(found).T
+        assert np.sqrt(np.mean(np.abs(amplitude - true) ** 2 / variance.real)) == pytest.approx(1.0, abs=0.35)
+        assert np.sqrt(np.mean(variance.real)) >= 0.9 * grown * 2 * noise / np.sqrt(length)
 
 
 def test_a_run_with_two_faults_has_both_found(synthetic):
