@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 HARDWARE = {"drivers", "serial", "can", "cantools"}
 PHYSICS = sorted(p.name for p in (ROOT / "twin").iterdir() if p.is_dir() and p.name not in ("commands", "__pycache__"))
 INNER = {
-    "structure": {"rigs", "structure"},
+    "structure": {"joint", "rigs", "structure"},
     "joint": {"joint"},
     "rigs": {"rigs"},
     "diagnose": {"diagnose", "identify", "joint", "procedures", "rehearsal", "response", "rigs", "structure"},

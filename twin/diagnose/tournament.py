@@ -181,7 +181,11 @@ def _less_slack(
 ) -> Candidate:
     """A rival fitted roughly with this slack, from its own law."""
     begin = with_own_law(evidence, harmonics, start, rival, slack)
-    return fit_candidate(evidence, harmonics, begin, rival, slack=slack, iterations=6, tolerance=tolerance, held=held)
+    # With all slack the resonances, and with them the layer's motion, may still be far from what was measured.
+    iterations = 15 if slack == SLACKS[-1] else 6
+    return fit_candidate(
+        evidence, harmonics, begin, rival, slack=slack, iterations=iterations, tolerance=tolerance, held=held
+    )
 
 
 def _through_slack(

@@ -29,8 +29,8 @@ READ_OFF = 1e-3
 """Relative error of a response within which a step's softening and loss count as found."""
 SMOOTHNESS = 0.3
 """Weight of a law's second differences beside the steps' own weights when it is first read off them."""
-MOST_SOFTENED = 0.98
-"""Share of E' that a law may take off."""
+MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
+"""Shares of E' that a law may take off or add."""
 REWEIGHTED = 3
 """Fits with each slack, each with the weights that the last one's law gives the steps."""
 HELD_PRECISION = 1e16
@@ -101,13 +101,14 @@ def _smoothed(
         right = np.concatenate([weight * values, np.zeros(len(rows) - len(values))])
         found.append((x, np.linalg.lstsq(rows, right, rcond=None)[0]))
     (opening, softening), (slip, losing) = found
-    return LayerLaw(opening, slip, np.minimum(softening, MOST_SOFTENED * predictor.moduli[0]), np.maximum(losing, 0.0))
+    E = predictor.moduli[0]
+    return LayerLaw(opening, slip, np.clip(softening, -MOST_STIFFENED * E, MOST_SOFTENED * E), np.maximum(losing, 0.0))
 
 
 def unknowns_bounds(unknowns: Unknowns, side: int) -> Array:
     """Lower (0) or upper (1) limits of the unknowns' vector: a layer gives no energy away, and keeps some stiffness."""
     n, m, E = len(unknowns.law.softening), len(unknowns.law.loss), unknowns.base.E
-    softening, loss = ((-np.inf, 0.0), (MOST_SOFTENED * E, np.inf))[side]
+    softening, loss = ((-MOST_STIFFENED * E, 0.0), (MOST_SOFTENED * E, np.inf))[side]
     return np.concatenate([base_bounds()[side], np.full(n, softening), np.full(m, loss)])
 
 

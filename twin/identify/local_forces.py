@@ -27,7 +27,7 @@ __all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]
 
 Array = NDArray[Any]
 
-TURNS, SETTLED = 40, 1e-9
+TURNS, SETTLED = 15, 1e-9
 LONGEST = 0.7
 """Largest change of a log amplitude in one turn."""
 SHORTEST = 1 / 64
