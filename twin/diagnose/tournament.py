@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import main_strength
 from twin.diagnose.score import Score
@@ -15,6 +17,7 @@ from twin.identify.base_fit import law_from_steps, starting_unknowns
 from twin.identify.evidence import Evidence
 from twin.identify.linear_model import believed_parameters
 from twin.identify.prediction import Predictor
+from twin.identify.resonances import by_resonance
 from twin.identify.unknowns import LOOSE, STIFF, TIGHT, Slack, Unknowns
 from twin.identify.whitening import HarmonicResiduals
 
@@ -49,6 +52,8 @@ SIFTED = 2
 """Place of the slack from which on rivals are compared; with more, those that fit best are not yet the right ones."""
 ASTRAY = 100.0
 """Mean square of a beginning's residuals beyond which a tight fit does not find back to the resonances."""
+TRIED_DETUNINGS = np.linspace(-0.06, 0.06, 121)
+"""Of a swept mode whose resonance a rival has moved away from the data; a step is a fifth of its width or so."""
 HOPELESS = 20.0
 """Chi2 over the best rival's beyond which one is dropped early."""
 Report = Callable[[str], None]
@@ -207,7 +212,7 @@ def _through_slack(
     if rival[-1].nonlinear(evidence):
         loosest = SIFTED
     elif _astray(evidence, harmonics, start, rival):
-        loosest = len(SLACKS) - 1
+        start, loosest = _on_the_resonances(evidence, start, rival), len(SLACKS) - 1
     else:
         return start, rival
     for level in range(loosest, 0, -1):
@@ -221,6 +226,26 @@ def _astray(evidence: Evidence, harmonics: HarmonicResiduals | None, start: Unkn
     predictor = Predictor(evidence, extension_of(evidence, rival), harmonics, slack=TIGHT)
     found = predictor.evaluate(begin, sensitivities=False)
     return found.chi2 > ASTRAY * len(found.residual)
+
+
+def _on_the_resonances(evidence: Evidence, start: Unknowns, rival: tuple[Blame, ...]) -> Unknowns:
+    """The start with its natural frequencies moved to where the sweeps fit best, by trial: no slope leads there."""
+    predictor = Predictor(evidence, extension_of(evidence, rival), slack=LOOSE)
+    held = predictor.linearisation(start)
+    if held is None:
+        return start
+    predictor = Predictor(evidence, extension_of(evidence, rival), slack=LOOSE, held=held)
+    natural = predictor.model.basis.omega[: len(start.base.detuning)]
+    for rows in by_resonance(evidence.steps.omega):
+        mode = int(np.argmin(np.abs(np.log(natural / np.median(evidence.steps.omega[rows])))))
+        trials = []
+        for detuning in TRIED_DETUNINGS:
+            moved = start.base.detuning.copy()
+            moved[mode] = detuning
+            trial = replace(start, base=replace(start.base, detuning=moved))
+            trials.append((predictor.evaluate(trial, sensitivities=False).chi2, trial))
+        start = min(trials, key=lambda trial: trial[0])[1]
+    return start
 
 
 def _with_favourites(trials: list[Candidate], count: int, blames: list[tuple[Blame, ...]]) -> list[Candidate]:
