@@ -199,6 +199,7 @@ def test_sweeps_that_two_masses_explain_alike_call_for_noise(swept, believe, tmp
     assert found.separation >= found.needed
 
 
+@pytest.mark.slow
 def test_a_model_that_cannot_be_marched_still_proposes_its_test_and_says_so(learnt, believe, tmp_path, monkeypatch):
     def refuse(*arguments, **options):
         raise InputError("extended.toml", "", "joint.law: it is not the law of a passive layer")

@@ -258,4 +258,5 @@ def test_a_layer_keeps_some_stiffness_whatever_the_data_ask_for(swept, monkeypat
     data = swept()
     unknowns, _ = fit_base(data.evidence)
     assert np.max(true_law().softening_at(data.motion[:, :3])) > 0.5 * data.base.E
-    assert 0.29 < np.max(unknowns.law.softening) / unknowns.base.E < 0.31
+    # The limit counts from the E' at which the last fit began.
+    assert 0.29 < np.max(unknowns.law.softening) / unknowns.base.E < 0.33
