@@ -16,7 +16,7 @@ from twin.identify.modes import fit_modes
 from twin.identify.predict import RigResponse, blank_evidence
 from twin.joint import iwan
 from twin.response import HarmonicBalance
-from twin.rigs import Effect, LawTable, load_rig
+from twin.rigs import Effect, LayerLawTable, load_rig
 from twin.structure import assemble, normal_modes
 
 STEEL = load_rig("steel-lap-joint")
@@ -120,13 +120,10 @@ def fitted(nudge):
 
 @cache
 def predicted_rig():
-    X = np.geomspace(1e-5, 6e-3, 60)
-    law = LawTable(
-        channel="acc2", amplitude_m=list(X), softening=list(3.3e8 * X**4 / (X**4 + 1.2e-3**4)),
-        loss=list(3e7 * X / (X + 2e-3)),
-    )  # fmt: skip
-    ratios = STEEL.damping.model_copy(update={"modal_ratio": [3e-4, 0.002]})
-    rig = STEEL.model_copy(update={"joint": STEEL.joint.model_copy(update={"law": law}), "damping": ratios})
+    o, q = np.linspace(0.0, 2e-5, 60), np.linspace(0.0, 1e-5, 60)
+    softening, loss = 3.3e8 * o / (o + 2e-6), 3e9 * q**2 / (q**2 + 2.5e-12)
+    law = LayerLawTable(opening_m=o.tolist(), softening=softening.tolist(), slip_m=q.tolist(), loss=loss.tolist())
+    rig = STEEL.model_copy(update={"joint": STEEL.joint.model_copy(update={"law": law})})
     return RigResponse(blank_evidence(rig))
 
 
