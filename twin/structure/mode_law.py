@@ -42,6 +42,8 @@ LONGEST = 0.7
 """Largest change of a log amplitude in one turn."""
 SETTLED, CLOSEST = 1e-7, 1e-9
 """Relative change of the points' motion at which it is found, and the least growth from a knot to the next."""
+LEAST_SHARE = 1e-3
+"""Share of a Newton step that must bring the answer nearer, or there is none."""
 DIFFERENCE = 1e-5
 """Relative step of amplitude for the slope of a law."""
 SATURATED = 0.25
@@ -133,8 +135,7 @@ class LayerModes:
         bordered[:m, m], bordered[m, :m] = -shape, shape
         motion = self.rows @ shape
         loads = np.vstack([-(self.rows * (self.weights * motion)[:, None]).T, np.zeros((1, len(motion)))])
-        # In units of the eigenvalue, so that rows and columns of the border are as large as the rest.
-        scale = np.append(np.ones(m), abs(mode.value))
+        scale = np.append(self._scale(mode), 1.0)
         found = np.linalg.solve(bordered * scale * scale[:, None], loads * scale[:, None]) * scale[:, None]
         change, value = found[:m], found[m]
         own = (self.rows @ change) / np.where(motion == 0, TINY, motion)[:, None]
@@ -148,11 +149,19 @@ class LayerModes:
     def _at_points(self, moduli: Complex) -> Complex:
         return np.asarray((self.rows.T * (self.weights * moduli)) @ self.rows)
 
+    def _scale(self, mode: _Mode) -> Matrix:
+        """Units (m,) in which stiffnesses near a mode are of order one.
+
+        Those of the layer's statics are twenty decades above the lowest mode's, and rounding would decide.
+        """
+        return np.asarray(1.0 / np.sqrt(self.squares + abs(mode.value)))
+
     def _mode(self, K: Complex, near: _Mode) -> _Mode:
         """The eigenvalue nearest to a guess, by inverse iteration with Rayleigh quotients."""
-        value, shape = near.value, near.shape
+        value, shape, scale = near.value, near.shape, self._scale(near)
+        scaled, mass = K * scale * scale[:, None], np.diag(scale**2)
         for _ in range(TURNS):
-            shape = np.linalg.solve(K - value * (1 + 1e-12) * np.eye(len(K)), shape)
+            shape = scale * np.linalg.solve(scaled - value * (1 + 1e-12) * mass, scale * shape)
             shape = shape / np.sqrt(shape @ shape)
             before, value = value, complex(shape @ K @ shape)
             if abs(value - before) < TOLERANCE * abs(value):
@@ -265,16 +274,31 @@ def _balanced(
 
 
 def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mode) -> tuple[Matrix, _Mode, Matrix]:
-    """Softening and loss (2,) of the whole layer that give a mode an eigenvalue; NaN if none do; d(value) / d(them)."""
-    own, mode = start, near
-    by_value = np.eye(2)
+    """Softening and loss (2,) of the whole layer that give a mode an eigenvalue; NaN if none do; d(value) / d(them).
+
+    Newton's steps are halved until the eigenvalue comes nearer: beyond the most damping that uniform moduli can give the
+    mode there is no answer, and whole steps would wander until they met a layer stiffer or more lossy than any.
+    """
+    own, mode, trial, share = start, near, start, 1.0
+    step, closest, by_value = np.zeros(2), np.inf, np.eye(2)
     for _ in range(TURNS):
-        mode = modes.uniform(own[0], own[1], mode)
-        by = np.array([-(mode.shape @ modes.K_E @ mode.shape), 1j * (mode.shape @ modes.K_G @ mode.shape)])
-        by_value, miss = np.array([by.real, by.imag]), meant - mode.value
-        if abs(miss) < TOLERANCE * abs(meant):
-            return own, mode, by_value
-        own = own + np.linalg.solve(by_value, [miss.real, miss.imag])
+        try:
+            found = modes.uniform(trial[0], trial[1], mode)
+            miss = meant - found.value
+        except ValueError:
+            miss = complex(np.inf)
+        if abs(miss) < closest:
+            own, mode, closest, share = trial, found, abs(miss), 1.0
+            by = np.array([-(mode.shape @ modes.K_E @ mode.shape), 1j * (mode.shape @ modes.K_G @ mode.shape)])
+            by_value = np.array([by.real, by.imag])
+            if closest < TOLERANCE * abs(meant):
+                return own, mode, by_value
+            step = np.linalg.solve(by_value, [miss.real, miss.imag])
+        elif share < LEAST_SHARE:
+            break
+        else:
+            share /= 2
+        trial = own + share * step
     return np.full(2, np.nan), mode, by_value
 
 
