@@ -20,13 +20,10 @@ IN_A_CLONE = {"a-new-cause.md"}
 """Guides that change the program itself."""
 
 
-QUICK = {"your-own-rig.md"}
-"""A guide that takes seconds; the others record and diagnose."""
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
-    [page if page.name in QUICK else pytest.param(page, marks=pytest.mark.slow) for page in GUIDES],
+    GUIDES,
     ids=lambda page: page.stem,
 )
 def test_guide_runs_and_prints_what_it_shows(page: Path, tmp_path: Path) -> None:

@@ -64,6 +64,7 @@ def test_mode_1_is_read_off_a_broadband_run(tmp_path):
     assert found == pytest.approx(frequency_Hz, abs=0.25)  # the shaker and its stinger pull a little
 
 
+@pytest.mark.slow
 def test_runs_are_measured_through_instruments_and_tell_nothing_of_the_truth(tmp_path, monkeypatch):
     case = draw_demo_case(RIG, seed=2, cause="added-mass")
     hidden, out = tmp_path / "hidden", tmp_path / "out"
@@ -96,6 +97,7 @@ def test_instruments_that_do_not_start_are_told_with_their_reason(tmp_path):
         rig.wait_ready()
 
 
+@pytest.mark.slow
 def test_an_interrupted_demonstration_stops_its_instruments(tmp_path, installed_twin):
     out = tmp_path / "out"
     command = [installed_twin, "demo", "--out", str(out), "--seed", "2"]

@@ -60,6 +60,7 @@ def call(*arguments: object) -> int:
     return int(ended.value.code or 0)
 
 
+@pytest.mark.slow
 def test_a_rehearsal_keeps_its_live_view(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "mine.toml").write_text(SWEEP)
     view, out = tmp_path / "live.rrd", tmp_path / "out"

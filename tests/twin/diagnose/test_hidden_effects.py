@@ -55,9 +55,8 @@ def check(cause: str, hidden: dict[str, float | str], found: Diagnosis, folder: 
     assert [effect.cause for effect in load_rig(str(folder / "found" / "extended.toml")).effect] == [cause]
 
 
-@pytest.mark.parametrize(
-    ("cause", "seed"), [("added-mass", 11), pytest.param("joint-slap", 12, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("cause", "seed"), [("added-mass", 11), ("joint-slap", 12)])
 def test_a_hidden_effect_is_named(tmp_path, cause, seed):
     check(cause, *hide_and_diagnose(tmp_path, cause, seed), tmp_path)
 

@@ -135,6 +135,7 @@ def test_an_imagined_sweep_has_the_resonance_of_the_recorded_one(learnt, believe
     np.testing.assert_allclose(imagined.amplitude_m[place[near]], recorded.amplitude_m[near], rtol=0.03)
 
 
+@pytest.mark.slow
 def test_the_plan_is_a_procedure_that_can_be_run_with_what_it_promises(learnt, believe, tmp_path):
     best = believe("added-mass", mass_kg=0.009, position_m=0.30)
     other = believe("stiffness-loss", behind=2.0, factor=0.8, position_m=0.2)
@@ -190,6 +191,7 @@ def test_the_first_noise_is_imagined_as_it_was_when_it_was_recorded(swept, learn
     assert differ(lambda data: np.sqrt(data.relative_covariance[:, 1, 1].real * data.force_power)) < np.log(2)
 
 
+@pytest.mark.slow
 def test_sweeps_that_two_masses_explain_alike_call_for_noise(swept, believe, tmp_path):
     best = believe("added-mass", mass_kg=0.009, position_m=0.30)
     other = believe("stiffness-loss", behind=2.0, factor=0.8, position_m=0.2)

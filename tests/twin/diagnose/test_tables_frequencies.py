@@ -105,6 +105,7 @@ def composite():
     )
 
 
+@pytest.mark.slow
 def test_the_composite_beams_four_frequencies_name_shear_with_its_rivals_and_gain(composite):
     first = composite.causes[0]
     assert (first.cause, first.in_model) == ("transverse-shear", True)
@@ -117,6 +118,7 @@ def test_the_composite_beams_four_frequencies_name_shear_with_its_rivals_and_gai
     assert composite.misfit.chi2_per_dof > composite.misfit.threshold > composite.misfit.after
 
 
+@pytest.mark.slow
 def test_what_beliefs_and_not_data_decide_is_said(composite):
     assert any("alone favour stiffness-loss" in note for note in composite.notes)
     assert any("0.1 % is assumed" in note for note in composite.notes)
@@ -124,6 +126,7 @@ def test_what_beliefs_and_not_data_decide_is_said(composite):
     assert any("would tell them apart" in note for note in composite.notes)
 
 
+@pytest.mark.slow
 def test_no_model_is_tried_that_the_data_could_not_contradict(composite):
     """Two causes with a place make as many parameters as there are frequencies."""
     assert all("+" not in model.blames or "shear" in model.blames for model in composite.tried)
@@ -239,6 +242,7 @@ def test_a_right_model_exceeds_the_threshold_as_rarely_as_it_says():
         assert np.mean(drawn > problem.threshold(4)) == pytest.approx(0.01, abs=0.002)
 
 
+@pytest.mark.slow
 def test_a_table_that_was_held_out_measures_the_gain():
     f = cantilever(6, tip_mass_ratio=0.1)
     kept = FrequencyTable(

@@ -97,7 +97,8 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, capsys, text, argume
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("asked", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_rehearsal_keeps_what_it_has(asked, tmp_path, installed_twin):
     command = [installed_twin, "rehearse", "steel-sweeps", "--rig", "steel-lap-joint"]
     running = subprocess.Popen([*command, "--out", str(tmp_path)], stderr=subprocess.PIPE)

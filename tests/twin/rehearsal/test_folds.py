@@ -16,6 +16,7 @@ STEEL = load_rig("steel-lap-joint")
 COARSE = SteppedSine(grid=Grid(start=148.0, stop=158.0, step=5.0), amplitudes=[4.0])
 
 
+@pytest.mark.slow
 def test_a_jump_between_coarse_steps_is_told_as_a_jump_and_then_resolved(tmp_path):
     branches = branch_tables(STEEL, preload="120N", procedure=COARSE)
     down_Hz, up_Hz = sorted(branches[0]["folds_Hz"])

