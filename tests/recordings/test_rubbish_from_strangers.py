@@ -184,7 +184,10 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base) * 1024)
 """
 
 
-@pytest.mark.parametrize("count", [200, pytest.param(1000, marks=pytest.mark.slow), pytest.param(1_000_000, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(
+    "count",
+    [200, pytest.param(1000, marks=pytest.mark.slow), pytest.param(1_000_000, marks=pytest.mark.nightly)],
+)
 @pytest.mark.parametrize("kind", Kinds)
 def test_by_the_thousand_in_bounded_time_and_memory(
     kind: str, count: int, seeds: dict[str, bytes], tmp_path: Path

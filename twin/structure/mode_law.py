@@ -276,8 +276,8 @@ def _balanced(
 def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mode) -> tuple[Matrix, _Mode, Matrix]:
     """Softening and loss (2,) of the whole layer that give a mode an eigenvalue; NaN if none do; d(value) / d(them).
 
-    Newton's steps are halved until the eigenvalue comes nearer: beyond the most damping that uniform moduli can give the
-    mode there is no answer, and whole steps would wander until they met a layer stiffer or more lossy than any.
+    Newton's steps are halved until the eigenvalue comes nearer: beyond the most damping that uniform moduli can give
+    the mode there is no answer, and whole steps would wander until they met a layer stiffer or more lossy than any.
     """
     own, mode, trial, share = start, near, start, 1.0
     step, closest, by_value = np.zeros(2), np.inf, np.eye(2)

@@ -54,8 +54,8 @@ def test_a_mode_by_a_dense_solver_has_the_same_frequency_damping_and_moduli(numb
     modes = reduced(STEEL, "120N", "acc2")
     o, q = np.geomspace(1e-8, 2e-5, 30), np.geomspace(1e-8, 1e-5, 30)
     softening, loss = Curve(o, 2.5e8 * o / (o + 2e-6)), Curve(q, 9e8 * q**2 / (q**2 + 1e-12))
-    # Mode 1 is asked for at 3 mm, where it opens the joint far; mode 2 opens it as far at less, and mode 3 slips so much
-    # there that no uniform loss damps it as well (below).
+    # Mode 1 is asked for at 3 mm, where it opens the joint far; mode 2 opens it as far at less, and mode 3 slips so
+    # much there that no uniform loss damps it as well (below).
     X = {1: 3e-3, 2: 2e-4, 3: 1.25e-5}[number]
     found = mode_functions(modes, softening, loss, np.linspace(0.0, X, 25), number=number)
     s = structure
