@@ -14,7 +14,7 @@ import numpy as np
 
 from recordings import RunWriter, read_run
 from twin.bench import HiddenCase, draw_case
-from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
+from twin.demo import BROADBAND, broadband, planned_sweeps, recording_names, resonance
 from twin.diagnose import diagnose
 from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, load_procedure, run_procedure
@@ -28,11 +28,12 @@ NEXT = "next.mcap"
 
 @dataclass(frozen=True)
 class CasePlan:
-    """What is to be hidden: nothing, one cause, or several at once."""
+    """What is to be hidden: nothing, one cause, or several at once; and about how many modes is swept."""
 
     seed: int
     causes: tuple[str, ...]
     strength: float = 1.0
+    modes: int = 1
 
     @property
     def label(self) -> str:
@@ -42,7 +43,17 @@ class CasePlan:
     @property
     def name(self) -> str:
         """A name for files, one for each case."""
-        return f"{self.label}-{self.strength:g}-{self.seed}"
+        return f"{self.label}-{self.strength:g}-{self.seed}" + (f"-modes{self.modes}" if self.modes > 1 else "")
+
+    @property
+    def learnt(self) -> tuple[str, ...]:
+        """Names of the recordings that are diagnosed."""
+        return (BROADBAND, *(recording_names(mode)[0] for mode in range(1, self.modes + 1)))
+
+    @property
+    def held_out(self) -> tuple[str, ...]:
+        """Names of the recordings of sweeps that no diagnosis sees."""
+        return tuple(recording_names(mode)[1] for mode in range(1, self.modes + 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +109,7 @@ class CaseResult:
     def from_dict(cls, data: dict[str, Any]) -> CaseResult:
         """From :meth:`to_dict`."""
         plan = data["plan"]
-        plan = CasePlan(plan["seed"], tuple(plan["causes"]), plan["strength"])
+        plan = CasePlan(plan["seed"], tuple(plan["causes"]), plan["strength"], plan.get("modes", 1))
         return cls(**(data | {"plan": plan, "overloaded": tuple(data.get("overloaded", ()))}))
 
 
@@ -124,11 +135,12 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     names = list(plan.causes) or ["none"]
     rng = np.random.default_rng([plan.seed, zlib.crc32(plan.label.encode())])
     case = draw_case(rng, rig=rig, causes=names, number=len(names), strength=plan.strength)
-    return case, record_hidden(case, rig, folder, rng=rng, waits_too=bool(set(plan.causes) & set(DRIFTS)))
+    waits_too = bool(set(plan.causes) & set(DRIFTS))
+    return case, record_hidden(case, rig, folder, rng=rng, waits_too=waits_too, modes=plan.modes)
 
 
 def record_hidden(
-    case: HiddenCase, rig: Rig, folder: Path, *, rng: np.random.Generator, waits_too: bool = False
+    case: HiddenCase, rig: Rig, folder: Path, *, rng: np.random.Generator, waits_too: bool = False, modes: int = 1
 ) -> list[str]:
     """Record the demonstration's runs of a rig, sample by sample through sensors and converter.
 
@@ -139,9 +151,11 @@ def record_hidden(
     rig
         As it is believed.
     folder
-        Gets the three recordings, in place of those that an interrupted campaign may have left there.
+        Gets the recordings, three with one mode, in place of those that an interrupted campaign may have left there.
     waits_too
         Store the waits between steps as well.
+    modes
+        Sweeps about the first so many.
 
     Returns
     -------
@@ -159,8 +173,10 @@ def record_hidden(
 
     noise = read_run(record(BROADBAND, broadband()))
     force, response = rig.force_sensor.channel, rig.response_sensors[0].channel
-    for name, procedure in planned_sweeps(first_resonance(noise, force=force, response=response)).items():
-        record(name, procedure)
+    for mode in range(1, modes + 1):
+        found_Hz = resonance(noise, force=force, response=response, mode=mode)
+        for name, procedure in planned_sweeps(found_Hz, mode).items():
+            record(name, procedure)
     return aborted
 
 
@@ -201,9 +217,9 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
         try:
             case, aborted = record_case(plan, rig, folder)
             recording_s = time.perf_counter() - started
-            overloaded = _overloaded(folder)
+            overloaded = _overloaded(plan, folder)
             hidden = [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects]
-            found = _diagnosed(folder, rig, list(CAUSES), out=folder)
+            found = _diagnosed(plan, folder, rig, list(CAUSES), out=folder)
             followed = _followed(plan, case, found, folder, rig)
             oracle_after = _oracle(plan, found, folder, rig)
         except Exception as problem:
@@ -222,18 +238,18 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
     )
 
 
-def _overloaded(folder: Path) -> tuple[str, ...]:
-    runs = [read_run(folder / name) for name in (BROADBAND, SWEEPS)]
+def _overloaded(plan: CasePlan, folder: Path) -> tuple[str, ...]:
+    runs = [read_run(folder / name) for name in plan.learnt]
     counts = [(channel, n) for run in runs for device in run.devices.values() for channel, n in device.overload.items()]
     return tuple(sorted({channel for channel, n in counts if n}))
 
 
 def _diagnosed(
-    folder: Path, rig: Rig, may_blame: list[str], *, more: Sequence[str] = (), out: Path | None = None
+    plan: CasePlan, folder: Path, rig: Rig, may_blame: list[str], *, more: Sequence[str] = (), out: Path | None = None
 ) -> dict[str, Any]:
-    learn = [read_run(folder / name) for name in (BROADBAND, SWEEPS, *more)]
+    learn, held_out = ([read_run(folder / name) for name in names] for names in ((*plan.learnt, *more), plan.held_out))
     causes = {name: CAUSES[name] for name in may_blame}
-    return diagnose(learn, rig, held_out=[read_run(folder / HELD_OUT)], causes=causes, out=out).to_dict()
+    return diagnose(learn, rig, held_out=held_out, causes=causes, out=out).to_dict()
 
 
 def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: Path, rig: Rig) -> dict[str, Any] | None:
@@ -243,7 +259,7 @@ def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: P
     procedure = load_procedure(folder / found["next_test"]["procedure"])
     rng = np.random.default_rng([plan.seed, zlib.crc32(NEXT.encode())])
     _recorded(case, rig, folder / NEXT, procedure, rng=rng)
-    return _diagnosed(folder, rig, list(CAUSES), more=[NEXT])
+    return _diagnosed(plan, folder, rig, list(CAUSES), more=[NEXT])
 
 
 def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> float | None:
@@ -251,7 +267,7 @@ def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> fl
     if not found["gain"] or not set(plan.causes) <= set(CAUSES):
         return None
     if sorted(cause["cause"] for cause in in_model(found)) != sorted(plan.causes):
-        found = _diagnosed(folder, rig, list(plan.causes))
+        found = _diagnosed(plan, folder, rig, list(plan.causes))
     return float(found["gain"]["held_out"]["after"])
 
 

@@ -17,7 +17,7 @@ response has settled."""
 
 
 def planned_cases(
-    *, causes: Sequence[str], seeds: Sequence[int], strengths: Sequence[float] = (1.0,), pairs: int = 0
+    *, causes: Sequence[str], seeds: Sequence[int], strengths: Sequence[float] = (1.0,), pairs: int = 0, modes: int = 1
 ) -> tuple[CasePlan, ...]:
     """Every cause with every seed and strength, then pairs drawn from the causes.
 
@@ -29,6 +29,8 @@ def planned_cases(
         Contract names; ``none`` is a clean rig, and is run once for each seed whatever the strengths.
     pairs
         How many pairs of different causes, each hidden at once at the first strength.
+    modes
+        Each case is swept about the first so many.
 
     Raises
     ------
@@ -39,14 +41,14 @@ def planned_cases(
     for seed in seeds:
         for cause in dict.fromkeys(causes):
             if cause == "none":
-                plans.append(CasePlan(seed, ()))
+                plans.append(CasePlan(seed, (), modes=modes))
             else:
-                plans += [CasePlan(seed, (cause,), strength) for strength in dict.fromkeys(strengths)]
+                plans += [CasePlan(seed, (cause,), strength, modes) for strength in dict.fromkeys(strengths)]
     real = [cause for cause in dict.fromkeys(causes) if cause != "none"]
     if pairs and len(real) < 2:
         raise ValueError("needs two causes to draw from")
     for number in range(pairs):
         rng = np.random.default_rng([seeds[0], number])
         chosen = tuple(sorted(str(name) for name in rng.choice(real, size=2, replace=False)))
-        plans.append(CasePlan(seeds[0] + number, chosen, strengths[0]))
+        plans.append(CasePlan(seeds[0] + number, chosen, strengths[0], modes))
     return tuple(plans)

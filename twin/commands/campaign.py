@@ -33,6 +33,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
     "--strength", "strengths", multiple=True, default=(1.0,), show_default=True, type=FiniteRange(0.01, 10.0),
     help="Factor on the normal size; repeatable, for the detection map.",
 )  # fmt: skip
+@click.option("--modes", default=1, show_default=True, type=click.IntRange(1, 3), help="Sweep about the first so many.")
 @click.option("--pairs", default=0, show_default=True, type=click.IntRange(0), help="Cases with two causes at once.")
 @click.option("--workers", type=click.IntRange(1), help="Local processes; one for each core if left out.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
@@ -45,6 +46,7 @@ def command(
     seeds: int,
     first_seed: int,
     strengths: tuple[float, ...],
+    modes: int,
     pairs: int,
     workers: int | None,
     scheduler: str | None,
@@ -71,7 +73,7 @@ def command(
     chosen = causes or known
     seeds_used = range(first_seed, first_seed + seeds)
     try:
-        plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs)
+        plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
     except ValueError as error:
         raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
     with progress_bar() as progress:

@@ -106,7 +106,7 @@ def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dic
     """Record every run, as `twin acquire` does; what is known of the rig is its file and its instruments."""
     from drivers.host import open_instruments
     from recordings import read_run
-    from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
+    from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, planned_sweeps, resonance
 
     response = believed.response_sensors[-1].channel
     with open_instruments(instruments) as acquisition:
@@ -116,9 +116,7 @@ def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dic
         )
         stages.begin("broadband", f"Random noise up to 1000 Hz for 60 s of the rig's time, into {out / BROADBAND}")
         _record(broadband(), acquisition, believed, out / BROADBAND, stages, steps=0)
-        resonance_Hz = first_resonance(
-            read_run(out / BROADBAND), force=believed.force_sensor.channel, response=response
-        )
+        resonance_Hz = resonance(read_run(out / BROADBAND), force=believed.force_sensor.channel, response=response)
         planned = planned_sweeps(resonance_Hz)
         stages.begin(
             "sweeps",

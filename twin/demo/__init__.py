@@ -1,15 +1,26 @@
 """The demonstration: a case drawn by chance, and the runs that look into it."""
 
 from twin.demo.case import DemoCase, draw_demo_case
-from twin.demo.plan import BROADBAND, HELD_OUT, SWEEPS, broadband, first_resonance, planned_sweeps
+from twin.demo.plan import (
+    BROADBAND,
+    HELD_OUT,
+    PLANNED_MODES,
+    SWEEPS,
+    broadband,
+    planned_sweeps,
+    recording_names,
+    resonance,
+)
 
 __all__ = [
     "BROADBAND",
     "HELD_OUT",
+    "PLANNED_MODES",
     "SWEEPS",
     "DemoCase",
     "broadband",
     "draw_demo_case",
-    "first_resonance",
     "planned_sweeps",
+    "recording_names",
+    "resonance",
 ]

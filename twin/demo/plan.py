@@ -1,4 +1,4 @@
-"""The demonstration's runs: noise over the whole band, then sweeps about the resonance that it shows."""
+"""The demonstration's runs: noise over the whole band, then sweeps about each resonance that it shows."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from recordings.run import Run
 from twin.identify.spectrum import broadband_records, h1
 from twin.procedures import Random, SteppedSine, load_procedure
 
-__all__ = ["BROADBAND", "HELD_OUT", "SWEEPS", "broadband", "first_resonance", "planned_sweeps"]
+__all__ = [
+    "BROADBAND", "HELD_OUT", "PLANNED_MODES", "SWEEPS", "broadband", "planned_sweeps", "recording_names", "resonance",
+]  # fmt: skip
 
 BROADBAND, SWEEPS, HELD_OUT = "broadband.mcap", "run.mcap", "held-out.mcap"
-"""Names of the recordings."""
+"""Names of the recordings, those of sweeps about the first mode."""
 FOLDER = Path(__file__).parent
-MODE_1_Hz = (10.0, 60.0)
-"""Where mode 1 is sought: below, the acceleration is mere noise; above, mode 2 may lie."""
-WRITTEN_FOR_Hz = 26.3
-"""The resonance that the sweeps' files are written for."""
+SOUGHT_Hz = ((10.0, 60.0), (110.0, 220.0), (340.0, 640.0))
+"""Where each mode is sought: below the first the acceleration is mere noise, and between them lies none."""
+WRITTEN_FOR_Hz = (26.3, 156.0, 470.0)
+"""Each mode's resonance that its sweeps' files are written for."""
+PLANNED_MODES = len(WRITTEN_FOR_Hz)
+"""Modes that sweeps are planned for."""
 
 
 def broadband() -> Random:
@@ -29,8 +33,15 @@ def broadband() -> Random:
     return procedure
 
 
-def first_resonance(run: Run, *, force: str, response: str) -> float:
-    """Frequency of mode 1 in a broadband run, Hz.
+def recording_names(mode: int) -> tuple[str, str]:
+    """Names of the recordings of a mode's sweeps, and of the sweep that is held out."""
+    if mode == 1:
+        return SWEEPS, HELD_OUT
+    return SWEEPS.replace(".", f"-{mode}."), HELD_OUT.replace(".", f"-{mode}.")
+
+
+def resonance(run: Run, *, force: str, response: str, mode: int = 1) -> float:
+    """Frequency of one of the first :data:`PLANNED_MODES` modes in a broadband run, Hz.
 
     Raises
     ------
@@ -40,22 +51,24 @@ def first_resonance(run: Run, *, force: str, response: str) -> float:
     records = broadband_records(run)
     if not records:
         raise InputError(run.path, "", "holds no broadband stretch")
-    shown = h1(records[0], force=force, resolution_Hz=0.1)
-    inside = np.flatnonzero((shown.frequency_Hz > MODE_1_Hz[0]) & (shown.frequency_Hz < MODE_1_Hz[1]))
+    shown = h1(records[0], force=force, resolution_Hz=0.1 if mode == 1 else 0.25)
+    low, high = SOUGHT_Hz[mode - 1]
+    inside = np.flatnonzero((shown.frequency_Hz > low) & (shown.frequency_Hz < high))
     # A line of mains hum is no response to the force, and incoherent with it.
     peak = inside[np.argmax((np.abs(shown.H[response]) * shown.coherence[response])[inside])]
     return float(shown.frequency_Hz[peak])
 
 
-def planned_sweeps(resonance_Hz: float) -> dict[str, SteppedSine]:
+def planned_sweeps(resonance_Hz: float, mode: int = 1) -> dict[str, SteppedSine]:
     """The sweeps to learn from and the one to be held out, about a resonance, by the names of their recordings.
 
     Their frequencies move with the resonance, in proportion.
     """
     planned = {}
-    for name, file in ((SWEEPS, "sweeps.toml"), (HELD_OUT, "held-out.toml")):
+    number = "" if mode == 1 else f"-{mode}"
+    for name, file in zip(recording_names(mode), (f"sweeps{number}.toml", f"held-out{number}.toml"), strict=True):
         procedure = load_procedure(FOLDER / file)
         assert isinstance(procedure, SteppedSine)
-        frequencies = [round(f * resonance_Hz / WRITTEN_FOR_Hz, 4) for f in procedure.frequencies]
+        frequencies = [round(f * resonance_Hz / WRITTEN_FOR_Hz[mode - 1], 4) for f in procedure.frequencies]
         planned[name] = procedure.model_copy(update={"frequencies": frequencies})
     return planned

@@ -104,8 +104,23 @@ def stands_out(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
     steps = evidence.steps
     residual = _second(harmonics, harmonics.residual)
     linear = LINEAR_ERROR * np.abs(steps.response[:, :, 1] - residual)
-    noise = CLEAR * np.sqrt(np.nan_to_num(steps.response_variance[:, :, 1], nan=np.inf))
+    noise = CLEAR * _second_noise(evidence, harmonics)
     return np.asarray(np.abs(residual) > np.maximum(noise, linear))
+
+
+def _second_noise(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
+    """Standard deviation (s, o) of the second harmonic less its linear part.
+
+    That part brings the noise of the measured force, and near a resonance far more of it than the response has.
+    """
+    steps = evidence.steps
+    linear = steps.response[:, :, 1] - _second(harmonics, harmonics.residual)
+    force = np.where(steps.force[:, 1] == 0, np.inf, np.abs(steps.force[:, 1]))
+    gain = np.abs(linear) / force[:, None]
+    force_variance = np.nan_to_num(steps.force_variance[:, 1], nan=0.0)
+    return np.asarray(
+        np.sqrt(np.nan_to_num(steps.response_variance[:, :, 1], nan=np.inf) + gain**2 * force_variance[:, None])
+    )
 
 
 def noise_floors(evidence: Evidence, harmonics: HarmonicResiduals) -> dict[int, Array]:
@@ -117,7 +132,7 @@ def noise_floors(evidence: Evidence, harmonics: HarmonicResiduals) -> dict[int, 
     out = stands_out(evidence, harmonics)
     if out.any():
         measured = np.abs(_second(harmonics, harmonics.residual))
-        floors[2] = np.sqrt(steps.response_variance[:, :, 1][out]) / measured[out]
+        floors[2] = _second_noise(evidence, harmonics)[out] / measured[out]
     return floors
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from recordings import RunWriter, read_run
 from twin.bench import open_bench
-from twin.demo import broadband, first_resonance, planned_sweeps
+from twin.demo import broadband, planned_sweeps, resonance
 from twin.demo.plan import BROADBAND, SWEEPS
 from twin.diagnose.effects import with_effects
 from twin.identify.evidence import Evidence, gather_evidence
@@ -90,7 +90,7 @@ def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evide
 
         record(BROADBAND, broadband(), seed)
         noise = read_run(folder / BROADBAND)
-        planned = planned_sweeps(first_resonance(noise, force=rig.force_sensor.channel, response=response))[SWEEPS]
+        planned = planned_sweeps(resonance(noise, force=rig.force_sensor.channel, response=response))[SWEEPS]
         guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensor}
         limits = planned.limits.model_copy(update={"peak": guards})
         record(SWEEPS, planned.model_copy(update={"amplitudes": sweeps.forces_N, "limits": limits}), seed + 1)

@@ -17,7 +17,7 @@ from twin.bench import FIRST_CAUSES, open_bench
 from twin.commands.demo import _measure
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
-from twin.demo import broadband, draw_demo_case, first_resonance, planned_sweeps
+from twin.demo import broadband, draw_demo_case, planned_sweeps, resonance
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import load_rig, save_rig
 from twin.structure import assemble, normal_modes
@@ -60,7 +60,7 @@ def test_mode_1_is_read_off_a_broadband_run(tmp_path):
     moduli = RIG.joint.preload["120N"]
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     frequency_Hz = normal_modes(structure.M, K, count=1).omega[0] / (2 * np.pi)
-    found = first_resonance(read_run(path), force="force", response="acc2")
+    found = resonance(read_run(path), force="force", response="acc2")
     assert found == pytest.approx(frequency_Hz, abs=0.25)  # the shaker and its stinger pull a little
 
 
