@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.cause import Cause, Parameter
-from twin.identify.base_fit import unknowns_bounds
+from twin.identify.base_fit import REWEIGHTED, unknowns_bounds
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.gauss_newton import Solution, minimise
@@ -21,9 +21,6 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["Blame", "Candidate", "Trial", "extension_of", "fit_candidate"]
 
 Array = NDArray[Any]
-
-REWEIGHTED = 2
-"""Fits of one candidate, each with the weights that the last one's law gives the steps."""
 
 
 @dataclass(frozen=True)
@@ -241,6 +238,8 @@ def fit_candidate(
             residual_alone=lambda x: trial.predict(x).residual,
         )
         x = solution.x
+        if solution.gained_little(tolerance):
+            break
     std = np.sqrt(np.diag(solution.covariance))[count:] * trial.scales
     final = []
     for i, blame in enumerate(trial.blames(x)):

@@ -55,8 +55,8 @@ def _least_slack(evidence: Evidence, harmonics: HarmonicResiduals | None, start:
     """The tight fit, and the least slack with which the base family roughly follows the data."""
     least, follows = SLACKS[-1], True
     for slack in (*reversed(SLACKS[1:]), TIGHT):
-        iterations = 20 if slack is TIGHT else 8
-        trial = fit_candidate(evidence, harmonics, start, (), slack=slack, iterations=iterations, tolerance=0.3)
+        iterations, tolerance = (20, 0.1) if slack is TIGHT else (8, 0.3)
+        trial = fit_candidate(evidence, harmonics, start, (), slack=slack, iterations=iterations, tolerance=tolerance)
         follows = follows and trial.chi2_per_dof < FOLLOWS
         least = slack if follows else least
         start = trial.unknowns

@@ -7,6 +7,7 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from twin.identify.elimination import eliminate
 
@@ -21,6 +22,8 @@ Array = NDArray[Any]
 
 RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""
+PASSES = 2
+"""Of the common spring's motion and the ripples beyond it, which change each other little."""
 
 
 def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -> Array:
@@ -41,8 +44,10 @@ def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -
 def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: Array) -> Array:
     """Harmonics 1, 3, 5, 7 of a Jenkins element's force where only the fundamental a cos t of its slip is given.
 
-    The force's harmonics move the slip, X_h = -C_h F_h, and that ripple the force.  To first order a ripple e(t)
-    changes the force by k (e(t) - e(0)) from the reversal until it slips, and not at all after that.
+    The force's harmonics move the slip, X_h = -C_h F_h, and that ripple the force.  What the compliances have in common
+    is a spring c in series, beyond which the motion Y = X + c F ripples little: there the element is one of stiffness
+    k / (1 + k c), whose amplitude follows from |Y_1 - c F_1| = a.  The rest, C_h - c, counts to first order: a ripple
+    e(t) changes the force by its stiffness times e(t) - e(0) from the reversal until it slips, and not at all after.
 
     Parameters
     ----------
@@ -55,63 +60,155 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     ndarray, (s, 4)
     """
     a = np.atleast_1d(np.asarray(amplitude, float))
-    count = len(RIPPLES)
-    alone, both = np.empty((len(a), 1 + count), complex), np.empty((len(a), 1 + count, 2 * count), complex)
-    _by_ripples(a, float(k), float(slip_force), alone, both)
-    _balance(alone, both, np.ascontiguousarray(np.broadcast_to(compliance, (len(a), count)), complex))
-    return alone
+    C = np.ascontiguousarray(np.broadcast_to(compliance, (len(a), len(RIPPLES))), complex)
+    out = np.empty((len(a), 1 + len(RIPPLES)), complex)
+    _in_series(a, float(k), float(slip_force), _common(C), C, out)
+    return out
 
 
 def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compliance: Array) -> Array:
     """Plain numpy twin of :func:`slipping_harmonics`."""
-    a = np.asarray(amplitude, float)[:, None]
+    a = np.atleast_1d(np.asarray(amplitude, float))
+    C = np.broadcast_to(compliance, (len(a), len(RIPPLES)))
+    c, rippled = _common(C), np.zeros(len(a), complex)
+    softer, rest = k / (1 + k * c), C - c[:, None]
     orders = np.array([1, *RIPPLES])
-    alone = jenkins_harmonics(amplitude, k, slip_force, orders[-1])[:, orders - 1]
-    _, t = _sticks_until(a, k, slip_force)
+    for _ in range(PASSES):
+        y = np.array([_beyond_numpy(*one, slip_force) for one in zip(a, c, rippled, softer, strict=True)])
+        alone = np.vstack(
+            [jenkins_harmonics([v], one, slip_force, orders[-1]) for v, one in zip(y, softer, strict=True)]
+        )
+        F = _rippling_numpy(y, softer, slip_force, alone[:, orders - 1], rest)
+        rippled = F[:, 0] - alone[:, 0]
+    slip = y - c * F[:, 0]
+    return np.asarray(F * (np.conj(slip) / np.maximum(np.abs(slip), 1e-300))[:, None] ** orders)
+
+
+def _common(compliance: Array) -> Array:
+    """Spring (s,) that compliances (s, 3) have in common: their middle, since one may lie near a resonance."""
+    return np.maximum(np.median(compliance.real, axis=1), 0.0)
+
+
+def _beyond_numpy(a: float, c: float, rippled: complex, softer: float, slip_force: float) -> float:
+    """Amplitude beyond the common spring at which the slip's is a."""
+
+    def miss(y: float) -> float:
+        return float(np.abs(y - c * (jenkins_harmonics([y], softer, slip_force, 1)[0, 0] + rippled)) - a)
+
+    low, high = _bracket(a, c, abs(rippled), softer)
+    return low if c == 0.0 else float(brentq(miss, low, high, xtol=1e-15 * a, rtol=1e-14))
+
+
+def _rippling_numpy(y: Array, k: Array, slip_force: float, alone: Array, compliance: Array) -> Array:
+    orders = np.array([1, *RIPPLES])
+    t = _sticks_until(y[:, None], k[:, None], slip_force)[1]
     integrals = _turned(np.arange(-orders[-1], 2 * orders[-1] + 1), t)
 
     def integral(n: Array) -> Array:
         return integrals[:, n + orders[-1]]
 
     ripples = orders[1:]
-    start = integral(orders)[:, :, None]
-    by_ripple = k / np.pi * (integral(orders[:, None] - ripples) - start)
-    by_conjugate = k / np.pi * (integral(orders[:, None] + ripples) - start)
+    start, stiffness = integral(orders)[:, :, None], k[:, None, None] / np.pi
+    by_ripple = stiffness * (integral(orders[:, None] - ripples) - start)
+    by_conjugate = stiffness * (integral(orders[:, None] + ripples) - start)
     both = np.concatenate([by_ripple + by_conjugate, 1j * (by_ripple - by_conjugate)], axis=2)
     return _balanced(alone, both, compliance)
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def _by_ripples(amplitude: Array, k: float, slip_force: float, alone: Array, both: Array) -> None:
-    """Fill in the harmonics (s, 4) without ripples, and what the ripples' real and imaginary parts (s, 4, 6) add."""
+def _bracket(a: float, c: float, rippled: float, softer: float) -> tuple[float, float]:
+    """Amplitudes beyond the common spring that enclose the one whose slip is a: with slipping, and with none."""
+    return max(a - c * rippled, 0.0), (a + c * rippled) / (1.0 - c * softer)
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True)
+def _first(y: float, k: float, slip_force: float) -> complex:
+    """The fundamental of :func:`jenkins_harmonics`."""
+    top = min(slip_force, k * y)
+    cosine = min(max(1 - 2 * top / max(k * y, 1e-300), -1.0), 1.0)
+    t, sine = np.arccos(cosine), np.sqrt(max(1.0 - cosine * cosine, 0.0))
+    return complex(k * y * (t - cosine * sine) / np.pi, k * y * sine * sine / np.pi)
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True)
+def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -> float:
+    """What :func:`_beyond_numpy` returns, by false position (Illinois)."""
+    low, high = _bracket(a, c, abs(rippled), k)
+    if c == 0.0:
+        return low
+    below = abs(low - c * (_first(low, k, slip_force) + rippled)) - a
+    above = abs(high - c * (_first(high, k, slip_force) + rippled)) - a
+    side = 0
+    for _ in range(100):
+        if above - below == 0.0 or high - low <= 1e-15 * high:
+            break
+        y = (low * above - high * below) / (above - below)
+        miss = abs(y - c * (_first(y, k, slip_force) + rippled)) - a
+        if abs(miss) <= 1e-14 * a:
+            return y
+        if miss > 0.0:
+            high, above = y, miss
+            below *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            low, below = y, miss
+            above *= 0.5 if side == -1 else 1.0
+            side = -1
+    return 0.5 * (low + high)
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True)
+def _in_series(a: Array, k: float, slip_force: float, c: Array, compliance: Array, out: Array) -> None:
+    """Fill in the harmonics (s, 4)."""
+    count = len(RIPPLES)
+    both, alone, rest = np.empty((1 + count, 2 * count), np.complex128), np.empty(1 + count, np.complex128), 0j
+    own = np.empty(count, np.complex128)
+    for s in range(len(a)):
+        softer, rippled, y = k / (1.0 + k * c[s]), 0j, a[s]
+        for i in range(count):
+            own[i] = compliance[s, i] - c[s]
+        for _ in range(PASSES):
+            y = _beyond(a[s], c[s], rippled, softer, slip_force)
+            _by_ripples(y, softer, slip_force, alone, both)
+            rest = alone[0]
+            _balance(alone, both, own)
+            rippled = alone[0] - rest
+        slip = y - c[s] * alone[0]
+        turn = slip.conjugate() / max(abs(slip), 1e-300)
+        out[s, 0] = alone[0] * turn
+        for i in range(count):
+            out[s, 1 + i] = alone[1 + i] * turn ** RIPPLES[i]
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True)
+def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array) -> None:
+    """Fill in the harmonics (4,) without ripples, and what the ripples' real and imaginary parts (4, 6) add."""
     highest = RIPPLES[-1]
     integrals = np.empty(3 * highest + 1, np.complex128)
-    for s in range(len(amplitude)):
-        a = amplitude[s]
-        top = min(slip_force, k * a)
-        cosine = min(max(1 - 2 * top / max(k * a, 1e-300), -1.0), 1.0)
-        t = np.arccos(cosine)
-        turn = complex(cosine, -np.sin(t))
-        power = 1.0 + 0j
-        integrals[highest] = t
-        for n in range(1, 2 * highest + 1):
-            power = power * turn
-            value = 1j * (power - 1) / n
-            integrals[highest + n] = value
-            if n <= highest:
-                integrals[highest - n] = value.conjugate()
-        for i in range(1 + len(RIPPLES)):
-            h = RIPPLES[i - 1] if i else 1
-            start = integrals[highest + h]
-            # exp(-j h pi) = -1, for all of these are odd.
-            whole = -2j / h
-            sticking = (top - k * a) * start + k * a / 2 * (integrals[highest + h - 1] + integrals[highest + h + 1])
-            alone[s, i] = 2 / np.pi * (sticking - top * (whole - start))
-            for j in range(len(RIPPLES)):
-                ripple = k / np.pi * (integrals[highest + h - RIPPLES[j]] - start)
-                conjugate = k / np.pi * (integrals[highest + h + RIPPLES[j]] - start)
-                both[s, i, j] = ripple + conjugate
-                both[s, i, j + len(RIPPLES)] = 1j * (ripple - conjugate)
+    top = min(slip_force, k * a)
+    cosine = min(max(1 - 2 * top / max(k * a, 1e-300), -1.0), 1.0)
+    t = np.arccos(cosine)
+    turn = complex(cosine, -np.sin(t))
+    power = 1.0 + 0j
+    integrals[highest] = t
+    for n in range(1, 2 * highest + 1):
+        power = power * turn
+        value = 1j * (power - 1) / n
+        integrals[highest + n] = value
+        if n <= highest:
+            integrals[highest - n] = value.conjugate()
+    for i in range(1 + len(RIPPLES)):
+        h = RIPPLES[i - 1] if i else 1
+        start = integrals[highest + h]
+        # exp(-j h pi) = -1, for all of these are odd.
+        whole = -2j / h
+        sticking = (top - k * a) * start + k * a / 2 * (integrals[highest + h - 1] + integrals[highest + h + 1])
+        alone[i] = 2 / np.pi * (sticking - top * (whole - start))
+        for j in range(len(RIPPLES)):
+            ripple = k / np.pi * (integrals[highest + h - RIPPLES[j]] - start)
+            conjugate = k / np.pi * (integrals[highest + h + RIPPLES[j]] - start)
+            both[i, j] = ripple + conjugate
+            both[i, j + len(RIPPLES)] = 1j * (ripple - conjugate)
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
@@ -119,20 +216,19 @@ def _balance(alone: Array, both: Array, compliance: Array) -> None:
     """What :func:`_balanced` returns, in place of `alone`."""
     count = len(RIPPLES)
     J, X = np.empty((2 * count, 2 * count)), np.empty(2 * count)
-    for s in range(len(alone)):
-        for i in range(count):
-            C = compliance[s, i]
-            given = -C * alone[s, 1 + i]
-            X[i], X[count + i] = given.real, given.imag
-            for j in range(2 * count):
-                moved = C * both[s, 1 + i, j]
-                J[i, j], J[count + i, j] = moved.real, moved.imag
-            J[i, i] += 1.0
-            J[count + i, count + i] += 1.0
-        eliminate(J, X)
-        for i in range(1 + count):
-            for j in range(2 * count):
-                alone[s, i] += both[s, i, j] * X[j]
+    for i in range(count):
+        C = compliance[i]
+        given = -C * alone[1 + i]
+        X[i], X[count + i] = given.real, given.imag
+        for j in range(2 * count):
+            moved = C * both[1 + i, j]
+            J[i, j], J[count + i, j] = moved.real, moved.imag
+        J[i, i] += 1.0
+        J[count + i, count + i] += 1.0
+    eliminate(J, X)
+    for i in range(1 + count):
+        for j in range(2 * count):
+            alone[i] += both[i, j] * X[j]
 
 
 def _balanced(alone: Array, both: Array, compliance: Array) -> Array:
@@ -148,7 +244,7 @@ def _balanced(alone: Array, both: Array, compliance: Array) -> Array:
     return np.asarray(alone + (both @ X)[:, :, 0])
 
 
-def _sticks_until(a: Array, k: float, slip_force: float) -> tuple[Array, Array]:
+def _sticks_until(a: Array, k: Array | float, slip_force: float) -> tuple[Array, Array]:
     """Largest force, and the angle after a reversal at which the element slips; pi if it does not."""
     top = np.minimum(slip_force, k * a)
     return top, np.arccos(np.clip(1 - 2 * top / np.maximum(k * a, 1e-300), -1.0, 1.0))

@@ -17,7 +17,7 @@ from twin.identify.linear_model import BaseParameters, believed_parameters
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
 
-__all__ = ["fit_base", "law_from_steps", "starting_unknowns", "unknowns_bounds"]
+__all__ = ["REWEIGHTED", "fit_base", "law_from_steps", "starting_unknowns", "unknowns_bounds"]
 
 Array = NDArray[Any]
 
@@ -31,8 +31,10 @@ SMOOTHNESS = 0.3
 """Weight of a law's second differences beside the steps' own weights when it is first read off them."""
 MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
 """Shares of E' that a law may take off or add."""
-REWEIGHTED = 3
-"""Fits with each slack, each with the weights that the last one's law gives the steps."""
+REWEIGHTED = 10
+"""Most fits with one slack, each with the weights that the last one's law gives the steps, until they gain nothing."""
+TOLERANCE = 0.1
+"""Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
@@ -137,19 +139,25 @@ def fit_base(
         vector = unknowns.vector
         vector[held] = 0.0
         unknowns = unknowns.with_vector(vector)
-    # With slack the weights hardly depend on the law.
-    for slack in (each for each in slacks for _ in range(REWEIGHTED if each is TIGHT else 1)):
-        predictor = Predictor(evidence, slack=slack, held=Predictor(evidence, slack=slack).linearisation(unknowns))
-        mean, precision = predictor.prior(unknowns)
-        mean[held], precision[held, held] = 0.0, HELD_PRECISION
+    for slack in slacks:
+        # With slack the weights hardly depend on the law.
+        for _ in range(REWEIGHTED if slack is TIGHT else 1):
+            here = Predictor(evidence, slack=slack).linearisation(unknowns)
+            predictor = Predictor(evidence, slack=slack, held=here)
+            mean, precision = predictor.prior(unknowns)
+            mean[held], precision[held, held] = 0.0, HELD_PRECISION
 
-        def evaluate(x: Array, predictor: Predictor = predictor, unknowns: Unknowns = unknowns) -> tuple[Array, Array]:
-            prediction = predictor.evaluate(unknowns.with_vector(x))
-            return prediction.residual, prediction.jacobian
+            def evaluate(
+                x: Array, predictor: Predictor = predictor, unknowns: Unknowns = unknowns
+            ) -> tuple[Array, Array]:
+                prediction = predictor.evaluate(unknowns.with_vector(x))
+                return prediction.residual, prediction.jacobian
 
-        bounds = (unknowns_bounds(unknowns, 0), unknowns_bounds(unknowns, 1))
-        solution = minimise(
-            evaluate, unknowns.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
-        )
-        unknowns = unknowns.with_vector(solution.x)
+            bounds = (unknowns_bounds(unknowns, 0), unknowns_bounds(unknowns, 1))
+            solution = minimise(
+                evaluate, unknowns.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
+            )
+            unknowns = unknowns.with_vector(solution.x)
+            if solution.gained_little(TOLERANCE):
+                break
     return unknowns, solution

@@ -18,7 +18,7 @@ from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
-from twin.identify.opening_harmonics import ODD, Openings, balance_openings
+from twin.identify.opening_harmonics import ODD, Openings, at_harmonic, balance_openings
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.unknowns import Unknowns
@@ -28,8 +28,9 @@ __all__ = ["ExtendedRig"]
 
 Array = NDArray[Any]
 
-HARMONIC_TURNS = 3
-"""Fundamentals and harmonics by turns: what the latter add to the former is hundredths of the law's stiffness."""
+HARMONIC_TURNS, HARMONICS_SETTLED = 6, 1e-6
+"""Most turns of fundamentals and harmonics, and the change of what the latter add to the former, over the law's largest
+stiffness, that ends them: a turn leaves a tenth of it."""
 
 
 class ExtendedRig:
@@ -225,13 +226,16 @@ class ExtendedRig:
         openings = self.openings(unknowns, found, ODD)
         p = len(self.points)
         for _ in range(HARMONIC_TURNS):
-            secant = (found.stiffness - found.more)[:, :p].real
-            openings = replace(openings, fundamental=found.motion[:, :p], secant=secant)
+            # Not the secant, which the compliances at the harmonics contain: only both together are exact.
+            openings = replace(openings, fundamental=found.motion[:, :p])
             balance = balance_openings(unknowns.law, openings, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
+            changed = np.max(np.abs(more - found.more), initial=0.0)
             start = np.abs(found.motion)
             found = self.local.balance(unknowns.law, omega, around, more=more, start=start)
+            if changed < HARMONICS_SETTLED * np.max(np.abs(openings.secant), initial=0.0):
+                break
         return found
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
@@ -259,7 +263,7 @@ class ExtendedRig:
         for h in orders:
             omega = h * first
             free = self.receptance(omega, unknowns.base, time, inner=False, points=True)
-            R = update_receptance(free, self.moving[: 2 * p], secant)
+            R = update_receptance(free, self.moving[: 2 * p], at_harmonic(secant, h))
             force = np.zeros(len(steps), complex)
             if 0 < h <= steps.force.shape[1]:
                 known = np.isfinite(steps.force_variance[:, h - 1])

@@ -62,6 +62,10 @@ class Solution:
         """Chi2 plus penalty."""
         return self.chi2 + self.penalty
 
+    def gained_little(self, tolerance: float) -> bool:
+        """Whether all iterations together gained less than this, in units of the cost per degree of freedom."""
+        return self.history[0] - self.history[-1] < tolerance * max(1.0, self.cost / max(1, len(self.residual)))
+
     @property
     def covariance(self) -> Array:
         """Of the parameters, to first order."""

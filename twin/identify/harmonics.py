@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.evidence import HARMONICS
+from twin.identify.opening_harmonics import at_harmonic
 from twin.identify.prediction import Predictor
 from twin.identify.receptance import update_receptance
 from twin.identify.unknowns import Unknowns
@@ -92,13 +93,18 @@ def harmonic_fields(
     linear, joint, field = [], [], []
     for h in orders:
         omega = h * first
-        R = update_receptance(predictor.receptance(omega, unknowns.base, time, inner=False, points=True), at, springs)
+        R = update_receptance(
+            predictor.receptance(omega, unknowns.base, time, inner=False, points=True), at, at_harmonic(springs, h)
+        )
         factor = model.to_quantity(omega) * predictor.channel_factors(omega)[0]
         linear.append(predictor.responses(R, omega) * steps.force[:, h - 1, None])
         push = softened * np.abs(opening) * np.exp(1j * h * np.angle(opening))
         to_outputs = R[:, model.ports.outputs][:, :, at[: len(points)]]
         joint.append(np.einsum("sop,sp->so", to_outputs, push) * factor)
-        field.append(model.output_field(omega, unknowns.base, dE, dG, at=at, springs=springs) * factor[:, :, None])
+        field.append(
+            model.output_field(omega, unknowns.base, dE, dG, at=at, springs=at_harmonic(springs, h))
+            * factor[:, :, None]
+        )
     return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
 
 

@@ -17,7 +17,7 @@ from twin.identify.extended_rig import ExtendedRig
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import LocalForces, Surroundings
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, at_harmonic, balance_openings
 from twin.identify.receptance import update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 
@@ -89,7 +89,7 @@ class HeldRig:
         weights[:, :p] *= rig.normal_left(now)[:, None]
         self.weights, self._at_rest = weights, weights * np.repeat([-rest[0], 1j * rest[1]], p)
         self._frequency, self.omega = frequency, rig.clock(frequency, now)
-        free = self._free(self.omega)
+        free = self._free()
         at, outputs, into = rig.moving, rig.model.ports.outputs, rig.driven(free, self.omega)
         self._among, self._driven = free[:, at[:, None], at], into[:, at]
         self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
@@ -188,7 +188,7 @@ class HeldRig:
     def _by_harmonics(self, motion: Array, stiffness: Array) -> Array:
         """What the openings' harmonics add to the stiffness at each amplitude of the march, (c, f, n)."""
         p, orders = self.points, EVEN_TOO if self._rig.extension.opening else ODD
-        among = [self._at_harmonic(h * self.omega) for h in orders]
+        among = [self._at_harmonic(h) for h in orders]
         more = np.zeros_like(motion)
         softened = -(stiffness[:, :, :p].real / self.weights[:, :p]).min(axis=2)
         felt = np.argwhere(np.abs(softened) > FELT * self._base.E)
@@ -197,7 +197,10 @@ class HeldRig:
         for k in range(0, len(felt), CHUNK):
             c, rows = felt[k : k + CHUNK].T
             secant = stiffness[c, rows, : 2 * p]
-            compliance = [update_receptance(R[rows], slice(0, 2 * p), secant)[:, :p, :p] for R in among]
+            compliance = [
+                update_receptance(R[rows], slice(0, 2 * p), at_harmonic(secant, h))[:, :p, :p]
+                for R, h in zip(among, orders, strict=True)
+            ]
             openings = Openings(
                 motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, orders,
                 np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex),
@@ -205,15 +208,16 @@ class HeldRig:
             more[c, rows, :p] = balance_openings(self._law, openings, self._rig.extension.opening).more
         return more
 
-    def _free(self, omega: Array) -> Array:
-        """Receptances with the law as it is where nothing moves."""
+    def _free(self, h: int = 1) -> Array:
+        """Receptances at a multiple of the drive's frequency, with the law as it is where nothing moves."""
+        omega = h * self.omega
         free = self._rig.receptance(omega, self._base, np.zeros(len(omega)), inner=False, points=True)
-        return update_receptance(free, self._rig.moving[: 2 * self.points], self._at_rest)
+        return update_receptance(free, self._rig.moving[: 2 * self.points], at_harmonic(self._at_rest, h))
 
-    def _at_harmonic(self, omega: Array) -> Array:
+    def _at_harmonic(self, h: int) -> Array:
         """Receptances (f, 2 p, 2 p) among the points at a multiple of the drive's frequency, the shaker holding on."""
-        rig = self._rig
-        free = self._free(omega)
+        rig, omega = self._rig, h * self.omega
+        free = self._free(h)
         shaker = drive_stiffness(rig.evidence.rig.drive, omega)
         free = update_receptance(free, np.array([rig.model.ports.drive]), shaker[:, None])
         at = rig.moving[: 2 * self.points]

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from twin.identify.extension import Opening
 from twin.identify.joint_law import LayerLaw, spline_basis
 
-__all__ = ["EVEN_TOO", "ODD", "OpeningBalance", "Openings", "balance_openings"]
+__all__ = ["EVEN_TOO", "ODD", "OpeningBalance", "Openings", "at_harmonic", "balance_openings"]
 
 Array = NDArray[Any]
 
@@ -101,6 +101,14 @@ class OpeningBalance:
     force: Array
     more: Array
     unsettled: float
+
+
+def at_harmonic(stiffness: Array, h: int) -> Array:
+    """The law's stiffness at the points as harmonic h of their motion meets it.
+
+    Within a period the loss is a force in proportion to velocity, whose coefficient the running amplitude sets.
+    """
+    return np.asarray(stiffness.real + 1j * h * stiffness.imag)
 
 
 def balance_openings(

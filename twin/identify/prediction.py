@@ -209,8 +209,7 @@ class Predictor(ExtendedRig):
         p, orders = len(self.points), self.harmonics.orders
         openings = self._held.openings if self._held else None
         openings = openings or self.openings(unknowns, balance, EVEN_TOO)
-        secant = (balance.stiffness - balance.more)[:, :p].real
-        openings = replace(openings, fundamental=balance.motion[:, :p], secant=secant)
+        openings = replace(openings, fundamental=balance.motion[:, :p])
         force = balance_openings(unknowns.law, openings, self.extension.opening).force
         even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
         at = self.harmonics.field @ layer_points(self.harmonics.structure, p).opening.T

@@ -280,7 +280,8 @@ def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mod
     the mode there is no answer, and whole steps would wander until they met a layer stiffer or more lossy than any.
     """
     own, mode, trial, share = start, near, start, 1.0
-    step, closest, by_value = np.zeros(2), np.inf, np.eye(2)
+    step: Matrix = np.zeros(2)
+    closest, by_value = np.inf, np.eye(2)
     for _ in range(TURNS):
         try:
             found = modes.uniform(trial[0], trial[1], mode)
@@ -293,7 +294,7 @@ def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mod
             by_value = np.array([by.real, by.imag])
             if closest < TOLERANCE * abs(meant):
                 return own, mode, by_value
-            step = np.linalg.solve(by_value, [miss.real, miss.imag])
+            step = np.asarray(np.linalg.solve(by_value, [miss.real, miss.imag]))
         elif share < LEAST_SHARE:
             break
         else:
