@@ -22,6 +22,8 @@ import can
 
 __all__ = ["UnixBus"]
 
+LAST_WORDS_S = 10.0
+"""How long a participant that leaves waits for others to read; one that never reads must not hold it for ever."""
 _HEAD = struct.Struct("<IBB2x")
 _FD, _RATE_SWITCH, _ERROR_STATE, _REMOTE, _EXTENDED, _ERROR = 1, 2, 4, 8, 16, 32
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS)
@@ -219,8 +221,15 @@ class UnixBus(can.BusABC):
         return self._poll.fileno()
 
     def shutdown(self) -> None:
-        """Leave the bus; the hub takes it down."""
+        """Leave the bus when the others have taken what was sent, or after ten seconds; the hub takes it down."""
         super().shutdown()
+        deadline = time.monotonic() + LAST_WORDS_S
+        while True:
+            with self._lock:
+                left = deadline - time.monotonic()
+                if left <= 0 or self._flush():
+                    break
+            self._wait_for_room(left)
         for descriptor in list(self._peers):
             self._drop(descriptor)
         if self._listener is not None:

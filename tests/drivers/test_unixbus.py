@@ -5,10 +5,13 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 
 import can
 import pytest
 from virtual_rig import PATIENCE_S
+
+import drivers.unixbus
 
 
 def frame(number: int) -> can.Message:
@@ -42,6 +45,34 @@ def test_another_process_gets_every_frame_in_order(path):
             assert int.from_bytes(message.data[:4], "little") == n
             assert (message.arbitration_id, message.dlc, message.is_fd) == (n % 2048, 64, True)
         assert process.wait(PATIENCE_S) == 0
+
+
+def test_what_was_sent_before_leaving_arrives_though_nobody_read_yet(path):
+    """The last frame waits in the sender while the socket is full."""
+    with open_bus(path) as hub:
+        sender = open_bus(path)
+        hub.recv(0.01)
+        sent = 0
+        while not any(sender._pending.values()):
+            sender.send(frame(sent), timeout=PATIENCE_S)
+            sent += 1
+        leaving = threading.Thread(target=sender.shutdown)
+        leaving.start()
+        received = [hub.recv(PATIENCE_S) for _ in range(sent)]
+        leaving.join(PATIENCE_S)
+    assert not any(message is None for message in received)
+    assert [message.data for message in received] == [frame(n).data for n in range(sent)]
+
+
+def test_a_participant_leaves_though_nobody_ever_reads(path, monkeypatch):
+    monkeypatch.setattr(drivers.unixbus, "LAST_WORDS_S", 0.2)
+    with open_bus(path):
+        sender = open_bus(path)
+        while not any(sender._pending.values()):
+            sender.send(frame(0), timeout=PATIENCE_S)
+        began = time.monotonic()
+        sender.shutdown()
+        assert time.monotonic() - began < PATIENCE_S
 
 
 def test_every_participant_hears_every_other(path):

@@ -33,7 +33,7 @@ MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
 """Shares of E' that a law may take off or add."""
 REWEIGHTED = 10
 """Most fits with one slack, each with the weights that the last one's law gives the steps, until they gain nothing."""
-TOLERANCE = 0.1
+TOLERANCE = 0.3
 """Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""

@@ -18,7 +18,7 @@ from twin.identify.extended_model import extended_model
 from twin.identify.extension import Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
-from twin.identify.opening_harmonics import ODD, Openings, at_harmonic, balance_openings
+from twin.identify.opening_harmonics import ODD, Openings, balance_openings, beside_openings
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.unknowns import Unknowns
@@ -263,7 +263,7 @@ class ExtendedRig:
         for h in orders:
             omega = h * first
             free = self.receptance(omega, unknowns.base, time, inner=False, points=True)
-            R = update_receptance(free, self.moving[: 2 * p], at_harmonic(secant, h))
+            R = update_receptance(free, self.moving[: 2 * p], beside_openings(secant, h))
             force = np.zeros(len(steps), complex)
             if 0 < h <= steps.force.shape[1]:
                 known = np.isfinite(steps.force_variance[:, h - 1])

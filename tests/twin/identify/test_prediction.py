@@ -267,8 +267,8 @@ def ringing(steel_model, steel_dense, unknowns, evidence, swept):
     springs = (points.weights * moduli)[:, :, None] * points.rows
 
     def field(load, order):
-        """With the springs that the law makes of the layer's points at each step."""
-        held = points.rows.T @ springs
+        """With what the law makes of the layer's points at each step: springs, and losses that follow the velocity."""
+        held = points.rows.T @ (springs.real + 1j * order * springs.imag)
         return steel_dense.field(load[None], order * steps.omega, unknowns.base, held=held)[:, 0]
 
     motion = field(drive, 1) @ row * steps.force[:, 0]
