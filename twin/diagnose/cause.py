@@ -103,6 +103,10 @@ class Cause(ABC):
         """Choices that are names, such as the channel at fault: one search each; a single empty one by default."""
         return ({},)
 
+    def assumed(self, evidence: Evidence) -> Mapping[str, str]:
+        """Names that a rig file may leave out, and what is meant then; none by default."""
+        return {}
+
     @abstractmethod
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The numbers to be found; the first one with a null value is the effect's strength."""

@@ -38,10 +38,17 @@ def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str
         cause = CAUSES.get(effect.cause)
         if cause is None:
             continue
-        label = {name: value for name, value in effect.parameters.items() if isinstance(value, str)}
-        values = {name: value for name, value in effect.parameters.items() if not isinstance(value, str)}
-        place = f"effect.{number} ({effect.cause})"
         labels = [dict(known) for known in cause.labels(evidence)]
+        names = {name for known in labels for name in known}
+        label, values = dict(cause.assumed(evidence)), {}
+        for name, value in effect.parameters.items():
+            if isinstance(value, str):
+                label[name] = value
+            elif name in names:
+                label[name] = f"{value:g}"  # a number by which something is named
+            else:
+                values[name] = value
+        place = f"effect.{number} ({effect.cause})"
         if label not in labels:
             choices = "; ".join(", ".join(f"{k} = {v}" for k, v in known.items()) or "no names" for known in labels)
             raise InputError(source, place, f"{label or 'no names'} is not one of its choices", f"it takes {choices}")

@@ -33,6 +33,7 @@ def refused(capsys, out, *arguments):
     return said
 
 
+@pytest.mark.slow
 def test_recordings_become_a_model_that_predicts(campaign, tmp_path, capsys):
     model, drive, answer = (tmp_path / name for name in ("model.toml", "drive.csv", "response.csv"))
     runs = [campaign / "random.mcap", campaign / "sweeps.mcap"]

@@ -117,6 +117,7 @@ def test_a_replayed_run_comes_back_bit_for_bit(acquired, kind, tmp_path):
         assert np.array_equal(old.view(np.uint32), new.view(np.uint32))
 
 
+@pytest.mark.slow
 def test_a_meter_tells_preload_and_temperature_in_the_recording(tmp_path):
     file, out = str(tmp_path / "instruments.toml"), tmp_path / "run.mcap"
     arguments = ["--tcp", "127.0.0.1:0", "--meter", "127.0.0.1:0", "--speed", "10", "--instruments-out", file]

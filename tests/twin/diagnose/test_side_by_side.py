@@ -86,6 +86,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 def test_a_helper_ends_with_a_killed_parent_in_the_middle_of_its_work(tmp_path):
     (script := tmp_path / "parent.py").write_text(ORPHANS)

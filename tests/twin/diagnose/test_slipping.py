@@ -98,6 +98,7 @@ def test_ripples_of_the_slip_are_in_balance_with_the_force_to_second_order():
     assert np.max(small) < np.max(uneven) / 8
 
 
+@pytest.mark.slow
 def test_a_structure_much_more_compliant_than_the_slider_is_in_balance_too():
     """As the tip of a joint is; an expansion about an element that stands alone would have nothing left of it."""
     left, without = errors(7.0, (1.0, 1.05, 0.9))

@@ -134,6 +134,7 @@ def test_a_motion_beyond_the_law_is_told_and_wide():
     assert outside.std[2] / outside.force_N[2] < 0.02
 
 
+@pytest.mark.slow
 def test_thousands_of_steps_at_once():
     f = np.linspace(25.0, 28.0, 300)
     found = RigResponse(blank_evidence(with_law(SATURATING))).forced(

@@ -52,6 +52,7 @@ def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
         assert new.noise_density["force"] < 2 * old.noise_density["force"]
 
 
+@pytest.mark.slow
 def test_bins_of_a_right_model_stay(evidence):
     """Against its own reference a sound run's bins do not move beyond their noise."""
     unknowns = Unknowns(believed_parameters(RIG), LINEAR)

@@ -105,6 +105,7 @@ def test_moduli_far_from_belief_are_no_trap(steel_model, factors):
     assert fit.chi2_per_dof < 1.5
 
 
+@pytest.mark.slow
 def test_a_channel_that_is_turned_round_is_no_trap(steel, steel_model):
     believed = believed_parameters(load_rig("steel-lap-joint"))
     upright, turned = (

@@ -33,6 +33,7 @@ def true_quality_factor():
     return frequency[peak] / (high - low)
 
 
+@pytest.mark.slow
 def test_a_quality_factor_wrong_by_a_factor_of_two_comes_right(tmp_path):
     believed = Believed(rig_name="steel", damping_ratio=min(STEEL.damping.modal_ratio), bits=24)
 

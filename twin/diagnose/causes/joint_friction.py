@@ -28,6 +28,10 @@ class JointFriction(Cause):
         """The layer's elements, counted from the clamp's end."""
         return tuple({"layer_element": str(n + 1)} for n in range(evidence.rig.joint.layer_elements))
 
+    def assumed(self, evidence: Evidence) -> Mapping[str, str]:
+        """The last element, as on the bench: other programs' rig files name none."""
+        return self.labels(evidence)[-1]
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness while sticking, and the displacement at which slip begins.
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from contract_causes import CONTRACT, SEEN_IN_SAMPLES
 
+from recordings.errors import InputError
 from twin.bench import draw_case
 from twin.diagnose.candidate import extension_of
 from twin.diagnose.causes import CAUSES
@@ -13,6 +14,7 @@ from twin.diagnose.effects import acting_effects
 from twin.identify.extension import Extension
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
+from twin.rigs import Effect
 
 MODELLED = {name: parameters for name, parameters in CONTRACT.items() if name not in SEEN_IN_SAMPLES}
 
@@ -71,6 +73,22 @@ def test_an_effect_in_a_rig_file_acts_in_the_forward_model(evidence, name):
     case = draw_case(np.random.default_rng(7), rig=evidence.rig, causes=[name])
     extension = extension_of(evidence, acting_effects(evidence, case.effects))
     assert extension != Extension()
+
+
+@pytest.mark.parametrize(("given", "meant"), [({}, "3"), ({"layer_element": 1}, "1"), ({"layer_element": "2"}, "2")])
+def test_a_slider_of_another_programs_rig_file_sits_in_the_element_it_names_or_in_the_last(evidence, given, meant):
+    effect = Effect(cause="joint-friction", parameters={"stiffness_N_per_m": 1e8, "slip_force_N": 100.0, **given})
+    (blame,) = acting_effects(evidence, [effect])
+    assert blame.label == {"layer_element": meant}
+    assert blame.cause.reported(blame.values, {})[0] == pytest.approx({"stiffness_N_per_m": 1e8, "slip_force_N": 100.0})
+
+
+def test_a_slider_in_an_element_that_is_not_there_is_refused(evidence):
+    effect = Effect(
+        cause="joint-friction", parameters={"stiffness_N_per_m": 1e8, "slip_force_N": 100.0, "layer_element": 4}
+    )
+    with pytest.raises(InputError, match="not one of its choices"):
+        acting_effects(evidence, [effect])
 
 
 def test_parameters_begin_inside_their_limits(evidence):
