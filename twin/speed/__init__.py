@@ -10,6 +10,7 @@ from twin.speed.integrators import against_solve_ivp
 from twin.speed.measured import Measured, MissingRivalError
 from twin.speed.start import start
 from twin.speed.streaming import streaming
+from twin.speed.three_modes import gauss_newton_three_modes
 
 __all__ = ["BENCHMARKS", "Measured", "MissingRivalError"]
 
@@ -22,6 +23,7 @@ BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "equivalent-linear-sweep": equivalent_linear_sweep,
     "receptances": receptances,
     "gauss-newton-step": gauss_newton_step,
+    "gauss-newton-three-modes": gauss_newton_three_modes,
     "start": start,
 }
 """In the order they are measured."""

@@ -21,6 +21,7 @@ from twin.speed import BENCHMARKS
         ("harmonic-balance", 1e-10),
         ("harmonic-balance-ten-sliders", 1e-10),
         pytest.param("gauss-newton-step", 2e-3, marks=pytest.mark.slow),
+        pytest.param("gauss-newton-three-modes", 2e-3, marks=pytest.mark.slow),
     ],
 )
 def test_both_sides_agree(name, error):
