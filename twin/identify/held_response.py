@@ -28,6 +28,8 @@ Array = NDArray[Any]
 STRIDE = 0.25
 """Of the logarithm of the amplitudes at which the motion is found one from the other, the same for every question."""
 CHUNK = 4096
+HARMONIC_TURNS = 2
+"""Each leaves some twentieth of what harmonics add, most where a harmonic meets another resonance."""
 FELT = 1e-3
 """Softening over E' below which an opening has no harmonics to speak of."""
 
@@ -140,7 +142,7 @@ class HeldRig:
         count = int(np.max(np.ceil(np.log(high) / STRIDE) - self._first)) + 3
         self._more = np.zeros((count, *self._driven.shape), complex)
         self._log_motion = np.zeros(self._more.shape)
-        for turn in range(2 if self._own_harmonics else 1):
+        for turn in range(1 + HARMONIC_TURNS if self._own_harmonics else 1):
             motion, stiffness = np.zeros_like(self._more), np.zeros_like(self._more)
             for c in range(count):
                 around = self._surroundings(every, np.exp((self._first + c) * STRIDE))
@@ -155,7 +157,7 @@ class HeldRig:
                 )
                 motion[c], stiffness[c] = found.motion, found.stiffness - self._more[c]
                 self._log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
-            if self._own_harmonics and not turn:
+            if self._own_harmonics and turn < HARMONIC_TURNS:
                 self._more = self._by_harmonics(motion, stiffness)
 
     def states(self, rows: Array, reading: Array) -> HeldStates:

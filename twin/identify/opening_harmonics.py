@@ -36,17 +36,18 @@ EVEN_TOO = (0, 2, 3, 4, 5, 6, 7)
 """Where it is not."""
 SAMPLES = 64
 """Of a period."""
-TURNS = 12
-"""Newton steps; three to five are usual."""
+TURNS, SHORTEST = 24, 1 / 16
+"""Newton steps; three to five are usual.  And the share of one that is taken though it comes no nearer."""
 BALANCED = 1e-7
 """Newton step over the fundamental at which the harmonics are in balance."""
 GRID = 400
 """Points of a force's table."""
 LEAST_TANGENT = 0.02
 """Of the linear modulus: a passive layer never has a negative tangent, whatever a spline does between its data."""
-WAVES = 3.0
-"""Weight of a softening's second differences in its time form: harmonics follow its slopes, so that waves of a few
-knots' length, which noise makes and which hardly matter to the fundamental, would grow from fit to fit."""
+WAVES, STRETCH = 3.0, 4.0
+"""Weight of a softening's second differences in its time form, with so many knots for a logarithm of opening: harmonics
+follow its slopes, so that waves of a quarter's length, which noise makes and which hardly matter to the fundamental,
+would grow from fit to fit."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
 
 
@@ -141,6 +142,8 @@ def balance_openings(
     X = np.zeros((len(a), len(orders), a.shape[1]), complex) if start is None else start.copy()
     # A static opening has no imaginary part.
     real = np.repeat(orders > 0, a.shape[1])
+    nearest, share, unsettled = np.full(len(a), np.inf), np.ones(len(a)), np.full(len(a), np.inf)
+    base, taken = X, np.zeros_like(X)
     for turn in range(TURNS + 1):
         opening = (a[:, :, None] * wave).real + np.einsum("shp,ht->spt", X, waves).real
         force, tangent = _force(law, openings, slap, opening)
@@ -148,11 +151,18 @@ def balance_openings(
         miss = X - openings.driven + np.einsum("shpq,shq->shp", openings.compliance, harmonics)
         flat = miss.reshape(len(a), -1)
         step = _newton_step(openings, orders, tangent, flat, real)
-        unsettled = np.max(np.abs(step), axis=1) / size
+        left = np.linalg.norm(flat, axis=1)
+        # Where a contact opens within a step, whole steps may go round in circles: half of one, until it comes nearer.
+        nearer = (left < nearest) | (share <= SHORTEST)
+        unsettled = np.where(nearer, np.max(np.abs(step), axis=1) / size, unsettled)
         if np.max(unsettled, initial=0.0) < BALANCED or turn == TURNS:
             break
-        # A contact opens within a step: no step larger than half the motion itself is to be trusted.
-        X = X - (step * np.minimum(1.0, 0.5 / np.maximum(unsettled, 1e-300))[:, None]).reshape(X.shape)
+        # Nor is any step larger than half the motion itself to be trusted.
+        step = (step * np.minimum(1.0, 0.5 / np.maximum(unsettled, 1e-300))[:, None]).reshape(X.shape)
+        pick = nearer[:, None, None]
+        base, taken = np.where(pick, X, base), np.where(pick, step, taken)
+        nearest, share = np.where(nearer, left, nearest), np.where(nearer, 1.0, share / 2)
+        X = base - share[:, None, None] * taken
     # Less what the time form makes of the fundamental alone: nothing, but for its table and where a spline must bend.
     alone = _force(law, openings, None, (a[:, :, None] * wave).real)[0]
     first = (force - alone) @ wave.conj() * (2 / SAMPLES)
@@ -221,11 +231,14 @@ def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:
 @lru_cache(maxsize=16)
 def _abel(knots: bytes) -> tuple[Array, Array]:
     """A grid of openings (g,), and the matrix (g, n) from a softening at the knots to the force it takes off there."""
-    last = np.frombuffer(knots)[-1]
+    at = np.frombuffer(knots)
+    last = at[-1]
     x = np.linspace(0.0, 1.5 * last, GRID)
     sine = np.sin((NODES + 1) * np.pi / 4)
-    B, by_log = spline_basis(np.frombuffer(knots), x[:, None] * sine)
+    B, by_log = spline_basis(at, x[:, None] * sine)
     # x sin N' is the derivative by the logarithm
     matrix = np.einsum("t,gtn->gn", WEIGHTS * np.pi / 4 * sine**3, 3 * B + by_log) * (x / 2)[:, None]
     bend = np.diff(np.eye(matrix.shape[1]), 2, axis=0)
-    return x, matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + WAVES * bend.T @ bend)
+    # Over the same stretch of amplitude however many knots there are.
+    waves = WAVES * ((len(at) - 1) / (STRETCH * np.log(last / at[0]))) ** 4
+    return x, matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + waves * bend.T @ bend)
