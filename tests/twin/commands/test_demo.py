@@ -17,7 +17,7 @@ from twin.bench import FIRST_CAUSES, open_bench
 from twin.commands.demo import _measure
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
-from twin.demo import broadband, draw_demo_case, planned_sweeps, resonance
+from twin.demo import broadband, draw_demo_case, planned_sweeps, recording_names, resonance
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import load_rig, save_rig
 from twin.structure import assemble, normal_modes
@@ -48,6 +48,19 @@ def test_sweeps_move_with_the_resonance():
             np.asarray(here[name].frequencies) * 24.0 / 26.3, abs=1e-4
         )
         assert min(here[name].frequencies) < 26.3 < max(here[name].frequencies)
+
+
+@pytest.mark.parametrize("mode", [1, 2, 3])
+def test_sweeps_about_every_mode_enclose_its_resonance(mode):
+    structure, moduli = assemble(RIG), RIG.joint.preload["120N"]
+    K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
+    natural_Hz = normal_modes(structure.M, K, count=3).omega[mode - 1] / (2 * np.pi)
+    planned = planned_sweeps(natural_Hz, mode)
+    assert tuple(planned) == recording_names(mode)
+    for procedure in planned.values():
+        assert min(procedure.frequencies) < 0.99 * natural_Hz
+        assert max(procedure.frequencies) > 1.01 * natural_Hz
+        assert procedure.sample_rate > 7 * natural_Hz
 
 
 def test_mode_1_is_read_off_a_broadband_run(tmp_path):

@@ -13,7 +13,9 @@ from twin.identify.evidence import Evidence
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import DETUNING_STD
 from twin.identify.linear_model import believed_parameters
+from twin.identify.opening_harmonics import ODD, balance_openings
 from twin.identify.prediction import Predictor
+from twin.identify.unknowns import Unknowns
 from twin.identify.whitening import COMMON_ERROR, LAW_ERROR, RATIO_ERROR
 from twin.joint import Saturating
 from twin.response import HarmonicBalance
@@ -145,6 +147,16 @@ def true_law():
     """Softening and loss of the dense structure's points, as splines fine enough to be the functions themselves."""
     opening, slip = np.geomspace(1e-9, 1e-5, 200), np.geomspace(1e-9, 1e-5, 200)
     return LayerLaw(opening, slip, -SOFTENING.stiffness(opening).real, 3e8 * (slip / 1e-6) ** 1.5)
+
+
+def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, believed):
+    """Anew from the balance that was found, with receptances that hold its own secant stiffness."""
+    unknowns, predictor = Unknowns(believed, true_law()), Predictor(balanced.evidence)
+    found = predictor.step_receptance(unknowns, inner=False)[2]
+    again = balance_openings(unknowns.law, predictor.openings(unknowns, found, ODD)).more
+    size = np.max(np.abs(found.more))
+    assert size > 1e-3 * np.max(np.abs(found.stiffness[:, :3]))
+    np.testing.assert_allclose(found.more[:, :3], again, atol=1e-3 * size)
 
 
 @dataclass(frozen=True)
