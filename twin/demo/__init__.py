@@ -4,7 +4,6 @@ from twin.demo.case import DemoCase, draw_demo_case
 from twin.demo.plan import (
     BROADBAND,
     HELD_OUT,
-    PLANNED_MODES,
     SWEEPS,
     broadband,
     planned_sweeps,
@@ -15,7 +14,6 @@ from twin.demo.plan import (
 __all__ = [
     "BROADBAND",
     "HELD_OUT",
-    "PLANNED_MODES",
     "SWEEPS",
     "DemoCase",
     "broadband",

@@ -12,7 +12,7 @@ from twin.identify.spectrum import broadband_records, h1
 from twin.procedures import Random, SteppedSine, load_procedure
 
 __all__ = [
-    "BROADBAND", "HELD_OUT", "PLANNED_MODES", "SWEEPS", "broadband", "planned_sweeps", "recording_names", "resonance",
+    "BROADBAND", "HELD_OUT", "SWEEPS", "broadband", "planned_sweeps", "recording_names", "resonance",
 ]  # fmt: skip
 
 BROADBAND, SWEEPS, HELD_OUT = "broadband.mcap", "run.mcap", "held-out.mcap"
@@ -22,8 +22,6 @@ SOUGHT_Hz = ((10.0, 60.0), (110.0, 220.0), (340.0, 640.0))
 """Where each mode is sought: below the first the acceleration is mere noise, and between them lies none."""
 WRITTEN_FOR_Hz = (26.3, 156.0, 470.0)
 """Each mode's resonance that its sweeps' files are written for."""
-PLANNED_MODES = len(WRITTEN_FOR_Hz)
-"""Modes that sweeps are planned for."""
 
 
 def broadband() -> Random:
@@ -41,7 +39,7 @@ def recording_names(mode: int) -> tuple[str, str]:
 
 
 def resonance(run: Run, *, force: str, response: str, mode: int = 1) -> float:
-    """Frequency of one of the first :data:`PLANNED_MODES` modes in a broadband run, Hz.
+    """Frequency of one of the first three modes in a broadband run, Hz.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from twin.identify.unknowns import BaseParameters
 from twin.rigs import load_rig
 from twin.speed.measured import Measured, side_by_side
 
-__all__ = ["SofteningSweep", "banded_model", "equivalent_linear_sweep", "receptances", "softening_sweep"]
+__all__ = ["SofteningSweep", "banded_model", "equivalent_linear_sweep", "in_bands", "receptances", "softening_sweep"]
 
 Array = NDArray[Any]
 
@@ -45,17 +45,23 @@ def softening_sweep(count: int = 400) -> SofteningSweep:
     return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E / 3, count))
 
 
+def in_bands(parts: list[Array]) -> tuple[Array, int, Array]:
+    """Matrices (k, 2 width + 1, n) as :func:`scipy.linalg.solve_banded` has them, the width, and the order of rows."""
+    pattern = np.sum(np.abs(parts), axis=0)
+    order = reverse_cuthill_mckee(csr_array(pattern), symmetric_mode=True)
+    rows, columns = np.nonzero(pattern[np.ix_(order, order)])
+    width = int(np.max(abs(rows - columns)))
+    bands = np.zeros((len(parts), 2 * width + 1, len(order)))
+    for band, part in zip(bands, parts, strict=True):
+        band[width + rows - columns, columns] = part[order[rows], order[columns]]
+    return bands, width, order
+
+
 def banded_model(model: LinearModel) -> Callable[[Array, Array, Array], Array]:
     """Displacement of the output per unit force at given omega, E' and G', from the full matrices in bands."""
     s, port = model.structure, model.ports.outputs.start
     K = s.stiffness(0.0, 0.0)
-    order = reverse_cuthill_mckee(csr_array(s.M + K + model.reference_E * (s.KE + s.KG)), symmetric_mode=True)
-    parts = [part[np.ix_(order, order)] for part in (K, s.KE, s.KG, s.M)]
-    rows, columns = np.nonzero(np.sum(np.abs(parts), axis=0))
-    width = int(np.max(abs(rows - columns)))
-    banded = [np.zeros((2 * width + 1, len(order))) for _ in parts]
-    for band, part in zip(banded, parts, strict=True):
-        band[width + rows - columns, columns] = part[rows, columns]
+    banded, width, order = in_bands([K, s.KE, s.KG, s.M])
     load, read = (model.ports.rows[row][order] for row in (model.ports.drive, port))
 
     def response(omega: Array, E: Array, G: Array) -> Array:

