@@ -161,18 +161,19 @@ def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -
 def _in_series(a: Array, k: float, slip_force: float, c: Array, compliance: Array, out: Array) -> None:
     """Fill in the harmonics (s, 4)."""
     count = len(RIPPLES)
-    both, alone, rest = np.empty((1 + count, 2 * count), np.complex128), np.empty(1 + count, np.complex128), 0j
-    own = np.empty(count, np.complex128)
+    both, alone = np.empty((1 + count, 2 * count), np.complex128), np.empty(1 + count, np.complex128)
+    own, integrals = np.empty(count, np.complex128), np.empty(3 * RIPPLES[-1] + 1, np.complex128)
+    J, X = np.empty((2 * count, 2 * count)), np.empty(2 * count)
     for s in range(len(a)):
         softer, rippled, y = k / (1.0 + k * c[s]), 0j, a[s]
         for i in range(count):
             own[i] = compliance[s, i] - c[s]
         for _ in range(PASSES):
             y = _beyond(a[s], c[s], rippled, softer, slip_force)
-            _by_ripples(y, softer, slip_force, alone, both)
-            rest = alone[0]
-            _balance(alone, both, own)
-            rippled = alone[0] - rest
+            _by_ripples(y, softer, slip_force, alone, both, integrals)
+            without = alone[0]
+            _balance(alone, both, own, J, X)
+            rippled = alone[0] - without
         slip = y - c[s] * alone[0]
         turn = slip.conjugate() / max(abs(slip), 1e-300)
         out[s, 0] = alone[0] * turn
@@ -181,10 +182,9 @@ def _in_series(a: Array, k: float, slip_force: float, c: Array, compliance: Arra
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array) -> None:
+def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array, integrals: Array) -> None:
     """Fill in the harmonics (4,) without ripples, and what the ripples' real and imaginary parts (4, 6) add."""
     highest = RIPPLES[-1]
-    integrals = np.empty(3 * highest + 1, np.complex128)
     top = min(slip_force, k * a)
     cosine = min(max(1 - 2 * top / max(k * a, 1e-300), -1.0), 1.0)
     t = np.arccos(cosine)
@@ -212,10 +212,9 @@ def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def _balance(alone: Array, both: Array, compliance: Array) -> None:
-    """What :func:`_balanced` returns, in place of `alone`."""
+def _balance(alone: Array, both: Array, compliance: Array, J: Array, X: Array) -> None:
+    """What :func:`_balanced` returns, in place of `alone`; J (6, 6) and X (6,) are room for it."""
     count = len(RIPPLES)
-    J, X = np.empty((2 * count, 2 * count)), np.empty(2 * count)
     for i in range(count):
         C = compliance[i]
         given = -C * alone[1 + i]
