@@ -22,6 +22,9 @@ __all__ = ["Blame", "Candidate", "Trial", "extension_of", "fit_candidate"]
 
 Array = NDArray[Any]
 
+ROUGH = 1.0
+"""Tolerance from which on a fit only ranks rivals, and keeps the weights that it begins with."""
+
 
 @dataclass(frozen=True)
 class Blame:
@@ -223,8 +226,9 @@ def fit_candidate(
         if p.places:
             largest[count + k] = 0.1 * (p.upper - p.lower) / p.scale
     x = trial.x0
-    # With slack the weights hardly depend on the law; a fit at a held value is one of many to choose from.
-    for _ in range(REWEIGHTED if slack in (TIGHT, STIFF) and not held else 1):
+    # With slack the weights hardly depend on the law; rough fits, or those at a held value, are many to choose from.
+    final = slack in (TIGHT, STIFF) and tolerance < ROUGH and not held
+    for _ in range(REWEIGHTED if final else 1):
         trial.weigh(x)
         solution = minimise(
             trial.evaluate,
@@ -241,12 +245,12 @@ def fit_candidate(
         if solution.gained_little(tolerance):
             break
     std = np.sqrt(np.diag(solution.covariance))[count:] * trial.scales
-    final = []
+    found = []
     for i, blame in enumerate(trial.blames(x)):
         errors = {p.name: p.spread(blame.values[p.name], std[k]) for k, (j, p) in enumerate(trial.slots) if j == i}
-        final.append(replace(blame, std=errors))
+        found.append(replace(blame, std=errors))
     return Candidate(
-        blames=tuple(final),
+        blames=tuple(found),
         unknowns=trial.unknowns(x),
         solution=solution,
         log_evidence=log_evidence(solution, base_precision, parameters),

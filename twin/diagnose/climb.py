@@ -9,7 +9,7 @@ from functools import partial
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
 from twin.diagnose.cause import Cause, main_strength
 from twin.diagnose.footing import FOLLOWS, Footing
-from twin.diagnose.paying import FALSE, left_behind, paying, pruned
+from twin.diagnose.paying import FALSE, left_behind, paying, promising, pruned
 from twin.diagnose.score import Score, score_causes
 from twin.diagnose.shortlist import shortlist
 from twin.diagnose.side_by_side import side_by_side
@@ -172,6 +172,9 @@ class Climb:
         rivals = [(*self.model.blames, blame) for blame in shortlist(self._thin[0], scores)]
         trials = tournament(*self._thin, self._start, rivals, self._slack, self._report)
         trials = at_the_best_place(*self._thin, trials, scores)
+        if trials:
+            as_rough = fit_candidate(*self._thin, self._start, self.model.blames, tolerance=2.0)
+            trials = promising(trials, as_rough)
         if not trials:
             return list(kept)
         # Where not even the best follows the data, any may be the first of two.

@@ -11,7 +11,7 @@ from twin.diagnose.tournament import LEAST_GAIN
 from twin.identify.evidence import Evidence
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["FALSE", "LEAST_SHARE", "left_behind", "left_by_effects", "paying", "pruned"]
+__all__ = ["FALSE", "LEAST_SHARE", "left_behind", "left_by_effects", "paying", "promising", "pruned"]
 
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
@@ -22,6 +22,8 @@ FALSE = 0.5
 """Share of chi2 that is left from another start where the first one had led into a false minimum."""
 CLEAR = 2.0
 """Standard deviations from nothing."""
+CHANCE = 0.25
+"""Part of what a cause must gain that a rough fit to thinner evidence must show of it."""
 OWN_ERROR = 0.1
 """Largest model error of a cause that counts as leaving chi2 behind: larger ones say that strength and place are known
 only together, not that the cause fits badly."""
@@ -38,6 +40,21 @@ def paying(evidence: Evidence, finalists: list[Candidate], model: Candidate, exc
         if _pays(evidence, finalist, model, by_strain=alone)
         and (alone or model.solution.chi2 - finalist.solution.chi2 > excused)
     )  # fmt: skip
+
+
+def promising(trials: list[Candidate], model: Candidate) -> list[Candidate]:
+    """The rough fits that leave a chance that the data would pay for them, beside as rough a fit of the model."""
+    before, harmonics = model.solution, model.chi2_of("harmonics")
+
+    def has_a_chance(trial: Candidate) -> bool:
+        relief = 0.5 * (before.penalty - trial.solution.penalty)
+        return (
+            relief > CHANCE * LEAST_GAIN
+            or before.chi2 - trial.solution.chi2 > CHANCE * LEAST_SHARE * before.chi2
+            or harmonics - trial.chi2_of("harmonics") > CHANCE * LEAST_SHARE_OF_HARMONICS * harmonics
+        )
+
+    return [trial for trial in trials if has_a_chance(trial)]
 
 
 def left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:

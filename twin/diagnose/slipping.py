@@ -86,7 +86,7 @@ def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compli
 
 def _common(compliance: Array) -> Array:
     """Spring (s,) that compliances (s, 3) have in common: their middle, since one may lie near a resonance."""
-    return np.maximum(np.median(compliance.real, axis=1), 0.0)
+    return np.maximum(np.sort(compliance.real, axis=1)[:, len(RIPPLES) // 2], 0.0)
 
 
 def _beyond_numpy(a: float, c: float, rippled: complex, softer: float, slip_force: float) -> float:

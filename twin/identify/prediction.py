@@ -42,11 +42,14 @@ class Linearisation:
         Of the moving ports: where to begin, and what harmonics add.
     openings : Openings or None
         What surrounds the layer's openings at all harmonics, where contact is lost there.
+    harmonics : ndarray, (s, h, p), or None
+        Motion of the openings from which their balance begins.
     """
 
     step_factor: Array
     balance: Balance
     openings: Openings | None
+    harmonics: Array | None
 
 
 @dataclass(frozen=True)
@@ -183,8 +186,11 @@ class Predictor(ExtendedRig):
             return None
         R, omega, found = self.step_receptance(unknowns)
         factor = self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
-        openings = self.openings(unknowns, found, EVEN_TOO) if self.extension.opening else None
-        return Linearisation(factor, found, openings)
+        if not self.extension.opening:
+            return Linearisation(factor, found, None, None)
+        openings = self.openings(unknowns, found, EVEN_TOO)
+        harmonics = balance_openings(unknowns.law, openings, self.extension.opening).motion
+        return Linearisation(factor, found, openings, harmonics)
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
         by_softening = J[:, :, unknowns.softening] @ unknowns.law.softening
@@ -207,10 +213,10 @@ class Predictor(ExtendedRig):
         """Even harmonics (s, h, o) of a layer that opens; the odd ones are any law's."""
         assert self.harmonics is not None
         p, orders = len(self.points), self.harmonics.orders
-        openings = self._held.openings if self._held else None
+        openings, start = (self._held.openings, self._held.harmonics) if self._held else (None, None)
         openings = openings or self.openings(unknowns, balance, EVEN_TOO)
         openings = replace(openings, fundamental=balance.motion[:, :p])
-        force = balance_openings(unknowns.law, openings, self.extension.opening).force
+        force = balance_openings(unknowns.law, openings, self.extension.opening, start=start).force
         even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
         at = self.harmonics.field @ layer_points(self.harmonics.structure, p).opening.T
         return -np.asarray(np.einsum("shop,shp->sho", at, even))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from opening_balance import balance_openings_numpy
 from scipy.optimize import root
 
 from twin.identify import opening_harmonics
@@ -122,6 +123,16 @@ def test_it_comes_to_rest_wherever_it_begins(seed, slap):
     again = balance_openings(LAW, given, slap, start=1.2 * found.motion)
     assert max(found.unsettled, again.unsettled) < 1e-5
     np.testing.assert_allclose(again.motion, found.motion, atol=1e-4 * np.max(np.abs(given.fundamental)))
+
+
+@pytest.mark.parametrize("orders", [ODD, EVEN_TOO], ids=["odd", "all"])
+@pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
+def test_the_compiled_balance_is_the_plain_one(orders, slap):
+    given = openings(orders, seed=1)
+    one, two = balance_openings(LAW, given, slap), balance_openings_numpy(LAW, given, slap)
+    for name in ("motion", "force", "more"):
+        value = getattr(two, name)
+        np.testing.assert_allclose(getattr(one, name), value, atol=1e-6 * np.max(np.abs(value)), rtol=0)
 
 
 @pytest.mark.parametrize("around_Hz", [26.2, 155.5], ids=["mode-1", "mode-2"])

@@ -1,0 +1,200 @@
+"""Compiled: Newton's method for the harmonics of the layer's openings, step by step.
+
+Real parts of all orders come first among the unknowns, then the imaginary parts of all but order zero: a static opening
+has none.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.elimination import COMPILED, eliminate
+
+__all__ = ["balance"]
+
+Array = NDArray[Any]
+
+
+@COMPILED
+def balance(
+    fundamental: Array, secant: Array, weight: Array, compliance: Array, driven: Array, modulus: float, orders: Array,
+    cosines: Array, sines: Array, table: Array, slap: Array, X: Array, force: Array, more: Array, unsettled: Array,
+    turns: int, balanced: float, shortest: float,
+) -> None:  # fmt: skip
+    """Move harmonics X (s, h, p) to where they are in balance.
+
+    Parameters
+    ----------
+    fundamental, secant, weight, compliance, driven, modulus, orders
+        As in :class:`twin.identify.opening_harmonics.Openings`; order zero, if any, comes first.
+    cosines, sines : ndarray, (n, t)
+        Of n theta at a period's samples, up to twice the highest order.
+    table : ndarray, (3, g)
+        Openings evenly from zero, the layer's whole force there per weight, and its slope.
+    slap : ndarray, (3,)
+        Part of the force that is lost, with the sign of the opening; the gap; the force at the gap.
+    force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
+        Filled: see :class:`twin.identify.opening_harmonics.OpeningBalance`.
+    turns, balanced, shortest
+        Most Newton steps, the size of one that ends them, and the share that is taken though it comes no nearer.
+    """
+    steps, H, p = X.shape
+    n, samples = H * p, cosines.shape[1]
+    still = p if orders[0] == 0 else 0
+    around, path, tangent = np.empty((p, samples)), np.empty((p, samples)), np.empty((p, samples))
+    onto = np.ascontiguousarray(cosines.T), np.ascontiguousarray(sines.T)
+    spectrum, tau = np.empty((p, len(cosines)), np.complex128), np.empty((p, len(cosines)), np.complex128)
+    J, r = np.empty((2 * n - still, 2 * n - still)), np.empty(2 * n - still)
+    base, taken = np.empty((H, p), np.complex128), np.empty((H, p), np.complex128)
+    miss, none = np.empty((H, p), np.complex128), np.array([0.0, 0.0, 0.0])
+    for s in range(steps):
+        size = 1e-300
+        for i in range(p):
+            size = max(size, abs(fundamental[s, i]))
+        nearest, share = np.inf, 1.0
+        unsettled[s] = np.inf
+        for turn in range(turns + 1):
+            _open(fundamental[s], X[s], orders, cosines, sines, around)
+            _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
+            _transform(path, onto, spectrum)
+            left = _missed(X[s], driven[s], compliance[s], spectrum, orders, force[s], miss)
+            # Where a contact opens within a step, whole steps may go round in circles: half of one, until it helps.
+            if left < nearest or share <= shortest:
+                _transform(tangent, onto, tau)
+                _newton(compliance[s], tau, orders, miss, J, r)
+                longest = 0.0
+                for h in range(H):
+                    for i in range(p):
+                        k = h * p + i
+                        taken[h, i] = complex(r[k], r[n + k - still] if k >= still else 0.0)
+                        longest = max(longest, abs(taken[h, i]))
+                unsettled[s] = longest / size
+                # Nor is any step larger than half the motion itself to be trusted.
+                taken *= min(1.0, 0.5 / max(unsettled[s], 1e-300))
+                base[:, :] = X[s]
+                nearest, share = left, 1.0
+            else:
+                share /= 2.0
+            if unsettled[s] < balanced or turn == turns:
+                break
+            X[s] = base - share * taken
+        # Less what the time form makes of the fundamental alone: nothing, but for its table and its least slope.
+        _open(fundamental[s], X[s], orders[:0], cosines, sines, around)
+        _forces(around, secant[s], weight[s], modulus, table, none, path, tangent)
+        _transform(path, onto, tau)
+        for i in range(p):
+            a = fundamental[s, i]
+            more[s, i] = 2.0 * (spectrum[i, 1] - tau[i, 1]) / (a if a != 0.0 else 1.0 + 0.0j)
+
+
+@COMPILED
+def _open(fundamental: Array, X: Array, orders: Array, cosines: Array, sines: Array, around: Array) -> None:
+    """Fill in the openings (p, t) along a period."""
+    for i in range(len(fundamental)):
+        a = fundamental[i]
+        for t in range(cosines.shape[1]):
+            around[i, t] = a.real * cosines[1, t] - a.imag * sines[1, t]
+        for h in range(len(orders)):
+            x, order = X[h, i], orders[h]
+            for t in range(cosines.shape[1]):
+                around[i, t] += x.real * cosines[order, t] - x.imag * sines[order, t]
+
+
+@COMPILED
+def _forces(
+    around: Array, secant: Array, weight: Array, modulus: float, table: Array, slap: Array, path: Array, tangent: Array
+) -> None:
+    """Fill in the force beyond the secant stiffness, and its tangent, (p, t)."""
+    last = table.shape[1] - 1
+    reach, spacing = table[0, last], table[0, 1]
+    for i in range(len(around)):
+        rest = secant[i] + modulus * weight[i]
+        for t in range(around.shape[1]):
+            size = abs(around[i, t])
+            sign = 1.0 if around[i, t] >= 0.0 else -1.0
+            inside = min(size, reach)
+            k = min(int(inside / spacing), last - 1)
+            u = inside / spacing - k
+            whole = table[1, k] + u * (table[1, k + 1] - table[1, k]) + (size - inside) * table[2, last]
+            slope = table[2, k] + u * (table[2, k + 1] - table[2, k])
+            value = sign * whole
+            if slap[0] != 0.0 and size > slap[1]:
+                value += slap[0] * (whole - slap[2])
+                slope *= 1.0 + slap[0] * sign
+            path[i, t] = weight[i] * value - rest * around[i, t]
+            tangent[i, t] = weight[i] * slope - rest
+
+
+@COMPILED
+def _transform(values: Array, onto: tuple[Array, Array], out: Array) -> None:
+    """Fill in Fourier coefficients (p, n) of samples (p, t)."""
+    cosines, sines = onto
+    samples, count = cosines.shape
+    real, imaginary = np.empty(count), np.empty(count)
+    for i in range(len(values)):
+        real[:] = 0.0
+        imaginary[:] = 0.0
+        # Orders inside: a sum along the samples would wait for each addition.
+        for t in range(samples):
+            value = values[i, t]
+            for n in range(count):
+                real[n] += value * cosines[t, n]
+                imaginary[n] -= value * sines[t, n]
+        for n in range(count):
+            out[i, n] = complex(real[n] / samples, imaginary[n] / samples)
+
+
+@COMPILED
+def _missed(
+    X: Array, driven: Array, compliance: Array, spectrum: Array, orders: Array, force: Array, miss: Array
+) -> float:
+    """Fill in the force's harmonics, and what those of the motion miss, (h, p); the length of that."""
+    H, p = X.shape
+    total = 0.0
+    for h in range(H):
+        twice = 1.0 if orders[h] == 0 else 2.0
+        for i in range(p):
+            force[h, i] = twice * spectrum[i, orders[h]]
+        for i in range(p):
+            value = X[h, i] - driven[h, i]
+            for j in range(p):
+                value += compliance[h, i, j] * force[h, j]
+            miss[h, i] = value
+            total += value.real**2 + value.imag**2
+    return float(np.sqrt(total))
+
+
+@COMPILED
+def _newton(compliance: Array, tau: Array, orders: Array, miss: Array, J: Array, r: Array) -> None:
+    """Fill in r with the changes that undo `miss`; the Jacobian is Toeplitz and Hankel in the tangent's harmonics."""
+    H, p = miss.shape
+    n = H * p
+    still = p if orders[0] == 0 else 0
+    for h in range(H):
+        half = 0.5 if orders[h] == 0 else 1.0
+        for i in range(p):
+            row = h * p + i
+            r[row] = miss[h, i].real
+            if row >= still:
+                r[n + row - still] = miss[h, i].imag
+            for k in range(H):
+                order = orders[h] - orders[k]
+                for j in range(p):
+                    column = k * p + j
+                    wave = tau[j, order] if order >= 0 else tau[j, -order].conjugate()
+                    A = compliance[h, i, j] * wave * half
+                    B = compliance[h, i, j] * tau[j, orders[h] + orders[k]] * half
+                    if orders[k] == 0:
+                        A, B = 2.0 * A, 0j
+                    one = 1.0 if row == column else 0.0
+                    J[row, column] = one + (A + B).real
+                    if column >= still:
+                        J[row, n + column - still] = (B - A).imag
+                    if row >= still:
+                        J[n + row - still, column] = (A + B).imag
+                        if column >= still:
+                            J[n + row - still, n + column - still] = one + (A - B).real
+    eliminate(J, r)
