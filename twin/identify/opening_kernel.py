@@ -78,9 +78,16 @@ def balance(
                 nearest, share = left, 1.0
             else:
                 share /= 2.0
-            if unsettled[s] < balanced or turn == turns:
+            if turn == turns:
                 break
             X[s] = base - share * taken
+            if unsettled[s] < balanced:
+                # The last step is taken too: differences between close balances are meaningful.
+                _open(fundamental[s], X[s], orders, cosines, sines, around)
+                _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
+                _transform(path, onto, spectrum)
+                _missed(X[s], driven[s], compliance[s], spectrum, orders, force[s], miss)
+                break
         # Less what the time form makes of the fundamental alone: nothing, but for its table and its least slope.
         _open(fundamental[s], X[s], orders[:0], cosines, sines, around)
         _forces(around, secant[s], weight[s], modulus, table, none, path, tangent)

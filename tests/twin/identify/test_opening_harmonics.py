@@ -132,7 +132,7 @@ def test_the_compiled_balance_is_the_plain_one(orders, slap):
     one, two = balance_openings(LAW, given, slap), balance_openings_numpy(LAW, given, slap)
     for name in ("motion", "force", "more"):
         value = getattr(two, name)
-        np.testing.assert_allclose(getattr(one, name), value, atol=1e-6 * np.max(np.abs(value)), rtol=0)
+        np.testing.assert_allclose(getattr(one, name), value, atol=1e-8 * np.max(np.abs(value)), rtol=0)
 
 
 @pytest.mark.parametrize("around_Hz", [26.2, 155.5], ids=["mode-1", "mode-2"])
