@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["by_resonance"]
+__all__ = ["APART", "by_resonance"]
 
 APART = 1.5
 """Ratio of neighbouring frequencies beyond which they belong to different resonances."""

@@ -19,6 +19,7 @@ from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.verdict import RIVAL
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import gather_evidence
+from twin.identify.prediction import Predictor
 from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import load_rig
 
@@ -50,6 +51,12 @@ def believe(learnt, unknowns):
     return candidate
 
 
+@pytest.fixture(scope="module")
+def plain(believe):
+    """The base family, but for a milligram."""
+    return believe("added-mass", mass_kg=1e-6, position_m=0.3)
+
+
 def noise(proposals):
     return [p for p in proposals if isinstance(p.procedure, Random)]
 
@@ -58,8 +65,8 @@ def sweeps(proposals):
     return [p for p in proposals if isinstance(p.procedure, SteppedSine)]
 
 
-def test_proposals_are_bands_levels_and_lengths_the_shortest_first(learnt):
-    found = propose(*learnt, drifting=False)
+def test_proposals_are_bands_levels_and_lengths_the_shortest_first(learnt, plain):
+    found = propose(*learnt, plain, drifting=False)
     times = [p.rig_time_s for p in found]
     assert times == sorted(times)
     assert len({p.procedure.band for p in noise(found)}) >= 5
@@ -68,16 +75,16 @@ def test_proposals_are_bands_levels_and_lengths_the_shortest_first(learnt):
     assert {p.longer for p in found} >= {1.0, 4.0, 16.0}
 
 
-def test_a_drift_is_sought_both_ways(learnt):
-    assert {p.procedure.direction for p in sweeps(propose(*learnt, drifting=True))} == {"both"}
+def test_a_drift_is_sought_both_ways(learnt, plain):
+    assert {p.procedure.direction for p in sweeps(propose(*learnt, plain, drifting=True))} == {"both"}
 
 
-def test_a_part_of_the_band_is_driven_harder_as_far_as_the_response_allows(learnt):
+def test_a_part_of_the_band_is_driven_harder_as_far_as_the_response_allows(learnt, plain):
     """The joint answers to the response: its rms is kept."""
     data = learnt[1].broadband[0]
     response = np.sum(np.abs(data.H) ** 2, axis=1) * data.force_power
     density, moved = {}, {}
-    for proposal in noise(propose(*learnt, drifting=False)):
+    for proposal in noise(propose(*learnt, plain, drifting=False)):
         band, rms = proposal.procedure.band, proposal.procedure.rms
         inside = (data.frequency_Hz >= band[0]) & (data.frequency_Hz <= band[1])
         density[band] = rms**2 / data.force_power[inside].sum()
@@ -87,12 +94,43 @@ def test_a_part_of_the_band_is_driven_harder_as_far_as_the_response_allows(learn
     assert max(moved.values()) < 1.1 * response.sum()
 
 
-def test_what_a_sweep_reaches_stays_within_the_converters(learnt):
+def test_what_a_sweep_reaches_stays_within_the_converters(learnt, plain):
     runs, evidence = learnt
     deaf = [s.model_copy(update={"range": 60.0}) if s.channel == "acc2" else s for s in RIG.sensor]
-    quiet = propose(runs, replace(evidence, rig=RIG.model_copy(update={"sensor": deaf})), drifting=False)
-    largest = max(p.procedure.amplitudes[0] for p in sweeps(propose(runs, evidence, drifting=False)))
+    quiet = propose(runs, replace(evidence, rig=RIG.model_copy(update={"sensor": deaf})), plain, drifting=False)
+    largest = max(p.procedure.amplitudes[0] for p in sweeps(propose(runs, evidence, plain, drifting=False)))
     assert all(p.procedure.amplitudes[0] < largest for p in sweeps(quiet))
+
+
+def about_mode_2(proposals):
+    return [p for p in sweeps(proposals) if "mode 2" in p.what]
+
+
+def test_another_mode_is_swept_as_far_as_its_layer_opens_no_farther_than_was_measured(learnt, plain):
+    """Its resonance lies within the band at every force, and the law is known at all of its steps."""
+    _, evidence = learnt
+    measured = Predictor(evidence).step_receptance(plain.unknowns, inner=False)[2]
+    proposed = [p for p in about_mode_2(propose(*learnt, plain, drifting=False)) if p.longer == 1.0]
+    assert len(proposed) == 2
+    opened = []
+    for proposal in proposed:
+        steps = imagine(evidence, plain, proposal).evidence.steps
+        assert 5 <= np.argmax(steps.amplitude_m) < len(steps) - 5
+        there = Predictor(replace(evidence, broadband=(), steps=steps))
+        motion = np.abs(there.step_receptance(plain.unknowns, inner=False)[2].motion).max(axis=0)
+        opened.append(np.max(motion / np.abs(measured.motion).max(axis=0)))
+    assert 0.1 < min(opened) < max(opened) < 1.0
+
+
+def test_what_a_slider_or_an_uneven_joint_explains_of_mode_1_alike_mode_2_parts(learnt, believe):
+    """As far apart in a single sweep as no repetition of what was measured brings them."""
+    slider = believe("joint-friction", label={"layer_element": "3"}, stiffness_N_per_m=2e8, slip_m=2e-7)
+    uneven = believe("joint-uneven", gradient=0.5)
+    found = [p for p in sweeps(propose(*learnt, slider, drifting=False)) if p.longer == 1.0]
+    parted = {p.what: separation(imagine(learnt[1], slider, p), uneven, temper=1.0) for p in found}
+    other = [value for what, value in parted.items() if "mode" in what]
+    same = [value for what, value in parted.items() if "mode" not in what]
+    assert max(other) > max(same)
 
 
 @pytest.mark.parametrize("gap", [0.0, 5.0, 20.0])
@@ -103,17 +141,22 @@ def test_enough_leaves_nine_in_ten_beyond_the_gap(gap):
     assert np.mean(gains > gap) == pytest.approx(0.9, abs=0.005)
 
 
-def test_no_test_parts_a_model_from_itself(learnt, believe):
+def test_no_test_parts_a_model_from_itself(learnt, believe, plain):
     model = believe("added-mass", mass_kg=0.006, position_m=0.3)
-    for proposal in (noise(propose(*learnt, drifting=False))[0], sweeps(propose(*learnt, drifting=False))[0]):
+    for proposal in (
+        noise(propose(*learnt, plain, drifting=False))[0],
+        sweeps(propose(*learnt, plain, drifting=False))[0],
+    ):
         imagined = imagine(learnt[1], model, proposal)
         assert separation(imagined, model, temper=1.0) < 1e-3
 
 
-def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe):
+def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe, plain):
     here, there = (believe("added-mass", mass_kg=0.004, position_m=x) for x in (0.30, 0.33))
     whole = [
-        p for p in noise(propose(*learnt, drifting=False)) if p.procedure.band[0] < 20.0 < 900.0 < p.procedure.band[1]
+        p
+        for p in noise(propose(*learnt, plain, drifting=False))
+        if p.procedure.band[0] < 20.0 < 900.0 < p.procedure.band[1]
     ]
     parted = [separation(imagine(learnt[1], here, p), there, temper=1.0) for p in sorted(whole, key=lambda p: p.longer)]
     assert len(parted) == 5
@@ -122,11 +165,15 @@ def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe):
     assert parted[-1] < 16 * parted[0]
 
 
-def test_an_imagined_sweep_has_the_resonance_of_the_recorded_one(learnt, believe):
+def test_an_imagined_sweep_has_the_resonance_of_the_recorded_one(learnt, believe, plain):
     _, evidence = learnt
     model = believe("added-mass", mass_kg=1e-6, position_m=0.3)
     largest = max(s.target_amplitude for s in evidence.steps.states)
-    (same, *_) = [p for p in sweeps(propose(*learnt, drifting=False)) if p.procedure.amplitudes == [largest]]
+    (same, *_) = [
+        p
+        for p in sweeps(propose(*learnt, plain, drifting=False))
+        if p.procedure.amplitudes == [largest] and "mode" not in p.what
+    ]
     imagined = imagine(evidence, model, same).evidence.steps
     recorded = evidence.steps.select(np.array([s.target_amplitude == largest for s in evidence.steps.states]))
     place = np.argmin(np.abs(imagined.omega[:, None] - recorded.omega), axis=0)
@@ -162,15 +209,15 @@ def swept(campaign):
     return runs, gather_evidence(runs, RIG)
 
 
-def test_where_there_are_only_sweeps_noise_is_proposed_quieter_than_they_were(swept, learnt):
+def test_where_there_are_only_sweeps_noise_is_proposed_quieter_than_they_were(swept, learnt, plain):
     runs, evidence = swept
-    found = noise(propose(runs, evidence, drifting=False))
+    found = noise(propose(runs, evidence, plain, drifting=False))
     rate = runs[0].device_of("force").sample_rate_Hz
     assert len(found) > 1
     for proposal in found:
         assert proposal.procedure.rms == pytest.approx(0.5)
         assert proposal.procedure.band[1] < rate / 2
-    whole = {p.procedure.band for p in noise(propose(*learnt, drifting=False))}
+    whole = {p.procedure.band for p in noise(propose(*learnt, plain, drifting=False))}
     assert not whole & {p.procedure.band for p in found}
 
 

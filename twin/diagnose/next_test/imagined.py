@@ -15,6 +15,7 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence, StepArrays
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
+from twin.identify.resonances import APART
 from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
 
@@ -22,10 +23,10 @@ __all__ = ["Imagined", "imagine"]
 
 Array = NDArray[Any]
 
-LAW_POINTS = 48
+LAW_POINTS = 64
 """Amplitudes at which the response to a frequency is computed, to find the one that a force makes."""
-BEYOND = (0.02, 1.6)
-"""Range of these, over the recordings' smallest and largest amplitude."""
+BEYOND = (2e-3, 1.6)
+"""Range of these, over the recordings' smallest and largest amplitude: about a higher mode a displacement is small."""
 
 
 @dataclass(frozen=True)
@@ -182,11 +183,16 @@ def _shape(
 ) -> StepArrays:
     """Steps of a pure force with the nearest recorded ones' noise, and with the odd harmonics of their joint.
 
-    Even harmonics are left to the model: on a sound rig there are none.
+    Even harmonics are left to the model: on a sound rig there are none.  Nor is anything known of those about another
+    resonance.
     """
     steps = evidence.steps
-    own = steps.response[nearest] * (X / steps.amplitude_m[nearest])[:, None, None]
-    response = np.where(np.arange(own.shape[2]) % 2 == 0, own, 0.0)
+    # X is a displacement, whatever the channels measure.
+    faster = (omega / steps.omega[nearest])[:, None] ** [output.derivative for output in evidence.outputs]
+    own = steps.response[nearest] * ((X / steps.amplitude_m[nearest])[:, None] * faster)[:, :, None]
+    order = np.arange(own.shape[2])
+    same = np.abs(np.log(omega / steps.omega[nearest])) < np.log(APART)
+    response = np.where((order % 2 == 0) & (same[:, None, None] | (order == 0)), own, 0.0)
     turn = np.exp(-1j * np.angle(steps.force[nearest, 0]))
     response = response * turn[:, None, None] ** (1 + np.arange(own.shape[2]))
     pure = np.zeros((len(omega), steps.force.shape[1]), complex)

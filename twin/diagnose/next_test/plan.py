@@ -114,7 +114,7 @@ def _ranked(runs: Sequence[Run], evidence: Evidence, best: Candidate, rivals: Se
     )
     temper = best.chi2_per_dof
     valued = []
-    for proposal in propose(runs, evidence, drifting=drifting):
+    for proposal in propose(runs, evidence, best, drifting=drifting):
         if_best = imagine(evidence, best, proposal)
         promises = []
         for rival in rivals:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
 from recordings.run import Run
+from twin.diagnose.candidate import Candidate
+from twin.diagnose.next_test.sweeps import HEADROOM, STEPS, sweep_bands
 from twin.identify.evidence import Evidence
 from twin.identify.linear_model import DAMPED_MODES
 from twin.procedures import Procedure, Random, SteppedSine
@@ -19,8 +21,6 @@ __all__ = ["Proposal", "propose"]
 
 LONGER = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Lengths of noise, and of a measured step, over those of the recordings."""
-HARDER = (0.5, 1.0, 1.3)
-"""Largest forces of a sweep over the largest of the recordings; beyond these the joint's law is not known."""
 MOST_RMS = 4.0
 """Largest rms force of a band of noise over that of the recordings."""
 LOWEST_Hz, ABOVE_LAST, OVERSAMPLED = 5.0, 1.2, 4.0
@@ -30,13 +30,9 @@ QUIET = 1 / 3
 FIRST_DURATION_s = 60.0
 CREST = 5.0
 """Peaks of noise over its rms."""
-HEADROOM = 0.8
-"""Share of a converter's range that may be used."""
 TOLERANCE = 2e-4
 """What may be left of a transient; near a sharp resonance a model is held against a step as exactly as this."""
 LONGEST_WAIT_s = 60.0
-STEPS = 35
-"""Of a proposed sweep."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,17 +55,19 @@ class Proposal:
     rig_time_s: float
 
 
-def propose(runs: Sequence[Run], evidence: Evidence, *, drifting: bool) -> list[Proposal]:
+def propose(runs: Sequence[Run], evidence: Evidence, model: Candidate, *, drifting: bool) -> list[Proposal]:
     """All proposals, the shortest first.
 
     Parameters
     ----------
     runs
         The recordings, for forces, rates and lengths that were used.
+    model
+        The best one, for the resonances that were not swept.
     drifting
         Whether a rival lets the rig change with time: then the order of the steps matters, and sweeps run both ways.
     """
-    found = [*_noise(runs, evidence), *_sweeps(runs, evidence, drifting=drifting)]
+    found = [*_noise(runs, evidence), *_sweeps(runs, evidence, model, drifting=drifting)]
     return sorted(found, key=lambda proposal: proposal.rig_time_s)
 
 
@@ -139,32 +137,29 @@ def _bands(evidence: Evidence, whole: tuple[float, float]) -> list[tuple[float, 
     return list(dict.fromkeys((float(a), float(b)) for a, b in [whole, *alone, *above]))
 
 
-def _sweeps(runs: Sequence[Run], evidence: Evidence, *, drifting: bool) -> Iterator[Proposal]:
-    """Sweeps over the frequencies that were used, at several forces."""
+def _sweeps(runs: Sequence[Run], evidence: Evidence, model: Candidate, *, drifting: bool) -> Iterator[Proposal]:
+    """Sweeps over the frequencies that were used, and over other modes', at several forces and for several lengths."""
     states = [s for s in evidence.steps.states if s.target_channel == evidence.force]
     if not states:
         return
     run = next(run for run in runs if run.path == states[0].run)
-    rate = run.device_of(evidence.force).sample_rate_Hz
-    largest = max(s.target_amplitude for s in states)
-    frequencies = _frequencies([s.frequency_Hz for s in states])
+    rate = float(run.device_of(evidence.force).sample_rate_Hz)
     lasted = float(np.median([s.duration_s for s in states]))
     zeta = min(evidence.rig.damping.modal_ratio)
-    wait = min(-np.log(TOLERANCE) / (zeta * 2 * np.pi * float(np.median(frequencies))), LONGEST_WAIT_s)
-    for harder in HARDER:
-        amplitude = float(np.round(harder * largest, 3))
-        if not _within_range(evidence, amplitude):
-            continue
-        for longer in LONGER:
+    for band in sweep_bands(evidence, model, highest_Hz=rate / OVERSAMPLED):
+        frequencies = band.frequencies_Hz
+        wait = min(-np.log(TOLERANCE) / (zeta * 2 * np.pi * float(np.median(frequencies))), LONGEST_WAIT_s)
+        about = f" about mode {band.mode}, {frequencies[0]:.4g} to {frequencies[-1]:.4g} Hz" if band.mode else ""
+        for amplitude, longer in product(band.amplitudes_N, LONGER):
             seconds = float(np.round(longer * lasted, 1))
             yield Proposal(
-                what=f"a sweep at {amplitude:g} N, {len(frequencies)} steps of {seconds:g} s"
+                what=f"a sweep at {amplitude:g} N{about}, {len(frequencies)} steps of {seconds:g} s"
                 + (", up and down" if drifting else ""),
                 procedure=SteppedSine(
-                    frequencies=frequencies,
+                    frequencies=list(frequencies),
                     amplitudes=[amplitude],
                     direction="both" if drifting else "up",
-                    sample_rate=float(rate),
+                    sample_rate=rate,
                     measure=Measure(seconds=seconds),
                     settle=Settle(tolerance=TOLERANCE, maximum=LONGEST_WAIT_s),
                     limits=_limits(evidence.rig),
@@ -172,26 +167,6 @@ def _sweeps(runs: Sequence[Run], evidence: Evidence, *, drifting: bool) -> Itera
                 longer=longer,
                 rig_time_s=len(frequencies) * (wait + seconds) * (2 if drifting else 1),
             )
-
-
-def _frequencies(used: list[float]) -> list[float]:
-    """At most :data:`STEPS` of the frequencies that were used, at even places among them."""
-    different = np.unique(np.round(used, 4))
-    picked = np.unique(np.round(np.linspace(0, len(different) - 1, min(STEPS, len(different)))).astype(int))
-    return [float(f) for f in different[picked]]
-
-
-def _within_range(evidence: Evidence, amplitude: float) -> bool:
-    """Whether force and responses stay within their converters' ranges, the responses growing as the force does."""
-    rig, steps = evidence.rig, evidence.steps
-    louder = amplitude / max(state.target_amplitude for state in steps.states)
-    if amplitude > HEADROOM * rig.force_sensor.range:
-        return False
-    ranges = {sensor.channel: sensor.range for sensor in rig.response_sensors}
-    peaks = np.max(np.abs(steps.response[:, :, 0]), axis=0)
-    return all(
-        louder * peak < HEADROOM * ranges[channel] for channel, peak in zip(evidence.channels, peaks, strict=True)
-    )
 
 
 def _limits(rig: Rig) -> Limits:
