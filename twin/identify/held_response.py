@@ -7,7 +7,7 @@ amplitudes; what they add to the fundamental's stiffness is a hundredth of it an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,8 @@ STRIDE = 0.25
 CHUNK = 4096
 HARMONIC_TURNS = 2
 """Each leaves some twentieth of what harmonics add, most where a harmonic meets another resonance."""
+DIFFERENCE = 1e-4
+"""Relative step of a damping ratio for a derivative."""
 FELT = 1e-3
 """Softening over E' below which an opening has no harmonics to speak of."""
 
@@ -42,6 +44,8 @@ class HeldStates:
     ----------
     motion : ndarray, (s, n)
         Complex amplitudes of the moving ports: openings, slips, ports of nonlinear forces, m.
+    stiffness : ndarray, (s, n)
+        Of the law and the forces there, N/m.
     response : ndarray, (s,)
         The channel's reading per force.
     by_stiffness : ndarray, (s, n)
@@ -51,6 +55,7 @@ class HeldStates:
     """
 
     motion: Array
+    stiffness: Array
     response: Array
     by_stiffness: Array
     unsettled: Array
@@ -58,7 +63,7 @@ class HeldStates:
     @staticmethod
     def together(pieces: list[HeldStates]) -> HeldStates:
         """One after the other."""
-        names = ("motion", "response", "by_stiffness", "unsettled")
+        names = ("motion", "stiffness", "response", "by_stiffness", "unsettled")
         return HeldStates(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names))
 
 
@@ -85,7 +90,7 @@ class HeldRig:
         self, rig: ExtendedRig, base: BaseParameters, law: LayerLaw, rest: tuple[float, float], output: int,
         frequency: Array, *, own_harmonics: bool,
     ) -> None:  # fmt: skip
-        self._rig, self._base, self._law, self._output = rig, base, law, output
+        self._rig, self._base, self._law, self._rest, self._output = rig, base, law, rest, output
         now, p = np.zeros(len(frequency)), len(rig.points)
         weights = rig.points.weights * np.ones((len(frequency), 1))
         weights[:, :p] *= rig.normal_left(now)[:, None]
@@ -102,6 +107,17 @@ class HeldRig:
     def points(self) -> int:
         """Number of the layer's points."""
         return len(self._rig.points)
+
+    def by_damping(self, rows: Array, states: HeldStates, mode: int) -> Array:
+        """D log(response) (s,) / d log(damping ratio) of a mode, at the stiffness that `states` have."""
+        zeta = self._base.zeta.copy()
+        zeta[mode] *= 1 + DIFFERENCE
+        base = replace(self._base, zeta=zeta)
+        other = HeldRig(
+            self._rig, base, self._law, self._rest, self._output, self._frequency, own_harmonics=False
+        )  # fmt: skip
+        _, response, _ = other._surroundings(rows, np.ones(len(rows))).reading(states.stiffness)
+        return np.asarray(np.log(response / states.response) / DIFFERENCE)
 
     def at_ends_of_law(self) -> tuple[Array, Array, Array]:
         """Responses (f,) without the law and with its last values; readings (f,) at which it has these.
@@ -177,7 +193,7 @@ class HeldRig:
         around = self._surroundings(rows, reading)
         found = self._forces(rows).balance(self._law, self.omega[rows], around, more=more, start=np.exp(start))
         motion, response, by_stiffness = around.reading(found.stiffness)
-        return HeldStates(motion, response, by_stiffness, found.unsettled)
+        return HeldStates(motion, found.stiffness, response, by_stiffness, found.unsettled)
 
     def _surroundings(self, rows: Array, reading: Array) -> Surroundings:
         return Surroundings(

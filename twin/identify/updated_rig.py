@@ -42,8 +42,12 @@ def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> R
     moduli = rig.joint.preload[evidence.preload].model_copy(update={"normal_modulus": base.E, "shear_modulus": base.G})
     believed = list(rig.damping.modal_ratio)
     # Modes beyond the list take its last entry, so the believed one must stay the last.
+    relative = np.sqrt(np.diag(solution.covariance)[4 : 4 + len(base.zeta)])  # the vector has their logarithms
     damping = rig.damping.model_copy(
-        update={"modal_ratio": [*map(float, base.zeta), *(believed[DAMPED_MODES:] or believed[-1:])]}
+        update={
+            "modal_ratio": [*map(float, base.zeta), *(believed[DAMPED_MODES:] or believed[-1:])],
+            "modal_ratio_std": (relative * base.zeta).tolist(),
+        }
     )
     law = _law_table(evidence, unknowns, solution)
     joint = rig.joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law})

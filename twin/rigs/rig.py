@@ -150,6 +150,8 @@ class Damping(_Table):
     """Modal damping ratios; modes beyond the list take the last one."""
 
     modal_ratio: list[Annotated[float, Field(gt=0, lt=1)]] = Field(min_length=1, max_length=50)
+    modal_ratio_std: list[NonNegative] | None = Field(default=None, max_length=50)
+    """Standard deviations of the first ones, where they were identified."""
 
 
 class Drive(_Table):

@@ -151,3 +151,20 @@ def test_a_root_is_found_by_halving_where_false_position_takes_too_long(monkeypa
     halved = RigResponse(blank_evidence(with_law(SATURATING))).forced(frequencies, force_N)
     assert halved.step.tolist() == usual.step.tolist()
     np.testing.assert_allclose(halved.acceleration_m_per_s2, usual.acceleration_m_per_s2, rtol=1e-8)
+
+
+def test_uncertain_damping_of_a_mode_widens_what_is_foretold_about_it_alone():
+    """By as much as the force changes where the damping ratio does."""
+    rig = with_law(SATURATING)
+
+    def damped(ratio, std):
+        damping = rig.damping.model_copy(update={"modal_ratio": [0.0023, ratio], "modal_ratio_std": [0.0, std]})
+        return RigResponse(blank_evidence(rig.model_copy(update={"damping": damping})))
+
+    frequencies, acceleration = np.array([26.2, 154.9, 155.5, 156.0]), np.full(4, 3.0)
+    known, unsure, more = (damped(*z).held(frequencies, acceleration) for z in ((2e-3, 0), (2e-3, 1e-4), (2.01e-3, 0)))
+    by_std = np.sqrt(unsure.std**2 - known.std**2)
+    assert by_std[0] < 1e-3 * known.std[0]
+    by_ratio = np.abs(more.force_N - known.force_N) * (1e-4 / 1e-5)
+    np.testing.assert_allclose(by_std[1:], by_ratio[1:], rtol=0.02, atol=1e-3 * known.std[1:].min())
+    assert np.max(by_std / known.force_N) > 0.005

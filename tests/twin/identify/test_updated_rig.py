@@ -62,21 +62,24 @@ def test_damping_beyond_the_identified_modes_stays_as_it_is_believed(evidence, u
 def test_standard_deviations_are_those_of_what_a_response_feels(evidence, unknowns):
     """By drawing models: E' - s(o), and l(q) with the constant loss and the damping of mode 1 in its units."""
     solution = solved(unknowns)
-    law = updated_rig(evidence, unknowns, solution).joint.law
+    written = updated_rig(evidence, unknowns, solution)
+    law = written.joint.law
     opening, slip = np.array(law.opening_m), np.array(law.slip_m)
     root = np.linalg.cholesky(np.linalg.inv(solution.information))
     drawn = np.random.default_rng(7).normal(size=(6000, len(solution.x))) @ root.T
     structure = evidence.model.structure
     modes = normal_modes(structure.M, structure.stiffness(unknowns.base.E, unknowns.base.G), 1)
     omega_1, sheared = modes.omega[0], np.sum((structure.B_G @ modes.Phi[:, 0]) ** 2)
-    stiff, lossy = [], []
+    stiff, lossy, damped = [], [], []
     for change in drawn:
         other = unknowns.with_vector(unknowns.vector + 1e-2 * change)
+        damped.append(other.base.zeta)
         stiff.append(other.base.E - other.law.softening_at(opening))
         damping = 2 * omega_1**2 * other.base.zeta[0] / sheared
         lossy.append(other.base.G * other.base.loss_G + other.law.loss_at(slip) + damping)
     assert law.softening_std == pytest.approx(1e2 * np.std(stiff, axis=0), rel=0.05)
     assert law.loss_std == pytest.approx(1e2 * np.std(lossy, axis=0), rel=0.05)
+    assert written.damping.modal_ratio_std == pytest.approx(1e2 * np.std(damped, axis=0), rel=0.05)
 
 
 def test_without_sweeps_the_law_is_the_constant_loss(evidence, unknowns):
