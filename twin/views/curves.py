@@ -36,6 +36,7 @@ __all__ = [
     "law_in_lowest_mode",
     "law_reach",
     "mode_shapes",
+    "resonance_names",
     "shown_models",
     "stepped_sweeps",
 ]
@@ -265,6 +266,13 @@ def about_each_resonance(sweeps: Sequence[Swept]) -> list[list[int]]:
     """Places of the sweeps about each resonance, from the lowest resonance to the highest."""
     middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
     return [group.tolist() for group in by_resonance(middle)]
+
+
+def resonance_names(sweeps: Sequence[Swept], groups: Sequence[Sequence[int]]) -> list[str]:
+    """The middle frequency of each group, such as ``155 Hz``; nothing to say of a single one."""
+    if len(groups) == 1:
+        return [""]
+    return [f"{np.median(np.concatenate([sweeps[i].frequency_Hz for i in group])):.3g} Hz" for group in groups]
 
 
 @dataclass(frozen=True, kw_only=True)

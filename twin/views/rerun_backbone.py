@@ -1,4 +1,4 @@
-"""The backbone of a run: frequency and displacement of each sweep's largest step, over all levels."""
+"""The backbone of sweeps about one resonance: frequency and displacement of each one's largest step, by level."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from twin.views.style import INK, level_colour
 __all__ = ["draw_backbone"]
 
 
-def draw_backbone(recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep]) -> rrb.Spatial2DView | None:
+def draw_backbone(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], *, path: str = "/backbone"
+) -> rrb.Spatial2DView | None:
     """Of the response channel farthest from the clamp; nothing where fewer than two sweeps show a top."""
     shown = [sweep for sweep in reduced if len(sweep.frequency_Hz) > 2 and sweep.harmonics]
     if len(shown) < 2:
@@ -32,7 +34,7 @@ def draw_backbone(recording: rr.RecordingStream, run: Run, reduced: Sequence[Ste
     x, y = np.array(sorted(tops, key=lambda top: top[1])).T
     chart = Chart(
         recording,
-        "/backbone",
+        path,
         f"Backbone, {channel}",
         "frequency of the largest step, Hz",
         f"displacement at {channel}, mm",

@@ -24,10 +24,11 @@ from twin.views.curves import (
     compared_models,
     law_bands,
     mode_shapes,
+    resonance_names,
 )
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import receptance_mm_per_N
-from twin.views.rerun_fit import draw_backbone, draw_history, draw_l_curve, draw_residuals
+from twin.views.rerun_fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_rig, draw_loops
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
@@ -65,8 +66,9 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
             columns = len(evidence.channels)
             tabs.append(rrb.Grid(*broadband, grid_columns=columns, name="Broadband"))
         if diagnosis.sweeps:
-            backbone = draw_backbone(recording, diagnosis)
-            rows: list[Any] = [draw_residuals(recording, diagnosis), *([backbone] if backbone else [])]
+            backbones = draw_backbones(recording, diagnosis)
+            rows: list[Any] = [draw_residuals(recording, diagnosis)]
+            rows += [rrb.Horizontal(*backbones)] if backbones else []
             tabs.append(rrb.Vertical(*rows, row_shares=[1.2, 1][: len(rows)], name="Residuals and backbone"))
         of_joint = [*_law(recording, diagnosis), *(draw_loops(recording, motions) if motions else [])]
         if of_joint:
@@ -93,12 +95,9 @@ def _by_resonance(
     """A tab of charts for the sweeps about each resonance."""
     groups = about_each_resonance(sweeps)
     tabs = []
-    for number, places in enumerate(groups, 1):
-        several = len(groups) > 1
-        chosen = [sweeps[place] for place in places]
-        views = _comparison(recording, evidence, chosen, f"{group}/{number}" if several else group)
-        middle_Hz = float(np.median(np.concatenate([sweep.frequency_Hz for sweep in chosen])))
-        name = f"{title}, {middle_Hz:.3g} Hz" if several else title
+    for number, (places, where) in enumerate(zip(groups, resonance_names(sweeps, groups), strict=True), 1):
+        views = _comparison(recording, evidence, [sweeps[i] for i in places], f"{group}/{number}" if where else group)
+        name = f"{title}, {where}" if where else title
         tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=name))
     return tabs
 

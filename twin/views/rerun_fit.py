@@ -19,11 +19,11 @@ from twin.identify.regularisation import LCurve, decompose
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 from twin.views.chart import Chart, common_range
-from twin.views.curves import compared_models
+from twin.views.curves import about_each_resonance, compared_models, resonance_names
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.style import INK, KIND, level_colour
 
-__all__ = ["draw_backbone", "draw_history", "draw_l_curve", "draw_residuals", "l_curve_of", "residual_table"]
+__all__ = ["draw_backbones", "draw_history", "draw_l_curve", "draw_residuals", "l_curve_of", "residual_table"]
 
 Array = NDArray[Any]
 
@@ -100,18 +100,29 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
     return chart.view()
 
 
-def draw_backbone(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView | None:
-    """Frequency and size of each sweep's largest step, measured and of both models."""
-    evidence, sweeps = diagnosis.evidence, diagnosis.sweeps
-    if len(sweeps) < 2:
-        return None
+def draw_backbones(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
+    """Frequency and size of each sweep's largest step about each resonance, measured and of both models."""
+    sweeps = diagnosis.sweeps
+    groups = about_each_resonance(sweeps) if sweeps else []
+    chosen = [[sweeps[place] for place in group] for group in groups]
+    return [
+        _backbone(recording, diagnosis, about, f"/backbone/{number}", f", {name}" if name else "")
+        for number, (about, name) in enumerate(zip(chosen, resonance_names(sweeps, groups), strict=True), 1)
+        if len(about) > 1
+    ]
+
+
+def _backbone(
+    recording: rr.RecordingStream, diagnosis: Diagnosis, sweeps: Sequence[SweepComparison], path: str, where: str
+) -> rrb.Spatial2DView:
+    evidence = diagnosis.evidence
     output = evidence.outputs[evidence.reference]
     kinds = ("measured", *compared_models(diagnosis))
     lines = {kind: _tops(sweeps, kind, evidence.reference, output.quantity) for kind in kinds}
     chart = Chart(
         recording,
-        "/backbone",
-        f"Backbone at {output.channel}",
+        path,
+        f"Backbone at {output.channel}{where}",
         "frequency of each sweep's largest step, Hz",
         f"displacement at {output.channel}, mm",
         common_range([x for x, _ in lines.values()], margin=0.15),

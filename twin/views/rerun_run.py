@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.chart import Chart, common_range
-from twin.views.curves import SteppedSweep, stepped_sweeps
+from twin.views.curves import SteppedSweep, about_each_resonance, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.rerun_backbone import draw_backbone
@@ -56,7 +56,8 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
     with recording_file(path) as recording:
         signals = _signals(recording, run)
         reduced = stepped_sweeps(run)
-        charts = _sweep_charts(recording, run, reduced, rehearsal or {}) or _broadband_charts(recording, run)
+        charts, backbones = _by_resonance(recording, run, reduced, rehearsal or {})
+        charts = charts or _broadband_charts(recording, run)
         harmonics = _harmonics(recording, run, reduced)
         told = _log_events(recording, run)
         about = rr.TextDocument(run_markdown(run, reduced, rehearsal), media_type=rr.MediaType.MARKDOWN)
@@ -65,8 +66,8 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
         if told:
             left += [log_view(TIME)]
         right: list[Any] = [rrb.Vertical(*signals)] if signals else []
-        right += [rrb.Horizontal(*charts)] if charts else []
-        bottom = [view for view in (harmonics, draw_backbone(recording, run, reduced)) if view is not None]
+        right += [_side_by_side(charts)] if charts else []
+        bottom: list[Any] = ([harmonics] if harmonics else []) + ([_side_by_side(backbones)] if backbones else [])
         right += [rrb.Horizontal(*bottom, column_shares=[1.6, 1.0][: len(bottom)])] if bottom else []
         shares = ([1.9] if signals else []) + ([2.1] if charts else []) + ([1.6] if bottom else [])
         layout = rrb.Horizontal(
@@ -131,19 +132,47 @@ def _envelope(values: Array) -> tuple[Array, Array]:
     return extremes(values, 2 * -(-len(values) // MOST_SAMPLES) if len(values) > MOST_SAMPLES else 1)
 
 
-def _sweep_charts(
+def _side_by_side(views: Sequence[Any]) -> Any:
+    """One beside the other; what has a name of its own, each behind a tab."""
+    tabs = all(isinstance(view, rrb.Horizontal) for view in views)
+    return rrb.Tabs(*views) if tabs and len(views) > 1 else rrb.Horizontal(*views)
+
+
+def _by_resonance(
     recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any]
+) -> tuple[list[Any], list[Any]]:
+    """Charts of the sweeps, and their backbones; about several resonances, each has its own."""
+    if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
+        return [], []
+    groups = about_each_resonance(reduced)
+    charts: list[Any] = []
+    backbones = []
+    for number, (places, where) in enumerate(zip(groups, resonance_names(reduced, groups), strict=True), 1):
+        about = [reduced[place] for place in places]
+        below = f"/{number}" if where else ""
+        views = _sweep_charts(recording, run, about, rehearsal, f"/sweeps{below}")
+        charts += [rrb.Horizontal(*views, name=where)] if where else views
+        backbone = draw_backbone(recording, run, about, path=f"/backbone{below}")
+        backbones += [backbone] if backbone else []
+    return charts, backbones
+
+
+def _sweep_charts(
+    recording: rr.RecordingStream,
+    run: Run,
+    reduced: Sequence[SteppedSweep],
+    rehearsal: Mapping[str, Any],
+    path: str,
 ) -> list[rrb.Spatial2DView]:
     """Receptance against frequency, one chart for each response channel, all levels in it."""
     views = []
-    if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
-        return []
+    low, high = common_range([sweep.frequency_Hz for sweep in reduced])
     for channel in reduced[0].receptance:
         drawn = [sweep for sweep in reduced if channel in sweep.receptance]
-        branches = _branches(run, channel, rehearsal)
+        branches = [b for b in _branches(run, channel, rehearsal) if np.any((b[1] >= low) & (b[1] <= high))]
         chart = Chart(
             recording,
-            f"/sweeps/{channel}",
+            f"{path}/{channel}",
             f"Sweeps, {channel}",
             "frequency, Hz",
             f"receptance at {channel}, mm/N",

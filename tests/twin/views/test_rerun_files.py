@@ -12,6 +12,7 @@ from recorded_views import FREQUENCIES_Hz, columns, sdof_receptance, value_at, v
 from recordings import InputError, Run
 from twin.diagnose.result import Diagnosis
 from twin.views import rerun_run, save_diagnosis, save_run
+from twin.views.curves import stepped_sweeps
 
 
 @pytest.fixture(scope="module")
@@ -142,6 +143,27 @@ def test_predicted_branches_lie_over_the_sweeps(run: Run, tmp_path: Path) -> Non
     (dashes,) = found["/sweeps/acc1/branch/2 N"]["LineStrips2D:strips"]
     top = max(value_at(found["/sweeps/acc1/axes/y"], y) for dash in dashes for _, y in dash)
     assert top == pytest.approx(1e3 * max(abs(sdof_receptance(f)) for f in frequency), rel=0.02)
+
+
+def test_sweeps_about_two_resonances_have_charts_of_their_own(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each behind its tab, over its own frequencies; a predicted branch lies over those it belongs to."""
+    first = stepped_sweeps(run)
+    second = [replace(sweep, name=f"{sweep.name}, high", frequency_Hz=6 * sweep.frequency_Hz) for sweep in first]
+    monkeypatch.setattr(rerun_run, "stepped_sweeps", lambda run: [*second, *first])
+    branch = {"force_N": 2.0, "frequency_Hz": [140.0, 160.0], "response": {"acc1": {"amplitude": [1.0, 1.0]}}}
+    path = tmp_path / "two.rrd"
+    save_run(run, path, rehearsal={"branches": [branch], "warnings": []})
+    verify(path)
+    found = columns(path)
+    for number, sweeps in ((1, first), (2, second)):
+        (dots,) = found[f"/sweeps/{number}/acc1/{sweeps[0].name}/steps"]["Points2D:positions"]
+        x = [value_at(found[f"/sweeps/{number}/acc1/axes/x"], float(at[0]), axis=0) for at in dots]
+        assert sorted(x) == pytest.approx(sorted(sweeps[0].frequency_Hz), rel=1e-3)
+    assert "/sweeps/2/acc1/branch/2 N" in found
+    assert "/sweeps/1/acc1/branch/2 N" not in found
+    assert {"/sweeps/1/acc1", "/sweeps/2/acc1"} <= set(view_origins(path))
 
 
 def test_a_file_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path) -> None:
