@@ -243,7 +243,8 @@ class LocalForces:
 
     def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
-        own, growth = self._with_growth(np.exp(log_a[:, 2 * self.points :]), omega)
+        own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
+        own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows])
         turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
 
     def follow(
@@ -276,8 +277,9 @@ class LocalForces:
 
     def _with_growth(self, amplitude: Array, omega: Array) -> tuple[Array, Array]:
         """Stiffness of the nonlinear forces at their ports' amplitudes, and its derivative by their logarithms."""
-        k = self.equivalent(amplitude, omega)
-        return k, (self.equivalent(amplitude * (1 + DIFFERENCE), omega) - k) / DIFFERENCE
+        both = np.concatenate([amplitude, amplitude * (1 + DIFFERENCE)])
+        k, beyond = np.split(self.equivalent(both, np.concatenate([omega, omega])), 2)
+        return k, (beyond - k) / DIFFERENCE
 
     def equivalent(self, amplitude: Array, omega: Array) -> Array:
         """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n)."""

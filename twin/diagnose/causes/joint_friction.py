@@ -12,6 +12,7 @@ from twin.diagnose.slipping import RIPPLES, slipping_harmonics
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension, NonlinearForce
 from twin.identify.joint_motion import largest_motion
+from twin.identify.receptance import ModalBasis
 from twin.structure import Structure, layer_points
 
 __all__ = ["JointFriction"]
@@ -76,16 +77,7 @@ class JointFriction(Cause):
         row = slip(evidence.model.structure)[None]
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
 
-        known: dict[bytes, Any] = {}
-
-        def ripple(omega: Any) -> Any:
-            """Compliance at the ripples' frequencies; the same ones are asked for many times."""
-            key = np.asarray(omega).tobytes()
-            if key not in known:
-                known[key] = np.stack(
-                    [evidence.model.basis.receptance(row, h * omega)[:, 0, 0] for h in RIPPLES], axis=1
-                )
-            return known[key]
+        ripple = _Ripple(evidence.model.basis, row)
 
         def harmonics(a: Any, count: int, omega: Any) -> Any:
             force = slipping_harmonics(a, k, slip_force, ripple(omega))
@@ -102,6 +94,21 @@ class JointFriction(Cause):
     def _largest_slip(self, evidence: Evidence, label: Mapping[str, str]) -> float:
         """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
         return float(largest_motion(evidence)[1][int(label["layer_element"]) - 1])
+
+
+class _Ripple:
+    """Compliance (f, 3) of a port at the ripples' frequencies; the same few are asked for again and again."""
+
+    def __init__(self, basis: ModalBasis, row: Any) -> None:
+        self._basis, self._row = basis, row
+        self._omega, self._compliance = np.zeros(0), np.zeros((0, len(RIPPLES)), complex)
+
+    def __call__(self, omega: Any) -> Any:
+        if not np.isin(omega, self._omega).all():
+            self._omega = np.unique(np.concatenate([self._omega, omega]))
+            at = [self._basis.receptance(self._row, h * self._omega)[:, 0, 0] for h in RIPPLES]
+            self._compliance = np.stack(at, axis=1)
+        return self._compliance[np.searchsorted(self._omega, omega)]
 
 
 def _slip(evidence: Evidence, label: Mapping[str, str]) -> Callable[[Structure], Any]:
