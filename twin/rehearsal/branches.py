@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from twin.bench import open_bench
+from twin.identify.resonances import by_resonance
 from twin.procedures import SteppedSine
 from twin.procedures.grid import fixed_frequencies
 from twin.response import HarmonicBalance
@@ -33,7 +35,10 @@ class Branch:
 
 
 def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[Branch]:
-    """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise."""
+    """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise.
+
+    About several resonances each amplitude has a curve of its own about each.
+    """
     frequencies = fixed_frequencies(procedure)
     if procedure.control != "force" or procedure.order != "frequency" or len(frequencies) < 2:
         return []
@@ -44,8 +49,9 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
     names = [channel.name for channel in free.channels]
     force = next(channel.name for channel in free.channels if channel.quantity == "force")
     found = []
-    for amplitude in procedure.amplitudes:
-        points = balance.branch(frequencies[0], frequencies[-1], amplitude)
+    groups = [[frequencies[i] for i in group] for group in by_resonance(np.array(frequencies))]
+    for about, amplitude in product([group for group in groups if len(group) > 1], procedure.amplitudes):
+        points = balance.branch(about[0], about[-1], amplitude)
         first = np.array([point.channels[:, 1] for point in points]).reshape(-1, len(names))
         turned = first * np.exp(-1j * np.angle(first[:, [names.index(force)]]))
         frequency_Hz = [point.frequency_Hz for point in points]

@@ -13,7 +13,7 @@ from twin.procedures import StepResult
 from twin.rehearsal.rehearsal import Rehearsal
 from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps, steepest_linear
 
-__all__ = ["Folds", "branch_of", "folds_within", "jumping_steps"]
+__all__ = ["Folds", "branches_of", "folds_within", "jumping_steps"]
 
 
 @dataclass(frozen=True)
@@ -29,22 +29,25 @@ class Folds:
 
 
 def folds_within(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Folds:
-    """The folds of the branch at a sweep's force, between its first and its last frequency."""
-    branch = branch_of(rehearsal, steps)
-    if branch is None or len({step.frequency_Hz for step in steps}) < 2:
+    """The folds of the branches at a sweep's force, between its first and its last frequency."""
+    if len({step.frequency_Hz for step in steps}) < 2:
         return Folds()
-    frequency_Hz = np.asarray(branch["frequency_Hz"], float)
-    ways = np.sign(np.diff(frequency_Hz))
     low, high = min(step.frequency_Hz for step in steps), max(step.frequency_Hz for step in steps)
-    places = [
-        (float(frequency_Hz[i + 1]), bool(ways[i] > 0))
-        for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)
-        if low <= frequency_Hz[i + 1] <= high
-    ]
+    places, intervals = [], []
+    for branch in branches_of(rehearsal, steps):
+        frequency_Hz = np.asarray(branch["frequency_Hz"], float)
+        ways = np.sign(np.diff(frequency_Hz))
+        along = [
+            (float(frequency_Hz[i + 1]), bool(ways[i] > 0))
+            for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)
+            if low <= frequency_Hz[i + 1] <= high
+        ]
+        places += along
+        intervals += _intervals(along)
     return Folds(
         up_Hz=tuple(sorted(place for place, ahead in places if ahead)),
         down_Hz=tuple(sorted(place for place, ahead in places if not ahead)),
-        intervals_Hz=tuple(_intervals(places)),
+        intervals_Hz=tuple(intervals),
     )
 
 
@@ -85,7 +88,7 @@ def _is_near(rehearsal: Rehearsal, here: StepResult, there: StepResult, fold_Hz:
     return low - margin_Hz <= fold_Hz <= high + margin_Hz
 
 
-def branch_of(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> Mapping[str, Any] | None:
-    """The predicted curve at a sweep's force, where there is one."""
+def branches_of(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[Mapping[str, Any]]:
+    """The predicted curves at a sweep's force, one about each resonance."""
     target = steps[0].target_amplitude
-    return next((b for b in rehearsal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)), None)
+    return [b for b in rehearsal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)]

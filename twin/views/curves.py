@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -36,6 +36,7 @@ __all__ = [
     "law_in_lowest_mode",
     "law_reach",
     "mode_shapes",
+    "parted",
     "resonance_names",
     "shown_models",
     "stepped_sweeps",
@@ -266,6 +267,23 @@ def about_each_resonance(sweeps: Sequence[Swept]) -> list[list[int]]:
     """Places of the sweeps about each resonance, from the lowest resonance to the highest."""
     middle = np.array([np.median(sweep.frequency_Hz) for sweep in sweeps])
     return [group.tolist() for group in by_resonance(middle)]
+
+
+def parted(sweep: SteppedSweep) -> list[SteppedSweep]:
+    """One sweep through several resonances as one for each."""
+    groups = by_resonance(sweep.frequency_Hz)
+    if len(groups) == 1:
+        return [sweep]
+    return [
+        replace(
+            sweep,
+            frequency_Hz=sweep.frequency_Hz[rows],
+            time_s=sweep.time_s[rows],
+            receptance={name: values[rows] for name, values in sweep.receptance.items()},
+            harmonics={name: values[rows] for name, values in sweep.harmonics.items()},
+        )
+        for rows in groups
+    ]
 
 
 def resonance_names(sweeps: Sequence[Swept], groups: Sequence[Sequence[int]]) -> list[str]:

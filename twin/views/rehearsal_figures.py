@@ -12,10 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from twin.identify.resonances import by_resonance
 from twin.views.figures import dressed, legend, panels
 from twin.views.style import INK, level_colour
 
-__all__ = ["range_figure", "responses_figure"]
+__all__ = ["range_figure", "responses_figure", "responses_figures"]
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -25,6 +26,22 @@ FEW_STEPS = 20
 """Steps up to which each gets a marker: one alone has no line."""
 UNSTABLE = (0, (1, 2))
 """Line style of branches that no sweep can follow."""
+
+
+def responses_figures(
+    steps: Rows, branches: Rows, channels: Sequence[str], force: str | None
+) -> list[tuple[Figure, Rows]]:
+    """A :func:`responses_figure` about each resonance that was swept, with the steps that it shows."""
+    swept = [step for step in steps if step["frequency_Hz"]]
+    found: list[tuple[Figure, Rows]] = []
+    for group in by_resonance(np.array([step["frequency_Hz"] for step in swept])):
+        about = [swept[i] for i in group]
+        low, high = (end(step["frequency_Hz"] for step in about) for end in (min, max))
+        near = [b for b in branches if any(low <= f <= high for f in b["frequency_Hz"])]
+        figure = responses_figure(about, near, channels, force)
+        if figure is not None:
+            found.append((figure, about))
+    return found
 
 
 def responses_figure(steps: Rows, branches: Rows, channels: Sequence[str], force: str | None) -> Figure | None:

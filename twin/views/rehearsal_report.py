@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
-from twin.views.rehearsal_figures import range_figure, responses_figure
+from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
@@ -154,18 +154,21 @@ def _responses(
     seen = dict.fromkeys(name for step in steps for name in step["phasors"])
     force = next((name for name in seen if name == "force" or name.startswith("force")), None)
     channels = [name for name in seen if name not in (force, "voltage", "current")][:MOST_CHANNELS]
-    figure = responses_figure(steps, branches, channels, force)
-    if figure is None:
-        return []
-    peaks = "; ".join(f"{sweep['sweep']} peaks at {sweep['peak_frequency_Hz']:.6g} Hz" for sweep in sweeps)
     over = ", over the predicted branches" if branches else ""
-    return [
-        picture(
-            figure,
-            alt=f"Response per force against frequency at every step{over}. {peaks}.",
-            caption="Every step (points)" + (", over the branches of harmonic balance (lines)." if branches else "."),
+    pictures = []
+    for figure, about in responses_figures(steps, branches, channels, force):
+        low, high = (end(step["frequency_Hz"] for step in about) for end in (min, max))
+        tops = [sweep for sweep in sweeps if low <= sweep["peak_frequency_Hz"] <= high]
+        peaks = "; ".join(f"{sweep['sweep']} peaks at {sweep['peak_frequency_Hz']:.6g} Hz" for sweep in tops)
+        pictures.append(
+            picture(
+                figure,
+                alt=f"Response per force at every step from {low:g} to {high:g} Hz{over}. {peaks}.",
+                caption="Every step (points)"
+                + (", over the branches of harmonic balance (lines)." if branches else "."),
+            )
         )
-    ]
+    return pictures
 
 
 def _decays(result: Mapping[str, Any]) -> Section | None:

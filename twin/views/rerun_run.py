@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.chart import Chart, common_range
-from twin.views.curves import SteppedSweep, about_each_resonance, resonance_names, stepped_sweeps
+from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.rerun_backbone import draw_backbone
@@ -144,6 +144,7 @@ def _by_resonance(
     """Charts of the sweeps, and their backbones; about several resonances, each has its own."""
     if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
         return [], []
+    reduced = [part for sweep in reduced for part in parted(sweep)]
     groups = about_each_resonance(reduced)
     charts: list[Any] = []
     backbones = []

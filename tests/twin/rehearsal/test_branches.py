@@ -1,5 +1,7 @@
 """Predicted branches, and the stepped sine that must jump where they fold."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from resonator import ListSink
@@ -8,6 +10,7 @@ from twin.bench import open_bench
 from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
 from twin.procedures.tables import Measure
 from twin.rehearsal import predicted_branches
+from twin.rehearsal.folds import folds_within
 from twin.response import Branch, Failure, HarmonicBalance
 from twin.rigs import Effect, load_rig
 
@@ -60,6 +63,27 @@ def test_a_rig_without_folds_has_one_response_a_frequency():
         assert all(branch.stable)
         assert np.all(np.diff(branch.frequency_Hz) > 0)
         assert np.abs(branch.response["force"]) == pytest.approx(branch.force_N, rel=1e-3)
+
+
+def test_about_two_resonances_each_force_has_a_branch_of_its_own_about_each():
+    """Nothing is followed from one to the other; a sweep's folds are those of both."""
+    procedure = SteppedSine(
+        frequencies=[26.1, 26.3, 26.5, 154.0, 155.0, 156.0], amplitudes=[1.0, 2.0], measure=Measure(seconds=1.0)
+    )
+    found = predicted_branches(STEEL, preload=None, procedure=procedure)
+    assert [branch.force_N for branch in found] == [1.0, 2.0, 1.0, 2.0]
+    ends = [(branch.frequency_Hz[0], branch.frequency_Hz[-1]) for branch in found]
+    assert ends[0][0] == ends[1][0] == 26.1
+    assert ends[2][0] == ends[3][0] == 154.0
+    assert all(26.4 < last <= 26.5 for _, last in ends[:2])
+    assert all(155.0 < last <= 156.0 for _, last in ends[2:])
+    tables = [{"force_N": branch.force_N, "frequency_Hz": branch.frequency_Hz} for branch in found]
+    steps = [SimpleNamespace(frequency_Hz=f, target_amplitude=2.0) for f in procedure.frequencies]
+    folds = folds_within(SimpleNamespace(branches=tables), steps)
+    assert sorted(folds.up_Hz + folds.down_Hz) == sorted(
+        f for branch in found if branch.force_N == 2.0 for f in branch.folds_Hz if 26.1 <= f <= 156.0
+    )
+    assert any(f > 150 for f in folds.up_Hz)
 
 
 def test_open_loop_sweeps_have_no_branches_at_a_force():

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from twin.views.rehearsal_figures import range_figure, responses_figure
+from twin.views.rehearsal_figures import range_figure, responses_figure, responses_figures
 
 
 def _pixels(figure: Figure) -> np.ndarray:
@@ -35,6 +35,20 @@ def test_the_legend_of_six_sweeps_lies_within_the_picture(rehearsal: dict[str, A
     assert len(figure.legends[0].get_texts()) == 8
     assert frame.x0 <= box.x0 < box.x1 <= frame.x1
     assert frame.y0 <= box.y0 < box.y1 <= frame.y1
+
+
+def test_each_resonance_has_its_own_picture(rehearsal: dict[str, Any]) -> None:
+    """With the branches that lie there."""
+    low = _sweep(rehearsal, "2N-up", 2.0)
+    high = [{**step, "frequency_Hz": 6 * step["frequency_Hz"]} for step in low if step["frequency_Hz"]]
+    places = [[25.0, 26.0], [150.0, 156.0]]
+    branches = [{"force_N": 2.0, "frequency_Hz": f, "response": {"acc1": {"amplitude": [1.0, 2.0]}}} for f in places]
+    found = responses_figures([*high, *low], branches, ["acc1"], "force")
+    assert [len(about) for _, about in found] == [len([s for s in low if s["frequency_Hz"]]), len(high)]
+    for (figure, about), (first, last) in zip(found, places, strict=True):
+        drawn = np.concatenate([line.get_xdata() for line in figure.axes[0].lines])
+        assert {first, last} <= set(drawn.tolist())
+        assert drawn.max() < 1.5 * min(step["frequency_Hz"] for step in about)
 
 
 def test_a_single_measured_step_is_seen(rehearsal: dict[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from twin.rehearsal.folds import branch_of
+from twin.rehearsal.folds import branches_of
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["check_early_ends"]
@@ -12,7 +12,9 @@ def check_early_ends(rehearsal: Rehearsal) -> list[Caution]:
     """Report the sweeps whose predicted curve stops before their last frequency."""
     found = []
     for sweep, steps in rehearsal.sweeps().items():
-        reason = (branch_of(rehearsal, steps) or {}).get("ends_early")
+        reason = next(
+            (branch["ends_early"] for branch in branches_of(rehearsal, steps) if branch.get("ends_early")), ""
+        )
         if reason:
             found.append(
                 Caution(
