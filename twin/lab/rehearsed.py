@@ -27,7 +27,7 @@ from twin.rehearsal import (
 )
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
-from twin.views.rehearsal_figures import range_figure, responses_figure
+from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_report import rehearsal_sentence, write_rehearsal_report
 from twin.views.table import Table
 
@@ -96,15 +96,28 @@ class RehearsedProcedure(Shown):
         """Write the report as one HTML page; `commands` are what to type to get it again."""
         write_rehearsal_report(self.result, Path(path), commands=commands)
 
-    def plot_responses(self) -> Figure:
-        """Response per force at every step, over the branches that harmonic balance predicts."""
+    def plot_responses(self, *, resonance: int = 1) -> Figure:
+        """Response per force at every step, over the branches that harmonic balance predicts.
+
+        Parameters
+        ----------
+        resonance
+            Which of those that were swept, counted from the lowest.
+
+        Raises
+        ------
+        ValueError
+            If nothing was rehearsed there.
+        """
         rehearsal = self.first.rehearsal
-        figure = responses_figure(
+        figures = responses_figures(
             self.result["steps"], self.result["branches"], rehearsal.response_channels, rehearsal.force_channel
         )
-        if figure is None:
-            raise ValueError("nothing was rehearsed by stepped sines")
-        return figure
+        if not 1 <= resonance <= len(figures):
+            raise ValueError(
+                f"stepped sines were rehearsed about {len(figures)} resonances, none is number {resonance}"
+            )
+        return figures[resonance - 1][0]
 
     def plot_range(self) -> Figure:
         """Use of each converter's range, and the time of each step."""

@@ -152,6 +152,8 @@ def test_a_rehearsal_is_a_run_with_an_answer(rehearsed: RehearsedProcedure, tmp_
     (sweep,) = rehearsed.recording.sweeps
     assert sweep.frequency_Hz.tolist() == [24.0, 25.0, 26.0]
     assert is_png(rehearsed.plot_responses())
+    with pytest.raises(ValueError, match="no resonance number 2: sweeps were rehearsed about 1"):
+        rehearsed.plot_responses(resonance=2)
     assert is_png(rehearsed.plot_range())
     assert "peak at, Hz" in repr(rehearsed)
     rehearsed.report(tmp_path / "report.html")
