@@ -78,7 +78,7 @@ def test_a_mass_at_the_tip_of_a_textbook_cantilever_is_named_placed_and_weighed(
     assert found.model.effect[0].cause == "added-mass"
 
 
-@pytest.mark.parametrize("std", [1e-3, None])
+@pytest.mark.parametrize("std", [pytest.param(1e-3, marks=pytest.mark.slow), None])
 def test_a_plain_textbook_cantilever_is_found_right(std):
     for seed in range(2):
         generator = np.random.default_rng(seed)
@@ -266,6 +266,7 @@ def test_masses_that_the_rig_file_owes_its_agreement_to_are_told():
     assert 17 < float(note.split("added mass of ")[1].split()[0]) < 22
 
 
+@pytest.mark.slow
 def test_a_joint_as_believed_but_for_its_moduli_is_found_right():
     """A shear modulus a third too low: fits begun from what is believed alone end in a minimum of another mode."""
     rig = coarse(load_rig("steel-lap-joint"))

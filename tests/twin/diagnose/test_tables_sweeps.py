@@ -44,6 +44,7 @@ def test_a_clean_law_of_amplitude_explains_its_sweeps():
         assert found.misfit.chi2_per_dof < found.misfit.threshold
 
 
+@pytest.mark.slow
 def test_a_joint_that_softens_from_sweep_to_sweep_is_told_from_the_law_of_amplitude():
     found = diagnose(sweeps(AMPLITUDES, shift_Hz=lambda k: -0.03 * k))
     assert found.verdict == "ambiguous"
@@ -66,6 +67,7 @@ def test_sweeps_in_order_of_amplitude_cannot_tell_a_drift_and_say_so():
     assert any("cannot be told apart" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_a_lasting_jump_is_seen_and_named_by_no_cause():
     found = diagnose(sweeps(AMPLITUDES, shift_Hz=lambda k: -0.15 * (k >= 6)))
     assert (found.verdict, found.causes) == ("unknown", ())
@@ -100,6 +102,7 @@ def test_held_out_sweeps_are_predicted_by_the_law_of_the_others():
     assert found.gain.before < 0.02
 
 
+@pytest.mark.slow
 def test_velocities_and_displacements_are_accelerations(tmp_path, beam):
     data = np.genfromtxt(TABLE, delimiter=",", names=True)
     for column, power in (("velocity_m_per_s", 1), ("displacement_m", 2)):

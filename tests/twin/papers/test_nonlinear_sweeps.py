@@ -15,7 +15,7 @@ from twin.papers.tables import load_study
 from twin.rigs import load_rig
 
 
-@pytest.mark.parametrize("name", ["steel-lap-joint", "hybrid-joint"])
+@pytest.mark.parametrize("name", ["steel-lap-joint", pytest.param("hybrid-joint", marks=pytest.mark.slow)])
 def test_the_laws_of_every_preload_are_those_of_a_passive_layer_and_can_be_marched(name):
     study, rig = load_study(name), load_rig(name)
     assert study.sweeps is not None

@@ -53,6 +53,7 @@ def test_results_say_what_was_rehearsed(tmp_path, capsys):
     assert "The procedure can be run as it is" in (out / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_recording_says_nothing_of_the_effects_of_the_rig(tmp_path):
     """They act in it nevertheless: the rig file of a diagnosis has them."""
     rig = load_rig("steel-lap-joint")
