@@ -114,9 +114,7 @@ class RehearsedProcedure(Shown):
             self.result["steps"], self.result["branches"], rehearsal.response_channels, rehearsal.force_channel
         )
         if not 1 <= resonance <= len(figures):
-            raise ValueError(
-                f"stepped sines were rehearsed about {len(figures)} resonances, none is number {resonance}"
-            )
+            raise ValueError(f"no resonance number {resonance}: sweeps were rehearsed about {len(figures)}")
         return figures[resonance - 1][0]
 
     def plot_range(self) -> Figure:
