@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["APART", "by_resonance"]
+__all__ = ["by_resonance", "same_resonance"]
 
 APART = 1.5
 """Ratio of neighbouring frequencies beyond which they belong to different resonances."""
@@ -29,3 +29,8 @@ def by_resonance(omega: NDArray[Any]) -> list[NDArray[np.intp]]:
     rising = np.argsort(omega, kind="stable")
     gaps = np.flatnonzero(omega[rising][1:] > APART * omega[rising][:-1]) + 1
     return [np.sort(group) for group in np.split(rising, gaps) if len(group)]
+
+
+def same_resonance(one: Any, two: Any) -> NDArray[np.bool_]:
+    """Whether frequencies are too near each other to belong to different resonances."""
+    return np.asarray(np.abs(np.log(one / two)) < np.log(APART))

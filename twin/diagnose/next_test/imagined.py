@@ -15,7 +15,7 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence, StepArrays
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.prediction import Predictor
-from twin.identify.resonances import APART
+from twin.identify.resonances import same_resonance
 from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
 
@@ -191,7 +191,7 @@ def _shape(
     faster = (omega / steps.omega[nearest])[:, None] ** [output.derivative for output in evidence.outputs]
     own = steps.response[nearest] * ((X / steps.amplitude_m[nearest])[:, None] * faster)[:, :, None]
     order = np.arange(own.shape[2])
-    same = np.abs(np.log(omega / steps.omega[nearest])) < np.log(APART)
+    same = same_resonance(omega, steps.omega[nearest])
     response = np.where((order % 2 == 0) & (same[:, None, None] | (order == 0)), own, 0.0)
     turn = np.exp(-1j * np.angle(steps.force[nearest, 0]))
     response = response * turn[:, None, None] ** (1 + np.arange(own.shape[2]))

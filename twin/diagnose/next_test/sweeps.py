@@ -14,7 +14,7 @@ from twin.identify.evidence import Evidence
 from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.prediction import Predictor
 from twin.identify.receptance import update_receptance
-from twin.identify.resonances import APART, by_resonance
+from twin.identify.resonances import by_resonance, same_resonance
 
 __all__ = ["HEADROOM", "STEPS", "Band", "sweep_bands"]
 
@@ -91,7 +91,7 @@ def _other_modes(
     motion = np.abs(predictor.step_receptance(model.unknowns, inner=False)[2].motion).max(axis=0)
     ranges = np.array([sensor.range for sensor in evidence.rig.response_sensors if sensor.channel in evidence.channels])
     for mode, natural in enumerate(predictor.model.basis.omega[:DAMPED_MODES] / (2 * np.pi), start=1):
-        if natural > highest_Hz or np.any(np.abs(np.log(natural / used)) < np.log(APART)):
+        if natural > highest_Hz or same_resonance(natural, used).any():
             continue
         f = np.linspace((1 - SEARCHED) * natural, (1 + SEARCHED) * natural, FINE)
         found = [_at(predictor, model, 2 * np.pi * f, motion, share) for share in (LINEAR, *OPENED)]
