@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -18,9 +18,9 @@ from twin.bench.instruments import InstrumentChannel, convert, high_pass_coeffic
 from twin.bench.layer import JointLaw
 from twin.bench.march_numpy import march_numpy
 from twin.bench.marching import LANES, coefficients, march
-from twin.bench.plan import Plan
+from twin.bench.plan import JointPlan, Plan
 from twin.bench.shaker import Shaker
-from twin.rigs import Effect, Rig
+from twin.rigs import Effect, Layout, Rig
 
 __all__ = ["Bench", "SAMPLE_RATES_Hz", "drive_limits", "open_bench"]
 
@@ -55,8 +55,6 @@ class Bench:
         drive: Literal["shaker", "force"],
         noise: bool,
         converter: bool,
-        beam_elements: int,
-        layer_elements: int,
         internal_rate_Hz: float,
         kernel: Literal["numba", "numpy"],
     ) -> None:
@@ -64,7 +62,7 @@ class Bench:
         self._rng = np.random.default_rng(seed)
         self._noise, self._converter, self._kernel = noise, converter, kernel
         self._internal_rate = internal_rate_Hz
-        self._built = build(plan, drive=drive, beam_elements=beam_elements, layer_elements=layer_elements)
+        self._built = build(plan, drive=drive)
         self._instruments = list(plan.instruments.values())
         self._channels = tuple(_described(instrument) for instrument in self._instruments)
         self._index = 0
@@ -187,7 +185,7 @@ class Bench:
 
     def _follow_drift(self) -> None:
         """Compute the modes anew when the moduli have drifted far enough."""
-        rate = max(abs(self._plan.layer_rate_per_s), abs(self._plan.moduli_rate_per_s))
+        rate = max(abs(rate) for rate in (self._plan.moduli_rate_per_s, *(j.rate_per_s for j in self._plan.joints)))
         if rate * (self._time_s - self._drift_at_s) > DRIFT_TOLERANCE:
             self._store_states()
             self._load_model()
@@ -274,7 +272,7 @@ def _parts(poles: NDArray[np.complex128]) -> Matrix:
 
 def drive_limits(rig: Rig) -> dict[str, float]:
     """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
-    shaker = Shaker.of(rig.drive)
+    shaker = Shaker.of(rig.shaker)
     limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
 
@@ -285,14 +283,13 @@ def open_bench(
     preload: str | None = None,
     seed: int = 0,
     effects: Sequence[Effect] = (),
-    joint_law: JointLaw | None = None,
+    joint_law: JointLaw | Mapping[str, JointLaw] | None = None,
     sample_rate_Hz: float = 1024.0,
     drive: Literal["shaker", "force"] = "shaker",
     monitors: Sequence[str] = (),
     noise: bool = True,
     converter: bool = True,
-    beam_elements: int = 60,
-    layer_elements: int = 6,
+    layout: Layout | None = None,
     internal_rate_Hz: float = INTERNAL_RATE_Hz,
     kernel: Literal["numba", "numpy"] = "numba",
 ) -> Bench:
@@ -309,7 +306,8 @@ def open_bench(
     effects
         Hidden causes, by their contract names.
     joint_law
-        In place of the rig's `joint.law` or, without one, of :func:`twin.bench.default_law`.
+        Of all joints, or by their names, in place of the rig file's or, without one, of
+        :func:`twin.bench.default_law`.
     sample_rate_Hz
         The nearest of :data:`SAMPLE_RATES_Hz` is taken.
     drive
@@ -319,8 +317,9 @@ def open_bench(
         (A), ``stroke`` of the armature (m).
     noise, converter
         False switches them off, for comparisons with exact solutions.
-    beam_elements, layer_elements
-        The bench's own mesh, finer than the rig file's, so that no inference meets its own elements again.
+    layout
+        The rig's parts on the bench's own mesh, finer than the rig file's, so that no inference meets its own elements
+        again.
     internal_rate_Hz
         Least number of physical steps a second.
     kernel
@@ -334,8 +333,10 @@ def open_bench(
         If there is no such preload.
     """
     name = rig.preload_name(preload)
-    moduli = rig.joint.preload[name]
-    instruments = {s.channel: InstrumentChannel.of(s, rig.acquisition.bits) for s in rig.sensor}
+    instruments = {
+        s.channel: InstrumentChannel.of(s, rig.acquisition.bits, position_m=rig.position_of(s.channel))
+        for s in rig.sensors
+    }
     for monitor in monitors:
         if monitor not in MONITORS:
             raise ValueError(f"no monitor {monitor!r}; there are {', '.join(MONITORS)}")
@@ -343,11 +344,18 @@ def open_bench(
         instruments[monitor] = InstrumentChannel(
             monitor, reads, unit, None, full_scale, noise_density, rig.acquisition.bits
         )
-        if monitor == "amplifier" and rig.drive.voltage_limit:
-            instruments[monitor].limit = rig.drive.voltage_limit
+        if monitor == "amplifier" and rig.shaker.voltage_limit:
+            instruments[monitor].limit = rig.shaker.voltage_limit
+    laws = joint_law if isinstance(joint_law, Mapping) else {joint.name: joint_law for joint in rig.joints}
+    joints = [
+        JointPlan(
+            joint.name, moduli.normal_modulus, moduli.shear_modulus, laws.get(joint.name),
+            rate_per_s=rig.drift.preload_loss_per_h / 3600,
+        )
+        for joint, moduli in zip(rig.joints, rig.moduli(name), strict=True)
+    ]  # fmt: skip
     plan = Plan(
-        rig, moduli.normal_modulus, moduli.shear_modulus, joint_law, instruments,
-        layer_rate_per_s=rig.drift.preload_loss_per_h / 3600,
+        rig, layout or rig.bench_layout(), joints, instruments,
         moduli_rate_per_s=-rig.drift.stiffness_per_K * rig.drift.temperature_K_per_h / 3600,
         clock_error=rig.acquisition.clock_error_ppm * 1e-6,
     )  # fmt: skip
@@ -359,8 +367,6 @@ def open_bench(
         drive=drive,
         noise=noise,
         converter=converter,
-        beam_elements=beam_elements,
-        layer_elements=layer_elements,
         internal_rate_Hz=internal_rate_Hz,
         kernel=kernel,
     )

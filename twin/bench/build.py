@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.effects.added_mass import add_point_mass
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, default_law, law_from_table
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
-from twin.bench.plan import Element, Matrices, Plan
-from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense
+from twin.bench.plan import Element, JointPlan, Matrices, Plan
+from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
 from twin.bench.shaker import COORDINATES, Shaker
 from twin.joint import Hinges, Law, jenkins
-from twin.rigs import Rig
-from twin.structure import Structure, assemble, layer_points, mesh_rig
+from twin.rigs import Place
+from twin.structure import assemble, layer_points, normal_modes
 from twin.structure.law_table import layer_table
 
 __all__ = ["Built", "build"]
@@ -29,6 +28,11 @@ Matrix = NDArray[np.float64]
 
 RESOLVED = 0.4
 """Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint force."""
+SUSPENSION_Hz, SUSPENSION_DAMPING = 0.5, 0.05
+"""What hangs free hangs on something: natural frequency and damping ratio of its rigid motions on soft cords."""
+RIGID_MOTIONS = 6
+RIGID = 1e-4
+"""Frequency of a rigid motion at most, over that of the first elastic mode."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,10 @@ class Built:
         What it was built from.
     condensed
         Structure in r coordinates.
+    laws
+        Of the joints.
+    rigid
+        Number of motions that only a soft suspension holds.
     elements_
         Nonlinear elements, the joint's first, on condensed rows.
     coordinate, auxiliary : ndarray of int
@@ -57,7 +65,8 @@ class Built:
 
     plan: Plan
     condensed: Condensed
-    law: JointLaw
+    laws: tuple[JointLaw, ...]
+    rigid: int
     elements_: tuple[Element, ...]
     coordinate: NDArray[np.int64]
     auxiliary: NDArray[np.int64]
@@ -85,16 +94,17 @@ class Built:
         """Length of the state that does not depend on how many modes are kept."""
         return 2 * self.condensed.T.shape[1] + self._others
 
-    def moduli(self, time_s: float) -> tuple[float, float]:
-        """(E' over its start, all moduli over theirs) after a drift of `time_s`."""
-        layer = max(0.05, 1.0 - self.plan.layer_rate_per_s * time_s)
-        return layer, max(0.05, 1.0 - self.plan.moduli_rate_per_s * time_s)
+    def moduli(self, time_s: float) -> tuple[tuple[float, ...], float]:
+        """(E' of each joint over its start, all moduli over theirs) after a drift of `time_s`."""
+        layers = tuple(max(0.05, 1.0 - joint.rate_per_s * time_s) for joint in self.plan.joints)
+        return layers, max(0.05, 1.0 - self.plan.moduli_rate_per_s * time_s)
 
     def modal(self, time_s: float, internal_rate_Hz: float) -> ModalModel:
         """Kept modes at a time."""
-        layer, everything = self.moduli(time_s)
+        layers, everything = self.moduli(time_s)
         below = min(MODES_BELOW_Hz, RESOLVED * internal_rate_Hz)
-        return self.condensed.modes(layer * self.plan.E, self.plan.G, below_Hz=below, factor=everything)
+        E = [left * joint.E for left, joint in zip(layers, self.plan.joints, strict=True)]
+        return self.condensed.modes(E, [joint.G for joint in self.plan.joints], below_Hz=below, factor=everything)
 
     @property
     def differentiable(self) -> NDArray[np.bool_]:
@@ -109,7 +119,8 @@ class Built:
         """
         modal = self.modal(time_s, internal_rate_Hz)
         ratios = self.plan.rig.damping.modal_ratio
-        zeta = np.array([ratios[min(r, len(ratios) - 1)] for r in range(len(modal.omega))])
+        elastic = range(len(modal.omega) - self.rigid)
+        zeta = np.array([SUSPENSION_DAMPING] * self.rigid + [ratios[min(r, len(ratios) - 1)] for r in elastic])
         outputs = [Output("rate" if velocity else "displacement", row) for row, velocity in self.rows]
         outputs += [Output(name) for name in self.shaker_rows]  # type: ignore[arg-type]
         outputs += [Output("integral", row) for row in self.auxiliary_rows]
@@ -153,10 +164,13 @@ class Built:
 
     def scales(self, time_s: float) -> Matrix:
         """Scale of each element's force at a time."""
-        layer, everything = self.moduli(time_s)
-        factor = {"": 1.0, "E": layer * everything, "all": everything}
-        joint = [element.scale * factor[element.follows] for element in self.elements_]
-        return np.array(joint + [1.0] * len(self.shaker_laws))
+        layers, everything = self.moduli(time_s)
+        left = {"": 1.0, "all": everything}
+        own = [
+            element.scale * (layers[element.joint] * everything if element.follows == "E" else left[element.follows])
+            for element in self.elements_
+        ]
+        return np.array(own + [1.0] * len(self.shaker_laws))
 
     def elements(self) -> Elements:
         """Elements as the kernels want them, at rest."""
@@ -192,104 +206,101 @@ class Built:
         return followers + (3 if self.shaker else 0) + 2 * resonances
 
 
-def build(
-    plan: Plan,
-    *,
-    drive: Literal["shaker", "force"],
-    beam_elements: int,
-    layer_elements: int,
-) -> Built:
+def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
     """Assemble, condense and place the local coordinates of `plan`."""
     rig = plan.rig
-    matrices = _matrices(plan, assemble(
-        rig,
-        mesh=mesh_rig(rig, beam_elements=beam_elements, layer_elements=layer_elements),
-        clamped=False,
-    ))  # fmt: skip
+    matrices, rigid = _matrices(plan)
     if drive == "shaker" and rig.force_sensor.stinger_side_mass:
-        add_point_mass(matrices, rig.force_sensor.position, rig.force_sensor.stinger_side_mass)
-    points = layer_points(matrices.structure, rig.joint.layer_elements)
-    openings, slips = ([matrices.pad(row) for row in rows] for rows in (points.opening, points.slip))
-    law = _law(plan)
+        matrices.add_mass(plan.drive_place, rig.force_sensor.stinger_side_mass)
+    laws = tuple(_law(plan, number) for number in range(len(plan.joints)))
     elements = [
-        Element(row, law.normal, weight, follows="E")
+        element
+        for number, (joint, law) in enumerate(zip(plan.joints, laws, strict=True))
+        for element in _layer_elements(plan, matrices, number, joint, law)
+    ]
+    for make in plan.element_makers:
+        elements.extend(make(matrices))
+    drive_row = matrices.row(plan.drive_place)
+    drive_load = drive_row.copy()
+    if plan.base_receptance:
+        translation = matrices.pad(matrices.structure.rigid_translation(plan.drive_place.direction))
+        drive_load = drive_load + plan.base_receptance * (matrices.K0 @ translation)
+    responses = {sensor.channel for sensor in rig.response_sensors}
+    channel_rows = [
+        _seen(matrices, rig.place_of(name), i) if name in responses else None for name, i in plan.instruments.items()
+    ]
+    loads = [e.row for e in elements] + [drive_row, drive_load] + [row for row in channel_rows if row is not None]
+    condensed = condense(
+        matrices, E=[joint.E for joint in plan.joints], G=[joint.G for joint in plan.joints], loads=loads
+    )
+    return _placed(plan, condensed, laws, rigid, elements, drive_row, drive_load, channel_rows, drive)
+
+
+def _matrices(plan: Plan) -> tuple[Matrices, int]:
+    """Assemble, let the effects change the matrices, and hang up what nothing holds; number of its rigid motions."""
+    structure = assemble(plan.rig, layout=plan.layout)
+    for number, joint in enumerate(plan.joints):
+        if joint.gradient:
+            structure = structure.with_gradient(joint.gradient, joint=number)
+    K_E, K_G = [joint.KE for joint in structure.joints], [joint.KG for joint in structure.joints]
+    matrices = Matrices(structure.M.copy(), structure.K0.copy(), K_E, K_G, np.zeros_like(structure.M), structure)
+    for change in plan.matrix_changes:
+        change(matrices)
+    K = with_layers(
+        matrices.K0, matrices.K_E, matrices.K_G, [joint.E for joint in plan.joints], [joint.G for joint in plan.joints]
+    )
+    modes = normal_modes(matrices.M, K, RIGID_MOTIONS + 1)
+    rigid = modes.Phi[:, modes.omega < RIGID * modes.omega[-1]]
+    held = matrices.M @ rigid
+    matrices.K0 += (2 * np.pi * SUSPENSION_Hz) ** 2 * (held @ held.T)
+    return matrices, rigid.shape[1]
+
+
+def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPlan, law: JointLaw) -> list[Element]:
+    """What a joint's law and its sliders do at the points of its layer."""
+    points = layer_points(matrices.structure, plan.rig.joints[number].layer_elements, joint=number)
+    openings, slips = ([matrices.pad(row) for row in rows] for rows in (points.opening, points.slip))
+    elements = [
+        Element(row, law.normal, weight, follows="E", joint=number)
         for row, weight in zip(openings, points.opening_weight, strict=True)
     ]
     if law.loss:
         elements += [
-            Element(row, law.loss, weight, velocity=True, follows="all")
+            Element(row, law.loss, weight, velocity=True, follows="all", joint=number)
             for row, weight in zip(slips, points.slip_weight, strict=True)
         ]
-    elements += [
-        Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N))
-        for slider in plan.joint_sliders
+    return elements + [
+        Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N), joint=number)
+        for slider in joint.sliders
     ]
-    for make in plan.element_makers:
-        elements.extend(make(matrices))
-
-    force = rig.force_sensor
-    drive_row = matrices.deflection(force.position)
-    drive_load = drive_row.copy()
-    if plan.base_receptance:
-        translation = matrices.pad((matrices.structure.free % 3 == 1).astype(float))
-        drive_load = drive_load + plan.base_receptance * (matrices.K_beam @ translation)
-    positions = {s.channel: s.position for s in rig.sensor}
-    channel_rows = [
-        _seen(matrices, positions[name], i, rig) if name in positions and i.quantity != "force" else None
-        for name, i in plan.instruments.items()
-    ]
-    loads = [e.row for e in elements] + [drive_row, drive_load] + [row for row in channel_rows if row is not None]
-    condensed = condense(
-        M=matrices.M, K_beam=matrices.K_beam, K_E=matrices.K_E, K_G=matrices.K_G, C=matrices.C,
-        E=plan.E, G=plan.G, loads=loads,
-    )  # fmt: skip
-    return _placed(plan, condensed, law, elements, drive_row, drive_load, channel_rows, drive)
 
 
-def _matrices(plan: Plan, free: Structure) -> Matrices:
-    """Clamp the root, rigidly or on a rotational spring, and let the effects change the matrices."""
-    keep = np.arange(2 if plan.clamp_compliance else 3, len(free.M))
-    box = np.ix_(keep, keep)
-    structure = replace(
-        free, M=free.M[box], K0=free.K0[box], B_E=free.B_E[:, keep], B_G=free.B_G[:, keep], free=free.free[keep]
-    )
-    if plan.layer_gradient:
-        structure = structure.with_layer_gradient(plan.layer_gradient)
-    K_beam = structure.K0.copy()
-    if plan.clamp_compliance:
-        K_beam[0, 0] += 1.0 / plan.clamp_compliance
-    matrices = Matrices(structure.M.copy(), K_beam, structure.KE, structure.KG, np.zeros_like(K_beam), structure)
-    for change in plan.matrix_changes:
-        change(matrices)
-    return matrices
-
-
-def _seen(matrices: Matrices, position_m: float, instrument: InstrumentChannel, rig: Rig) -> Matrix:
-    """Row of the motion a transducer shows: the deflection, and a share of the top surface's motion along the beam."""
-    row = matrices.deflection(position_m)
+def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Matrix:
+    """Row of the motion a transducer shows: the displacement, and a share of the left surface's motion along a beam."""
+    row = matrices.row(place)
     if instrument.transverse:
-        half = (rig.lower if position_m <= rig.lower.length else rig.upper).thickness / 2
-        along = matrices.structure.axial(position_m) - half * matrices.structure.slope(position_m)
-        row = row + instrument.transverse * matrices.pad(along)
+        row = row + instrument.transverse * matrices.pad(matrices.structure.surface_motion(place, side=1))
     return row
 
 
-def _law(plan: Plan) -> JointLaw:
+def _law(plan: Plan, number: int) -> JointLaw:
     """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
-    if plan.law is not None:
-        law = plan.law
+    joint = plan.joints[number]
+    if joint.law is not None:
+        law = joint.law
     else:
-        table = layer_table(plan.rig, E=plan.E, G=plan.G)
-        law = default_law(plan.E) if table is None else law_from_table(table, E=plan.E)
-    for change in plan.law_changes:
-        law = change(law, plan.E)
+        table = layer_table(plan.rig, E=joint.E, G=joint.G, joint=number)
+        law = default_law(joint.E) if table is None else law_from_table(table, E=joint.E)
+    for change in joint.law_changes:
+        law = change(law, joint.E)
     return law
 
 
 def _placed(
     plan: Plan,
     condensed: Condensed,
-    law: JointLaw,
+    laws: tuple[JointLaw, ...],
+    rigid: int,
     elements: list[Element],
     drive_row: Matrix,
     drive_load: Matrix,
@@ -315,7 +326,7 @@ def _placed(
             auxiliary.append(len(auxiliary_rows) - 1)
         else:
             auxiliary.append(-1)
-    shaker = Shaker.of(plan.rig.drive) if drive == "shaker" else None
+    shaker = Shaker.of(plan.rig.shaker) if drive == "shaker" else None
     shaker_laws = tuple(shaker.laws()) if shaker else ()
     asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
     shaker_rows = tuple(name for name in COORDINATES if name in asked)
@@ -326,7 +337,8 @@ def _placed(
     return Built(
         plan=plan,
         condensed=condensed,
-        law=law,
+        laws=laws,
+        rigid=rigid,
         elements_=tuple(elements),
         coordinate=np.array(coordinate, np.int64),
         auxiliary=np.where(place >= 0, place + locals_, -1),

@@ -47,9 +47,12 @@ class HiddenCase:
 
     def open_bench(self, *, preload: str | None = None, **options: Any) -> Bench:
         """The bench with the effect in it; `options` as for :func:`twin.bench.open_bench`."""
-        E = self.rig.joint.preload[self.rig.preload_name(preload)].normal_modulus
-        if self.rig.joint.law is None:
-            options.setdefault("joint_law", default_law(E).scaled(softening=self.softening, loss=self.loss))
+        laws = {
+            joint.name: default_law(moduli.normal_modulus).scaled(softening=self.softening, loss=self.loss)
+            for joint, moduli in zip(self.rig.joints, self.rig.moduli(preload), strict=True)
+            if joint.law is None
+        }
+        options.setdefault("joint_law", laws)
         return open_bench(self.rig, preload=preload, effects=self.effects, **options)
 
 
@@ -96,22 +99,25 @@ def draw_case(
         if name not in SIZES:
             raise ValueError(f"no cause {name!r} can be drawn; there are none, {', '.join(SIZES)}")
         effects.append(Effect(cause=name, parameters=SIZES[name](_Dice(rng, rig, strength))))
-    near = {
-        key: moduli.model_copy(
+    near = [
+        joint.model_copy(
             update={
-                "normal_modulus": moduli.normal_modulus * rng.uniform(0.9, 1.1),
-                "shear_modulus": moduli.shear_modulus * rng.uniform(0.9, 1.1),
+                "preload": {
+                    key: moduli.model_copy(
+                        update={
+                            "normal_modulus": moduli.normal_modulus * rng.uniform(0.9, 1.1),
+                            "shear_modulus": moduli.shear_modulus * rng.uniform(0.9, 1.1),
+                        }
+                    )
+                    for key, moduli in joint.preload.items()
+                }
             }
         )
-        for key, moduli in rig.joint.preload.items()
-    }
+        for joint in rig.joints
+    ]
     ratios = [ratio * rng.uniform(0.8, 1.2) for ratio in rig.damping.modal_ratio]
-    truth = rig.model_copy(
-        update={
-            "joint": rig.joint.model_copy(update={"preload": near}),
-            "damping": rig.damping.model_copy(update={"modal_ratio": ratios}),
-        }
-    )
+    damping = rig.damping.model_copy(update={"modal_ratio": ratios})
+    truth = rig.with_joints(near).model_copy(update={"damping": damping})
     return HiddenCase(
         effects=tuple(effects),
         rig=truth,
@@ -145,20 +151,29 @@ class _Dice:
         return 1.0 - min(self.size(low, high), 0.95)
 
     def beam(self) -> str:
-        """One of the two."""
-        return str(self.rng.choice(["lower", "upper"]))
+        """One of the rig's."""
+        return str(self.rng.choice([beam.name for beam in self.rig.layout().beams]))
 
     def response(self) -> str:
         """A response channel."""
         return str(self.rng.choice([s.channel for s in self.rig.response_sensors]))
 
-    def along(self, low: float, high: float) -> float:
-        """A position, as shares of the length."""
-        return self.plain(low, high) * self.rig.length
+    def joint(self) -> dict[str, float | str]:
+        """One of several joints; nothing to say of a single one."""
+        names = [joint.name for joint in self.rig.joints]
+        return {"joint": str(self.rng.choice(names))} if len(names) > 1 else {}
+
+    def along(self, low: float, high: float) -> dict[str, float | str]:
+        """A place, as shares of the length: of the whole structure where it is one line of beams, else of a beam."""
+        layout = self.rig.layout()
+        if layout.passable:
+            return {"position_m": self.plain(low, high) * layout.length}
+        beam = layout.beam(self.beam())
+        return {"part": beam.name, "position_m": self.plain(low, high) * beam.length}
 
 
 def _cross_talk(d: _Dice) -> dict[str, float | str]:
-    sources = [s.channel for s in d.rig.sensor]
+    sources = [s.channel for s in d.rig.sensors]
     channel = d.response()
     source = str(d.rng.choice([c for c in sources if c != channel]))
     scale = 20.0 if source == d.rig.force_sensor.channel else 1.0
@@ -166,24 +181,33 @@ def _cross_talk(d: _Dice) -> dict[str, float | str]:
 
 
 def _clamp(d: _Dice) -> dict[str, float | str]:
-    beam = d.rig.lower
-    return {"rotational_rad_per_Nm": d.size(5e-3, 1e-2) * d.rig.length / (beam.youngs_modulus * beam.second_moment)}
+    layout = d.rig.layout()
+    held = [s.part for s in layout.supports if "rz" in s.fix and s.part in {beam.name for beam in layout.beams}]
+    if not held:
+        raise ValueError("clamp-compliance needs a support that holds a beam's rotation")
+    beam = layout.beam(held[0])
+    return {"rotational_rad_per_Nm": d.size(5e-3, 1e-2) * layout.length / (beam.youngs_modulus * beam.second_moment)}
 
 
 def _cubic(d: _Dice) -> dict[str, float | str]:
     """A spring that does as much wherever it is: its work in mode 1 goes with some sixth power of the place."""
-    position = d.along(0.7, 1.0)
+    place = d.along(0.7, 1.0)
+    layout = d.rig.layout()
+    length = layout.beam(str(place["part"])).length if "part" in place else layout.length
     return {
-        "position_m": position,
-        "stiffness_N_per_m3": d.size(3e6, 8e6) * (d.rig.length / float(position)) ** 6,
+        **place,
+        "stiffness_N_per_m3": d.size(3e6, 8e6) * (length / float(place["position_m"])) ** 6,
     }
 
 
 def _friction(d: _Dice) -> dict[str, float | str]:
     """A friction spring that begins to slip within the amplitudes of the steel rig's sweeps."""
     stiffness = float(d.size(1.5e8, 3e8))
-    element = d.rng.choice([1, d.rig.joint.layer_elements])
+    chosen = d.joint()
+    joint = next(joint for joint in d.rig.joints if chosen.get("joint", joint.name) == joint.name)
+    element = d.rng.choice([1, joint.layer_elements])
     return {
+        **chosen,
         "layer_element": str(element),
         "stiffness_N_per_m": stiffness,
         "slip_force_N": stiffness * d.plain(2e-7, 4e-7),
@@ -193,39 +217,40 @@ def _friction(d: _Dice) -> dict[str, float | str]:
 def _offset(d: _Dice) -> dict[str, float | str]:
     """A sensor shift that stays on the structure."""
     channel, offset = d.response(), d.signed(0.006, 0.015)
-    position = next(s.position for s in d.rig.sensor if s.channel == channel)
-    return {"channel": channel, "offset_m": -abs(offset) if position + abs(offset) > d.rig.length else offset}
+    _, forth = d.rig.layout().reach(d.rig.place_of(channel))
+    return {"channel": channel, "offset_m": -abs(offset) if abs(offset) > forth else offset}
 
 
 SIZES: dict[str, Callable[[_Dice], dict[str, float | str]]] = {
-    "added-mass": lambda d: {"position_m": d.along(0.6, 1.0), "mass_kg": d.size(0.006, 0.015)},
+    "added-mass": lambda d: {**d.along(0.6, 1.0), "mass_kg": d.size(0.006, 0.015)},
     "beam-modulus": lambda d: {"beam": d.beam(), "factor": 1.0 + d.signed(0.02, 0.05)},
     "clamp-compliance": _clamp,
     "transverse-shear": lambda d: {"beam": d.beam(), "modulus_ratio": d.size(20.0, 80.0)},
-    "stiffness-loss": lambda d: {"position_m": d.along(0.05, 0.9), "factor": d.lost(0.2, 0.5)},
+    "stiffness-loss": lambda d: {**d.along(0.05, 0.9), "factor": d.lost(0.2, 0.5)},
     "attached-resonator": lambda d: {
-        "position_m": d.along(0.4, 1.0),
+        **d.along(0.4, 1.0),
         "mass_kg": d.size(0.003, 0.01),
         "frequency_Hz": d.plain(60.0, 400.0),
         "damping_ratio": d.plain(0.01, 0.03),
     },
     "cubic-stiffness": _cubic,
-    "ground-friction": lambda d: {"position_m": d.along(0.7, 1.0), "force_N": d.size(0.01, 0.03)},
+    "ground-friction": lambda d: {**d.along(0.7, 1.0), "force_N": d.size(0.01, 0.03)},
     "ground-stop": lambda d: {
-        "position_m": d.along(0.7, 1.0),
+        **d.along(0.7, 1.0),
         "gap_m": d.plain(3e-4, 1.2e-3),
         "stiffness_N_per_m": d.size(50.0, 200.0),
     },
-    "viscous-damper": lambda d: {"position_m": d.along(0.7, 1.0), "damping_Ns_per_m": d.size(0.3, 1.0)},
+    "viscous-damper": lambda d: {**d.along(0.7, 1.0), "damping_Ns_per_m": d.size(0.3, 1.0)},
     "air-drag": lambda d: {"coefficient_Ns2_per_m3": d.size(1.0, 3.0)},
     "joint-stiffness": lambda d: {
+        **d.joint(),
         "normal_factor": d.lost(0.2, 0.4),
         "shear_factor": d.lost(0.2, 0.4),
     },
-    "joint-slap": lambda d: {"gap_m": d.plain(1.5e-7, 4e-7), "stiffness_factor": d.lost(0.08, 0.16)},
+    "joint-slap": lambda d: {**d.joint(), "gap_m": d.plain(1.5e-7, 4e-7), "stiffness_factor": d.lost(0.08, 0.16)},
     "joint-friction": _friction,
-    "joint-uneven": lambda d: {"gradient": float(np.clip(d.signed(0.8, 1.5), -1.8, 1.8))},
-    "preload-loss": lambda d: {"rate_per_s": d.size(1e-4, 3e-4)},
+    "joint-uneven": lambda d: {**d.joint(), "gradient": float(np.clip(d.signed(0.8, 1.5), -1.8, 1.8))},
+    "preload-loss": lambda d: {**d.joint(), "rate_per_s": d.size(1e-4, 3e-4)},
     "drive-mass": lambda d: {"mass_kg": d.size(0.03, 0.1)},
     "stinger-stiffness": lambda d: {"stiffness_N_per_m": d.size(1e4, 4e4)},
     "drive-position": lambda d: {"channel": d.rig.force_sensor.channel, "offset_m": d.signed(0.004, 0.01)},

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.joint.kernel import COMPILED
-from twin.rigs import Sensor
+from twin.rigs import Transducer
 
 __all__ = ["InstrumentChannel", "convert", "high_pass_coefficients"]
 
@@ -46,13 +46,13 @@ class InstrumentChannel:
     freeze_s: float = 0.0
 
     @classmethod
-    def of(cls, sensor: Sensor, bits: int) -> InstrumentChannel:
+    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None) -> InstrumentChannel:
         """A channel as the rig file describes it."""
         unit = {"force": "N", "acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[sensor.quantity]
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
         resonances = [(sensor.mounting_frequency, sensor.mounting_damping)] if sensor.mounting_frequency else []
         return cls(
-            sensor.channel, sensor.quantity, unit, sensor.position, sensor.range, sensor.noise_density, bits, corners,
+            sensor.channel, sensor.quantity, unit, position_m, sensor.range, sensor.noise_density, bits, corners,
             resonances=resonances, transverse=sensor.transverse_sensitivity,
         )  # fmt: skip
 

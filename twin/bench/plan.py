@@ -11,30 +11,33 @@ from numpy.typing import NDArray
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw
 from twin.joint import Law
-from twin.rigs import Rig
+from twin.rigs import Layout, Place, Rig
+from twin.rigs.layout import unit_vector
 from twin.structure import Structure
 
-__all__ = ["Element", "JointSlider", "Matrices", "Plan"]
+__all__ = ["Element", "JointPlan", "JointSlider", "Matrices", "Plan"]
 
 Matrix = NDArray[np.float64]
 
 
 @dataclass
 class Matrices:
-    """Matrices of the free finite-element degrees of freedom, to which effects add springs, dampers and resonators.
+    """Matrices of the structure's coordinates, to which effects add springs, dampers and resonators.
 
     Attributes
     ----------
-    M, K_beam, K_E, K_G, C : ndarray, (n, n)
-        Mass; stiffness but for the layer; layer per unit of E' and of G'; viscous dampers.
+    M, K0, C : ndarray, (n, n)
+        Mass; stiffness but for the joints' layers; viscous dampers.
+    K_E, K_G : list of ndarray, (n, n)
+        Each joint's layer per unit of E' and of G'.
     structure : Structure
-        Whose rows give positions; resonators' coordinates come after its own.
+        Whose rows give places; resonators' coordinates come after its own.
     """
 
     M: Matrix
-    K_beam: Matrix
-    K_E: Matrix
-    K_G: Matrix
+    K0: Matrix
+    K_E: list[Matrix]
+    K_G: list[Matrix]
     C: Matrix
     structure: Structure
 
@@ -42,18 +45,24 @@ class Matrices:
         """A row over the structure's coordinates, with zeros for those that were appended."""
         return np.concatenate([row, np.zeros(len(self.M) - len(row))])
 
-    def deflection(self, position_m: float) -> Matrix:
-        """Row of v(position)."""
-        return self.pad(self.structure.deflection(position_m))
+    def row(self, place: Place) -> Matrix:
+        """Row of the displacement at a place in its direction."""
+        return self.pad(self.structure.row(place))
 
-    def append_resonator(self, position_m: float, mass_kg: float, frequency_Hz: float, damping_ratio: float) -> None:
-        """Hang a mass on a spring and a dashpot at a position."""
+    def add_mass(self, place: Place, mass_kg: float) -> None:
+        """Fix a point mass to the structure."""
+        for row in self.structure.translations(place):
+            padded = self.pad(row)
+            self.M += mass_kg * np.outer(padded, padded)
+
+    def append_resonator(self, place: Place, mass_kg: float, frequency_Hz: float, damping_ratio: float) -> None:
+        """Hang a mass on a spring and a dashpot at a place, moving in its direction."""
         w = 2 * np.pi * frequency_Hz
-        row = np.concatenate([self.deflection(position_m), [-1.0]])
-        for name in ("M", "K_beam", "K_E", "K_G", "C"):
-            setattr(self, name, np.pad(getattr(self, name), (0, 1)))
+        row = np.concatenate([self.row(place), [-1.0]])
+        self.M, self.K0, self.C = (np.pad(A, (0, 1)) for A in (self.M, self.K0, self.C))
+        self.K_E, self.K_G = ([np.pad(A, (0, 1)) for A in layers] for layers in (self.K_E, self.K_G))
         self.M[-1, -1] = mass_kg
-        self.K_beam += mass_kg * w**2 * np.outer(row, row)
+        self.K0 += mass_kg * w**2 * np.outer(row, row)
         self.C += 2 * damping_ratio * w * mass_kg * np.outer(row, row)
 
 
@@ -62,7 +71,7 @@ class Element:
     """A nonlinear element on a row of the matrices' coordinates.
 
     `velocity` makes the coordinate the row's time derivative (the law then may read the displacement).  `follows` tells
-    which drift scales it: the layer's modulus E', all moduli, or none.
+    which drift scales it: that of the modulus E' of `joint`, that of all moduli, or none.
     """
 
     row: Matrix
@@ -70,11 +79,12 @@ class Element:
     scale: float = 1.0
     velocity: bool = False
     follows: str = ""
+    joint: int = 0
 
 
 @dataclass(frozen=True)
 class JointSlider:
-    """A friction element on the slip of one of the layer's points, counted from the clamp's end."""
+    """A friction element on the slip of one of the layer's points, counted from where the layer begins."""
 
     point: int
     stiffness_N_per_m: float
@@ -82,50 +92,68 @@ class JointSlider:
 
 
 @dataclass
+class JointPlan:
+    """A joint as the truth has it.
+
+    Attributes
+    ----------
+    name
+        Of the joint.
+    E, G
+        Moduli of its layer, N/m2.
+    law
+        None takes the rig file's or the default.
+    law_changes
+        Called in order with the law and E'.
+    gradient
+        How much E' and G' fall along the layer, evenly about its middle, as a share of their value there.
+    rate_per_s
+        Relative loss of E' per second.
+    sliders
+        Friction elements in the layer.
+    """
+
+    name: str
+    E: float
+    G: float
+    law: JointLaw | None = None
+    law_changes: list[Callable[[JointLaw, float], JointLaw]] = field(default_factory=list)
+    gradient: float = 0.0
+    rate_per_s: float = 0.0
+    sliders: list[JointSlider] = field(default_factory=list)
+
+
+@dataclass
 class Plan:
-    """A rig as the truth has it.  Effects change `rig` first, then matrices, elements and instruments.
+    """A rig as the truth has it.  Effects change `rig` and `layout` first, then matrices, elements and instruments.
 
     Attributes
     ----------
     rig
         As the experimenter believes, then as it is.
-    E, G
-        Moduli of the layer, N/m2.
-    law
-        The joint's law; None takes the rig file's or the default.
-    law_changes
-        Called in order with the law and E'.
-    clamp_compliance
-        Rotation of the root per moment, rad/(N m).
-    base_receptance
-        Motion of the clamp per drive force, m/N.
-    layer_gradient
-        How much E' and G' fall along the overlap, evenly about its middle, as a share of their value there.
-    layer_rate_per_s, moduli_rate_per_s
-        Relative loss per second of E', and of all moduli.
-    clock_error
-        Relative error of the converter's clock.
-    joint_sliders
-        Friction elements in the layer.
-    matrix_changes, element_makers
-        Called in order with the matrices.
+    layout
+        Its parts and supports on the bench's mesh.
+    joints
+        What its joints are like.
     instruments
         By channel.
+    base_receptance
+        Motion of the foundation per drive force, m/N.
+    moduli_rate_per_s
+        Relative loss of all moduli per second.
+    clock_error
+        Relative error of the converter's clock.
+    matrix_changes, element_makers
+        Called in order with the matrices.
     """
 
     rig: Rig
-    E: float
-    G: float
-    law: JointLaw | None
+    layout: Layout
+    joints: list[JointPlan]
     instruments: dict[str, InstrumentChannel]
-    clamp_compliance: float = 0.0
     base_receptance: float = 0.0
-    layer_gradient: float = 0.0
-    layer_rate_per_s: float = 0.0
     moduli_rate_per_s: float = 0.0
     clock_error: float = 0.0
-    law_changes: list[Callable[[JointLaw, float], JointLaw]] = field(default_factory=list)
-    joint_sliders: list[JointSlider] = field(default_factory=list)
     matrix_changes: list[Callable[[Matrices], None]] = field(default_factory=list)
     element_makers: list[Callable[[Matrices], list[Element]]] = field(default_factory=list)
 
@@ -141,12 +169,56 @@ class Plan:
             raise ValueError(f"no channel {channel!r}; the rig has {', '.join(self.instruments)}")
         return self.instruments[channel]
 
+    @property
+    def drive_place(self) -> Place:
+        """Where the force cell sits and the shaker drives."""
+        return self.rig.place_of(self.rig.force_sensor.channel)
+
+    def joint(self, name: str = "") -> JointPlan:
+        """The joint of that name, which may be left out where there is one.
+
+        Raises
+        ------
+        ValueError
+            If there is none of that name, or several and no name.
+        """
+        found = [joint for joint in self.joints if name in ("", joint.name)]
+        if len(found) != 1:
+            names = ", ".join(joint.name for joint in self.joints) or "none"
+            raise ValueError(f"no joint {name!r}; the rig has {names}" if name else f"which joint: {names}?")
+        return found[0]
+
+    def place(
+        self, *, position_m: float | None = None, part: str = "", node: float | None = None, direction: str = ""
+    ) -> Place:
+        """Where an effect acts: metres along the structure, metres along a part, or a part's node.
+
+        Parameters
+        ----------
+        direction
+            ``+x`` and so on; across the beam where it is left out, and `+y` at a node.
+
+        Raises
+        ------
+        ValueError
+            If there is no such place.
+        """
+        if part and part not in {p.name for p in self.layout.parts}:
+            raise ValueError(f"no part {part!r}; the rig has {', '.join(p.name for p in self.layout.parts)}")
+        if part and node is not None:
+            place = Place(part, float(node), (0.0, 1.0, 0.0))
+        elif position_m is None:
+            raise ValueError("an effect at a place needs position_m, with part in a rig of several, or part and node")
+        elif part:
+            beam = self.layout.beam(part)
+            if not 0 <= position_m <= beam.length + 1e-9:
+                raise ValueError(f"position {position_m} m is not on {part!r}, which is {beam.length:.6g} m long")
+            place = Place(part, min(position_m, beam.length), (*beam.normal, 0.0))
+        else:
+            place = self.layout.place(position_m)
+        return place.towards(unit_vector(direction)) if direction else place
+
     def move_sensor(self, channel: str, offset_m: float) -> None:
-        """Shift a sensor (or, for the force cell, the drive) along the structure."""
+        """Shift a sensor (or, for the force cell, the drive) along its beam."""
         self.instrument(channel)
-        end = self.rig.length
-        sensors = [
-            s.model_copy(update={"position": min(max(s.position + offset_m, 0.0), end)}) if s.channel == channel else s
-            for s in self.rig.sensor
-        ]
-        self.rig = self.rig.model_copy(update={"sensor": sensors})
+        self.rig = self.rig.with_moved_sensor(channel, self.layout.moved(self.rig.place_of(channel), offset_m))

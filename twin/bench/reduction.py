@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from twin.bench.plan import Matrices
 from twin.structure import normal_modes
 
 __all__ = ["Condensed", "MODES_BELOW_Hz", "ModalModel", "condense"]
@@ -40,25 +41,27 @@ class ModalModel:
 
 @dataclass(frozen=True)
 class Condensed:
-    """Structure x = T z with orthonormal mass: K is affine in the layer's generalised moduli and in drift.
+    """Structure x = T z with orthonormal mass: K is affine in the joints' moduli and in drift.
 
     Attributes
     ----------
     T : ndarray, (n, r)
         Basis, T' M T = 1.
-    K_beam, K_E, K_G, C : ndarray, (r, r)
-        Beams and ground springs; layer per unit of E' and of G'; viscous dampers.
+    K0, C : ndarray, (r, r)
+        Parts, supports and ground springs; viscous dampers.
+    K_E, K_G : tuple of ndarray, (r, r)
+        Each joint's layer per unit of E' and of G'.
     """
 
     T: Matrix
-    K_beam: Matrix
-    K_E: Matrix
-    K_G: Matrix
+    K0: Matrix
+    K_E: tuple[Matrix, ...]
+    K_G: tuple[Matrix, ...]
     C: Matrix
 
-    def modes(self, E: float, G: float, *, below_Hz: float, factor: float = 1.0) -> ModalModel:
-        """Modes below a frequency at moduli E', G', all stiffness times `factor`."""
-        K = factor * (self.K_beam + E * self.K_E + G * self.K_G)
+    def modes(self, E: Sequence[float], G: Sequence[float], *, below_Hz: float, factor: float = 1.0) -> ModalModel:
+        """Modes below a frequency at moduli E', G' of the joints, all stiffness times `factor`."""
+        K = factor * with_layers(self.K0, self.K_E, self.K_G, E, G)
         values, vectors = eigh(K)
         omega = np.sqrt(np.maximum(values, 0.0))
         kept = max(1, int(np.count_nonzero(omega <= 2 * np.pi * below_Hz)))
@@ -67,32 +70,31 @@ class Condensed:
         return ModalModel(omega[:kept], vectors[:, :kept] * signs, rest @ rest.T)
 
 
+def with_layers(
+    K0: Matrix, K_E: Sequence[Matrix], K_G: Sequence[Matrix], E: Sequence[float], G: Sequence[float]
+) -> Matrix:  # fmt: skip
+    """Stiffness with the joints' layers at moduli E', G'."""
+    K = K0
+    for by_E, by_G, e, g in zip(K_E, K_G, E, G, strict=True):
+        K = K + e * by_E + g * by_G
+    return K
+
+
 def condense(
-    *,
-    M: Matrix,
-    K_beam: Matrix,
-    K_E: Matrix,
-    K_G: Matrix,
-    C: Matrix,
-    E: float,
-    G: float,
-    loads: Sequence[Matrix],
-    modes: int = 30,
+    matrices: Matrices, *, E: Sequence[float], G: Sequence[float], loads: Sequence[Matrix], modes: int = 30
 ) -> Condensed:
     """Condense to the lowest modes and the static shapes of all loads (Rubin's basis).
 
     Parameters
     ----------
-    M, K_beam, K_E, K_G, C : ndarray, (n, n)
-        Of the finite elements.
     E, G
-        Moduli at which the basis is built, N/m2.
+        Moduli of the joints at which the basis is built, N/m2.
     loads : sequence of ndarray, (n,)
         Force patterns whose static deflection the basis must hold.
     modes
         How many modes.
     """
-    K = K_beam + E * K_E + G * K_G
+    M, K = matrices.M, with_layers(matrices.K0, matrices.K_E, matrices.K_G, E, G)
     Phi = normal_modes(M, K, modes).Phi
     static = np.linalg.solve(K, np.column_stack(list(loads)))
     basis = np.column_stack([Phi, static - Phi @ (Phi.T @ M @ static)])
@@ -100,4 +102,5 @@ def condense(
     values, vectors = eigh(basis.T @ M @ basis)
     good = values > 1e-9
     T = basis @ (vectors[:, good] / np.sqrt(values[good]))
-    return Condensed(T, *(T.T @ A @ T for A in (K_beam, K_E, K_G, C)))
+    K_E, K_G = (tuple(T.T @ A @ T for A in layers) for layers in (matrices.K_E, matrices.K_G))
+    return Condensed(T, T.T @ matrices.K0 @ T, K_E, K_G, T.T @ matrices.C @ T)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from twin.bench.force_factor import ForceFactor
 from twin.joint import Hinges
-from twin.rigs.rig import Drive
+from twin.rigs.tables import Shaker as ShakerTable
 
 __all__ = ["COORDINATES", "Shaker"]
 
@@ -52,7 +52,7 @@ class Shaker:
     current_limit: float | None = None
 
     @classmethod
-    def of(cls, drive: Drive) -> Shaker:
+    def of(cls, drive: ShakerTable) -> Shaker:
         """The shaker a rig file describes."""
         currents = [drive.current_limit, drive.force_limit and drive.force_limit / drive.force_factor]
         return cls(

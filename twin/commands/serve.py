@@ -80,9 +80,8 @@ class JointMeter:
         self._warming_K_per_s = (
             float(rates.get("temperature-drift", 0.0)) / STEEL_SOFTENING_per_K + rig.drift.temperature_K_per_h / 3600
         )
-        states = {
-            float(key[:-1]): state.normal_modulus for key, state in rig.joint.preload.items() if _NEWTON.fullmatch(key)
-        }
+        own = rig.joints[0].preload.items() if rig.joints else ()
+        states = {float(key[:-1]): state.normal_modulus for key, state in own if _NEWTON.fullmatch(key)}
         self.channels = [Channel(name="temperature", quantity="temperature", unit="degC", range=150.0, device="meter")]
         self._preload_N: float | None = None
         if _NEWTON.fullmatch(preload):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.unknowns import Unknowns
+from twin.rigs import Place
 from twin.structure import Structure
 
 __all__ = [
@@ -23,9 +24,12 @@ __all__ = [
     "along_beam",
     "main_strength",
     "measured_duration_s",
+    "place_at",
+    "place_labels",
     "point",
     "position",
     "response_channels",
+    "searched_length",
     "single_point",
 ]
 
@@ -142,29 +146,52 @@ def measured_duration_s(evidence: Evidence) -> float:
     return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
 
 
-def along_beam(evidence: Evidence, count: int = 14) -> tuple[float, ...]:
-    """Positions to begin a search from, m: evenly along the structure, tip first, the clamp left out."""
-    length = evidence.rig.length
+def place_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    """Where a place is searched: along the whole structure where one beam leads to the next, else on each beam."""
+    layout = evidence.rig.layout()
+    return ({},) if layout.passable else tuple({"part": beam.name} for beam in layout.beams)
+
+
+def searched_length(evidence: Evidence, label: Mapping[str, str]) -> float:
+    """Metres along which a place is searched."""
+    layout = evidence.rig.layout()
+    return layout.beam(label["part"]).length if "part" in label else layout.length
+
+
+def along_beam(evidence: Evidence, label: Mapping[str, str], count: int = 14) -> tuple[float, ...]:
+    """Positions to begin a search from, m: evenly along the structure or a beam, its end first, its start left out."""
+    length = searched_length(evidence, label)
     return tuple(float(x) for x in np.linspace(length, length / count, count))
 
 
-def position(evidence: Evidence, count: int = 14, *, model_error: float = 2e-3) -> Parameter:
-    """The parameter `position_m` along the whole structure."""
-    length = evidence.rig.length
-    starts = along_beam(evidence, count)
+def position(
+    evidence: Evidence, label: Mapping[str, str], count: int = 14, *, model_error: float = 2e-3
+) -> Parameter:  # fmt: skip
+    """The parameter `position_m` along the whole structure, or along the beam that a label names."""
+    length = searched_length(evidence, label)
+    starts = along_beam(evidence, label, count)
     return Parameter(
         name="position_m", scale=length, lower=0.01 * length, upper=length, starts=starts, model_error=model_error
     )
 
 
-def point(position_m: float) -> Callable[[Structure], Array]:
-    """One port across the beam, (1, n), for an attachment."""
-    return lambda s: s.deflection(position_m)[None]
+def place_at(evidence: Evidence, label: Mapping[str, str], values: Values) -> Place:
+    """The place that a label and `position_m` name, across its beam."""
+    layout = evidence.rig.layout()
+    if "part" not in label:
+        return layout.place(values["position_m"])
+    beam = layout.beam(label["part"])
+    return Place(beam.name, min(max(values["position_m"], 0.0), beam.length), (*beam.normal, 0.0))
 
 
-def single_point(position_m: float) -> Callable[[Structure], Array]:
-    """One port across the beam, (n,), for a nonlinear force."""
-    return lambda s: s.deflection(position_m)
+def point(place: Place) -> Callable[[Structure], Array]:
+    """One port at a place in its direction, (1, n), for an attachment."""
+    return lambda s: s.row(place)[None]
+
+
+def single_point(place: Place) -> Callable[[Structure], Array]:
+    """The same (n,), for a nonlinear force."""
+    return lambda s: s.row(place)
 
 
 def response_channels(evidence: Evidence) -> tuple[dict[str, str], ...]:

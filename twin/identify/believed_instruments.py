@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.extension import Extension
-from twin.rigs import Rig, Sensor
+from twin.rigs import Rig, Transducer
 
 __all__ = ["believed_instruments", "high_pass", "mount"]
 
@@ -46,15 +46,15 @@ def believed_instruments(rig: Rig) -> Extension:
 
     Responses are per force, so what all channels have in common shows nowhere.
     """
-    alike = len({sensor.high_pass for sensor in rig.sensor}) == 1
+    alike = len({sensor.high_pass for sensor in rig.sensors}) == 1
     whole = Extension()
-    for sensor in rig.sensor:
+    for sensor in rig.sensors:
         for factor in _factors(sensor, high_passes=not alike):
             whole = whole.merged(Extension(channel_factor={sensor.channel: factor}))
     return whole
 
 
-def _factors(sensor: Sensor, *, high_passes: bool) -> list[Callable[[Array], Array]]:
+def _factors(sensor: Transducer, *, high_passes: bool) -> list[Callable[[Array], Array]]:
     factors = [high_pass(sensor.high_pass)] if high_passes and sensor.high_pass > 0 else []
     if sensor.mounting_frequency is not None:
         factors.append(mount((2 * np.pi * sensor.mounting_frequency) ** -2, sensor.mounting_damping))

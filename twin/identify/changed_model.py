@@ -10,7 +10,7 @@ from functools import lru_cache, partial
 
 from twin.identify.extension import Extension
 from twin.identify.linear_model import LinearModel, Output, build_linear_model
-from twin.rigs import Rig
+from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
 __all__ = ["ChangedModels", "changed_structure"]
@@ -26,32 +26,30 @@ class ChangedModels:
     """Builds models of `rig` at `preload`."""
 
     def __init__(self, rig: Rig, preload: str) -> None:
-        self._rig = rig
+        self._rig, self._layout = rig, rig.layout()
         self._built = lru_cache(maxsize=KEPT)(partial(_build, rig, preload))
         self._placed = lru_cache(maxsize=KEPT)(self._place)
 
     def model(self, extension: Extension, outputs: tuple[Output, ...]) -> LinearModel:
         """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
         offset = extension.output_offset_m
+        layout = self._layout
         moved = tuple(
-            replace(output, position_m=self._within_ends(output.position_m + offset.get(output.channel, 0.0)))
+            replace(output, place=layout.moved(output.place, offset[output.channel]))
+            if output.channel in offset else output
             for output in outputs
-        )
-        drive_m = self._within_ends(self._rig.drive.position + extension.drive_offset_m)
+        )  # fmt: skip
+        drive = layout.moved(self._rig.drive_place, extension.drive_offset_m)
         structure = (
             tuple(sorted(extension.beam_modulus.items())),
             tuple(sorted(extension.beam_shear_ratio.items())),
             extension.clamp_rad_per_Nm,
             extension.layer_gradient,
         )
-        return self._placed(structure, moved, drive_m)
+        return self._placed(structure, moved, drive)
 
-    def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drive_position_m: float) -> LinearModel:
-        return self._built(*structure).with_places(outputs, drive_position_m)
-
-    def _within_ends(self, position_m: float) -> float:
-        """Nothing sits beyond the structure's ends."""
-        return min(max(position_m, 0.0), self._rig.length)
+    def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drive: Place) -> LinearModel:
+        return self._built(*structure).with_places(outputs, drive)
 
 
 def _build(
@@ -73,12 +71,12 @@ def _build(
 
 def changed_structure(rig: Rig, extension: Extension) -> Structure:
     """The structure assembled with what an extension changes of it."""
-    beams = {}
-    for name in ("lower", "upper"):
-        beam = getattr(rig, name)
-        modulus = beam.youngs_modulus * extension.beam_modulus.get(name, 1.0)
-        shear = beam.shear_ratio + extension.beam_shear_ratio.get(name, 0.0)
-        beams[name] = beam.model_copy(update={"youngs_modulus": modulus, "shear_ratio": shear})
-    spring = 1 / extension.clamp_rad_per_Nm if extension.clamp_rad_per_Nm else None
-    structure = assemble(rig.model_copy(update=beams), clamp_rotation_stiffness=spring)
-    return structure.with_layer_gradient(extension.layer_gradient) if extension.layer_gradient else structure
+    layout = rig.layout()
+    for beam in layout.beams:
+        modulus = beam.youngs_modulus * extension.beam_modulus.get(beam.name, 1.0)
+        shear = beam.shear_ratio + extension.beam_shear_ratio.get(beam.name, 0.0)
+        layout = layout.with_beam(beam.name, youngs_modulus=modulus, shear_ratio=shear)
+    if extension.clamp_rad_per_Nm:
+        layout = layout.softened(extension.clamp_rad_per_Nm)
+    structure = assemble(rig, layout=layout)
+    return structure.with_gradient(extension.layer_gradient) if extension.layer_gradient else structure

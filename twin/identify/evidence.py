@@ -22,7 +22,7 @@ from twin.identify.linear_model import LinearModel, Output, believed_parameters,
 from twin.identify.rig_channels import in_directions_of
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
-from twin.rigs import Rig, nearest_preload, recorded_preload
+from twin.rigs import Place, Rig, nearest_preload, recorded_preload
 
 __all__ = ["Evidence", "Known", "StepArrays", "common_preload", "gather_evidence"]
 
@@ -163,14 +163,14 @@ class Evidence:
         return (f"the rig's {names} was not used: not all recordings have samples of it",) if names else ()
 
     @property
-    def drive_position_m(self) -> float:
+    def drive_place(self) -> Place:
         """Where the shaker is known to drive."""
-        return self.rig.drive.position + self.known.drive_offset_m
+        return self.rig.layout().moved(self.rig.drive_place, self.known.drive_offset_m)
 
-    def position_m(self, channel: str) -> float:
+    def place_of(self, channel: str) -> Place:
         """Where a response channel is known to measure."""
-        believed = next(output.position_m for output in self.outputs if output.channel == channel)
-        return believed + self.known.output_offset_m.get(channel, 0.0)
+        believed = next(output.place for output in self.outputs if output.channel == channel)
+        return self.rig.layout().moved(believed, self.known.output_offset_m.get(channel, 0.0))
 
 
 HARMONICS = 7
@@ -204,8 +204,8 @@ def gather_evidence(
         Output(
             sensor.channel,
             first.channels[sensor.channel].quantity,
-            sensor.position,
-            -1.0 if first.channels[sensor.channel].direction.startswith("-") else 1.0,
+            rig.place_of(sensor.channel),
+            _sign(first.channels[sensor.channel].direction, rig.place_of(sensor.channel)),
         )
         for sensor in rig.response_sensors
         if sensor.channel in present
@@ -226,7 +226,7 @@ def gather_evidence(
         raise InputError(
             first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"
         )
-    reference = int(np.argmax([output.position_m for output in outputs]))
+    reference = reference_output(model)
     settled = [state for state in states if not _unsettled(state, outputs[reference].channel, force)]
     return Evidence(
         rig=rig,
@@ -242,6 +242,18 @@ def gather_evidence(
         runs=tuple(runs),
         dropped=sum(_measured_sines(run) for run in runs) - len(states),
     )
+
+
+def reference_output(model: LinearModel) -> int:
+    """Number of the output whose motion is largest in the first mode: the tip's of a cantilever."""
+    motion = np.abs(model.ports.rows[model.ports.outputs] @ model.basis.Phi[:, 0])
+    return int(np.argmax(motion))
+
+
+def _sign(recorded: str, place: Place) -> float:
+    """Minus one where a recording's channel points against what the rig file says of its sensor."""
+    backwards = sum(place.direction) < 0
+    return -1.0 if recorded.startswith("-") != backwards else 1.0
 
 
 def common_preload(runs: Sequence[Run], rig: Rig) -> str:

@@ -20,7 +20,5 @@ def extended_model(evidence: Evidence, extension: Extension) -> LinearModel:
     rows += [force.row(model.structure)[None] for force in extension.nonlinear]
     if extension.base_receptance:
         s = model.structure
-        rigid = np.zeros(3 * s.mesh.nodes)
-        rigid[1::3] = 1.0
-        rows.append((s.M @ rigid[s.free])[None])
+        rows.append((s.M @ s.rigid_translation(evidence.rig.drive_place.direction))[None])
     return model.with_ports(np.vstack(rows)) if rows else model

@@ -56,7 +56,7 @@ class ExtendedRig:
         self.evidence = evidence
         self.extension = evidence.known.merged(extension) if extension else evidence.known
         self.model = extended_model(evidence, self.extension)
-        self.points = layer_points(self.model.structure, evidence.rig.joint.layer_elements)
+        self.points = layer_points(self.model.structure, evidence.rig.joints[0].layer_elements)
         self.step_model = self.model.with_points(self.points.rows)
         count = len(self.model.ports.rows)
         forces = np.arange(count)[self.nonlinear_ports]
@@ -268,7 +268,7 @@ class ExtendedRig:
             if 0 < h <= steps.force.shape[1]:
                 known = np.isfinite(steps.force_variance[:, h - 1])
                 force = np.where(known, steps.force[:, h - 1], 0.0)
-                shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.drive, omega))
+                shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.shaker, omega))
                 R = update_receptance(R, np.array([drive]), shaker[:, None])
             compliance.append(R[:, at[:, None], at])
             driven.append(R[:, at, drive] * (force * (h % 2))[:, None])

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.rigs import Place
 from twin.structure import Structure
 
-__all__ = ["Attachment", "Extension", "NoiseMotion", "NonlinearForce", "Opening"]
+__all__ = ["Attachment", "Extension", "NoiseMotion", "NonlinearForce", "Opening", "point_mass"]
 
 Array = NDArray[Any]
 
@@ -33,6 +34,14 @@ class Attachment:
 
     rows: Callable[[Structure], Array]
     stiffness: Callable[[Array], Array]
+
+
+def point_mass(place: Place, mass_kg: float, *, directions: int) -> Attachment:
+    """A mass fixed at a place, which moves in so many directions."""
+    return Attachment(
+        lambda structure: structure.translations(place),
+        lambda omega: -mass_kg * omega[:, None] ** 2 * np.ones(directions),
+    )
 
 
 @dataclass(frozen=True)

@@ -236,7 +236,7 @@ class HeldRig:
         """Receptances (f, 2 p, 2 p) among the points at a multiple of the drive's frequency, the shaker holding on."""
         rig, omega = self._rig, h * self.omega
         free = self._free(h)
-        shaker = drive_stiffness(rig.evidence.rig.drive, omega)
+        shaker = drive_stiffness(rig.evidence.rig.shaker, omega)
         free = update_receptance(free, np.array([rig.model.ports.drive]), shaker[:, None])
         at = rig.moving[: 2 * self.points]
         return np.asarray(free[:, at[:, None], at])

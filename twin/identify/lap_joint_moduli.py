@@ -62,8 +62,8 @@ def lap_joint_problem(
     Parameters are named ``normal_modulus[<preload>]`` and ``shear_modulus[<preload>]``.
     """
     structure = structure or assemble(rig)
-    transverse = structure.free % 3 != 0
-    KE, KG = structure.KE, structure.KG
+    transverse, known = structure.transverse, rig.joints[0].preload
+    KE, KG = structure.joints[0].KE, structure.joints[0].KG
     sets, parameters = [], []
 
     def pencil_of(normal: str, shear: str) -> Callable[[Mapping[str, float]], Pencil]:
@@ -82,7 +82,7 @@ def lap_joint_problem(
     for preload, frequencies in measured.items():
         f = np.asarray(frequencies, float)
         normal, shear = f"normal_modulus[{preload}]", f"shear_modulus[{preload}]"
-        moduli = rig.joint.preload.get(preload) or next(iter(rig.joint.preload.values()))
+        moduli = known.get(preload) or next(iter(known.values()))
         for name, start in ((normal, moduli.normal_modulus), (shear, moduli.shear_modulus)):
             parameters.append(Parameter(name, start, lower=MODULUS_BOUNDS[0], upper=MODULUS_BOUNDS[1]))
         std = relative_std * f if std_Hz is None else np.asarray(std_Hz[preload], float)

@@ -299,7 +299,7 @@ def _aligned(values: Complex, resonances_Hz: Real) -> Real:
 def _complex_modes(model: LinearModel, base: BaseParameters) -> tuple[Complex, Complex]:
     """Squares of the complex frequencies, with joint loss, and shapes with Phi' M Phi = 1, (n,) and (n, n)."""
     s = model.structure
-    K = s.K0 + base.E * (1 + 1j * base.loss_E) * s.KE + base.G * (1 + 1j * base.loss_G) * s.KG
+    K = s.K0 + base.E * (1 + 1j * base.loss_E) * s.joints[0].KE + base.G * (1 + 1j * base.loss_G) * s.joints[0].KG
     inverse = solve_triangular(np.linalg.cholesky(s.M), np.eye(len(s.M)), lower=True)
     values, vectors = np.linalg.eig(inverse @ K @ inverse.T)
     order = np.argsort(values.real)

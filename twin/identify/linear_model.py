@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
 from twin.identify.softened import PortPairs
-from twin.rigs import Rig
+from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
 __all__ = ["DAMPED_MODES", "BaseParameters", "LinearModel", "Output", "Ports", "build_linear_model"]
@@ -80,7 +80,7 @@ class Output:
 
     channel: str
     quantity: str
-    position_m: float
+    place: Place
     sign: float = 1.0
 
     def from_displacement(self, omega: Real) -> Complex:
@@ -135,11 +135,10 @@ class LinearModel:
         """The same model with further ports behind all others, rows (p, n)."""
         return replace(self, ports=replace(self.ports, rows=np.vstack([self.ports.rows, rows])))
 
-    def with_places(self, outputs: tuple[Output, ...], drive_position_m: float) -> LinearModel:
+    def with_places(self, outputs: tuple[Output, ...], drive_place: Place) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
         p, s = self.ports, self.structure
-        drive = s.deflection(drive_position_m)
-        rows = np.vstack([p.rows[: p.drive], drive, *(s.deflection(output.position_m) for output in outputs)])
+        rows = np.vstack([p.rows[: p.drive], s.row(drive_place), *(s.row(output.place) for output in outputs)])
         ports = replace(p, rows=rows, outputs=slice(p.drive + 1, len(rows)), extra=slice(len(rows), len(rows)))
         return replace(self, ports=ports, outputs=outputs)
 
@@ -277,23 +276,23 @@ def build_linear_model(
         Other than the one `rig` describes: a cause that changes the beams, say.
     """
     structure = structure or assemble(rig)
-    moduli = rig.joint.preload[rig.preload_name(preload)]
+    (moduli,) = rig.moduli(preload)
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
-    QE, QG = layer_ports(structure)
+    QE, QG = layer_ports(structure.joints[0])
     modal = basis.Phi[:, :DAMPED_MODES].T @ structure.M
-    rows = np.vstack([QE, QG, modal, structure.deflection(rig.drive.position)])
+    rows = np.vstack([QE, QG, modal, structure.row(rig.drive_place)])
     a, b = len(QE), len(QE) + len(QG)
     c = b + DAMPED_MODES
     none = slice(c + 1, c + 1)
     ports = Ports(rows, slice(0, a), slice(a, b), slice(b, c), c, outputs=none, extra=none)
     model = LinearModel(structure, basis, moduli.normal_modulus, moduli.shear_modulus, ports, ())
-    return model.with_places(tuple(outputs), rig.drive.position)
+    return model.with_places(tuple(outputs), rig.drive_place)
 
 
 def believed_parameters(rig: Rig, preload: str | None = None) -> BaseParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
-    moduli = rig.joint.preload[rig.preload_name(preload)]
+    (moduli,) = rig.moduli(preload)
     zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
     zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
     return BaseParameters(moduli.normal_modulus, moduli.shear_modulus, 0.0, 0.0, zeta, np.zeros(DAMPED_MODES))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence, StepArrays
+from twin.identify.evidence import Evidence, StepArrays, reference_output
 from twin.identify.extended_rig import ExtendedRig
 from twin.identify.held_response import HeldRig
 from twin.identify.joint_law import LayerLaw
@@ -55,17 +55,18 @@ SETTLED = 1e-6
 
 def blank_evidence(rig: Rig, preload: str | None = None) -> Evidence:
     """A rig with all its response channels and nothing measured: what a prediction stands on."""
-    outputs = tuple(Output(s.channel, s.quantity, s.position) for s in rig.response_sensors)
+    outputs = tuple(Output(s.channel, s.quantity, rig.place_of(s.channel)) for s in rig.response_sensors)
+    model = build_linear_model(rig, list(outputs), preload=preload)
     nothing = np.zeros(0)
     none = np.zeros((0, len(outputs), 1))
     steps = StepArrays(nothing, none[:, 0], none[:, 0], none, none, nothing, nothing, nothing, ())
     return Evidence(
         rig=rig,
         preload=rig.preload_name(preload),
-        model=build_linear_model(rig, list(outputs), preload=preload),
+        model=model,
         outputs=outputs,
         force=rig.force_sensor.channel,
-        reference=int(np.argmax([output.position_m for output in outputs])),
+        reference=reference_output(model),
         broadband=(),
         steps=steps,
         unsettled=(),
@@ -175,7 +176,7 @@ class RigResponse:
         more_E, more_G = self._rig.extension.moduli_factor
         self._law = _Law.of(layer_table(evidence.rig, E=base.E * more_E, G=base.G * more_G))
         self._base = base
-        table, names = evidence.rig.joint.law, evidence.channels
+        table, names = evidence.rig.joints[0].law, evidence.channels
         asked = table.channel if channel is None and isinstance(table, LawTable) else channel
         self.channel = asked or names[evidence.reference]
         self._at = names.index(self.channel)

@@ -104,9 +104,10 @@ class Predictor(ExtendedRig):
             detuning_std=self.slack.detuning_std,
             moduli_std=self.slack.moduli_std,
         )
-        E, phi, structure = self.moduli[0], self.model.basis.Phi[:, 0], self.model.structure
+        E, phi = self.moduli[0], self.model.basis.Phi[:, 0]
         # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
-        shear_share = float(np.sum((structure.B_G @ phi) ** 2) / np.sum((structure.B_E @ phi) ** 2))
+        layer = self.model.structure.joints[0]
+        shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
         size = len(unknowns.vector)
         precision = np.zeros((size, size))
         precision[: len(mean), : len(mean)] = base

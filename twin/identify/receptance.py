@@ -19,7 +19,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure import Modes, Structure, normal_modes
+from twin.structure import JointOperators, Modes, normal_modes
 
 __all__ = ["ModalBasis", "attach", "layer_ports", "lowest_modes_basis", "update_receptance", "update_receptance_numpy"]
 
@@ -99,9 +99,9 @@ def lowest_modes_basis(M: Real, K: Real, zeta: Real, *, kept: int = KEPT_MODES) 
     )
 
 
-def layer_ports(structure: Structure) -> tuple[Real, Real]:
+def layer_ports(joint: JointOperators) -> tuple[Real, Real]:
     """Strain operators of the layer compressed to their ranks, Q_E' Q_E = KE and Q_G' Q_G = KG."""
-    return _compress(structure.B_E), _compress(structure.B_G)
+    return _compress(joint.B_E), _compress(joint.B_G)
 
 
 def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -> Complex:

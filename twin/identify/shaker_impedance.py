@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs.rig import Drive
+from twin.rigs.tables import Shaker
 
 __all__ = ["drive_stiffness"]
 
 
-def drive_stiffness(drive: Drive, omega: NDArray[Any]) -> NDArray[Any]:
+def drive_stiffness(drive: Shaker, omega: NDArray[Any]) -> NDArray[Any]:
     """Complex dynamic stiffness (f,) at the drive point, N/m: the stinger in series with armature, suspension and coil.
 
     The coil is short-circuited by an amplifier that holds the voltage and all but open behind one that holds the

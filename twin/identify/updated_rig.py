@@ -39,7 +39,8 @@ def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> R
         The minimum that they are; the first entries of its vector are those of ``unknowns.vector``.
     """
     rig, base = evidence.rig, unknowns.base
-    moduli = rig.joint.preload[evidence.preload].model_copy(update={"normal_modulus": base.E, "shear_modulus": base.G})
+    (joint,) = rig.joints
+    moduli = joint.preload[evidence.preload].model_copy(update={"normal_modulus": base.E, "shear_modulus": base.G})
     believed = list(rig.damping.modal_ratio)
     # Modes beyond the list take its last entry, so the believed one must stay the last.
     relative = np.sqrt(np.diag(solution.covariance)[4 : 4 + len(base.zeta)])  # the vector has their logarithms
@@ -50,9 +51,9 @@ def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> R
         }
     )
     law = _law_table(evidence, unknowns, solution)
-    joint = rig.joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law})
+    joint = joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law})
     measured = {name: table for name, table in rig.measured.items() if name == evidence.preload}
-    return rig.model_copy(update={"joint": joint, "damping": damping, "measured": measured})
+    return rig.with_joints([joint]).model_copy(update={"damping": damping, "measured": measured})
 
 
 def _law_table(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> LayerLawTable:
@@ -86,7 +87,7 @@ def _loss_of_mode_1(evidence: Evidence, unknowns: Unknowns) -> float:
     """Loss modulus in shear that is worth the damping ratio of mode 1, N/m2: a sweep tells their sum, not each."""
     structure, base = evidence.model.structure, unknowns.base
     modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), 1)
-    sheared = float(np.sum((structure.B_G @ modes.Phi[:, 0]) ** 2))
+    sheared = float(np.sum((structure.joints[0].B_G @ modes.Phi[:, 0]) ** 2))
     return float(2 * modes.omega[0] ** 2 / sheared * base.zeta[0])
 
 

@@ -116,9 +116,10 @@ class IdentifiedJoint(Shown):
     def to_dict(self) -> dict[str, Any]:
         """As ``twin identify --json`` prints it, without the model file's name."""
         found = self.found
-        assert found.rig.joint.law is not None
+        law = found.rig.joints[0].law
+        assert law is not None
         channel = self.evidence.channels[self.evidence.reference]
-        nonlinear: dict[str, Any] = {"law": found.rig.joint.law.model_dump(), "channel": channel}
+        nonlinear: dict[str, Any] = {"law": law.model_dump(), "channel": channel}
         if found.polynomials is not None:
             levels = {name: _fit_dict(fit) for name, fit in found.polynomials.levels.items()}
             nonlinear["polynomials"] = levels | {"all": _fit_dict(found.polynomials.together)}

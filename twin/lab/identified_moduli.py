@@ -109,7 +109,7 @@ class IdentifiedModuli(Shown):
         return [int(mode) for mode in self.table.mode]
 
     def _believed(self) -> dict[str, float]:
-        moduli = self.believed.joint.preload[self.preload]
+        moduli = self.believed.moduli(self.preload)[0]
         return {f"{key}[{self.preload}]": getattr(moduli, key) for key in ("normal_modulus", "shear_modulus")}
 
 
@@ -149,11 +149,10 @@ def identify_moduli(path: str | Path, rig: Rig, *, source: str, preload: str | N
     update = update_moduli(
         rig, {name: table.frequency_Hz}, std_Hz={name: std_Hz}, numbers={name: table.mode}, structure=structure
     )
-    moduli = rig.joint.preload[name].model_copy(
+    moduli = rig.moduli(name)[0].model_copy(
         update={key: float(update.values[f"{key}[{name}]"]) for key in ("normal_modulus", "shear_modulus")}
     )
-    joint = rig.joint.model_copy(update={"preload": {**rig.joint.preload, name: moduli}})
     return IdentifiedModuli(
-        model=rig.model_copy(update={"joint": joint}), believed=rig, preload=name, update=update, table=table,
+        model=rig.with_moduli(name, [moduli]), believed=rig, preload=name, update=update, table=table,
         warnings=tuple(warnings),
     )  # fmt: skip

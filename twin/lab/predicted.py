@@ -116,7 +116,7 @@ def predict_response(
     if isinstance(rig, BeamRig):
         raise InputError(source, "kind", "is a beam alone", "a prediction needs a rig with drive and sensors")
     evidence = blank_evidence(rig, known_preload(rig, preload))
-    law = rig.joint.law
+    law = rig.joints[0].law if rig.joints else None
     if isinstance(law, LawTable) and law.channel not in evidence.channels:
         raise InputError(
             source, "joint.law.channel", f"no response sensor is called {law.channel!r}",

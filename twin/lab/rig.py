@@ -14,7 +14,7 @@ from recordings import InputError, Run
 from twin.lab.files import are_tables
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
-from twin.rigs import RIG_FILES, Rig
+from twin.rigs import RIG_FILES, LapJointRig, Rig
 from twin.rigs import load_rig as load_lap_joint
 from twin.rigs.beam import BEAM_RIG_FILES, BeamRig, is_beam_rig, load_beam_rig
 from twin.rigs.modal import MODAL_RIG_FILES, ModalRig, is_modal_rig, load_modal_rig
@@ -59,7 +59,8 @@ class LabRig(Shown):
     @property
     def sentence(self) -> str:
         """Its name and kind."""
-        kind = {Rig: "a lap joint", BeamRig: "a beam alone", ModalRig: "one mode of a structure"}[type(self.file)]
+        kinds = {LapJointRig: "a lap joint", BeamRig: "a beam alone", ModalRig: "one mode of a structure"}
+        kind = kinds.get(type(self.file), "a structure of parts and joints")
         return f"{self.file.name}: {kind}."
 
     def tables(self) -> Sequence[Table]:
@@ -68,20 +69,20 @@ class LabRig(Shown):
         if not isinstance(rig, Rig):
             return []
         moduli = Table(
-            caption="Joint: moduli of the layer, N/mm²",
-            head=("preload", "E′", "G′"),
+            caption="Joints: moduli of their layers, N/mm²",
+            head=("joint", "preload", "E′", "G′"),
             rows=[
-                (name, f"{1e-6 * m.normal_modulus:.4g}", f"{1e-6 * m.shear_modulus:.4g}")
-                for name, m in rig.joint.preload.items()
+                (joint.name, name, f"{1e-6 * m.normal_modulus:.4g}", f"{1e-6 * m.shear_modulus:.4g}")
+                for joint in rig.joints
+                for name, m in joint.preload.items()
             ],
-            numbers=(1, 2),
+            numbers=(2, 3),
         )
         sensors = [rig.force_sensor, *rig.response_sensors]
         channels = Table(
             caption="Channels",
-            head=("channel", "quantity", "at, m"),
-            rows=[(s.channel, s.quantity, f"{s.position:g}") for s in sensors],
-            numbers=(2,),
+            head=("channel", "quantity", "at"),
+            rows=[(s.channel, s.quantity, rig.layout().told(rig.place_of(s.channel))) for s in sensors],
         )
         return [moduli, channels]
 

@@ -13,7 +13,7 @@ from twin.papers.hybrid_model import hybrid_model
 from twin.papers.hybrid_search import PRIORS, RELATIVE_STD, Found, search
 from twin.papers.reproduction import Candidate, Reproduction, describe_update
 from twin.papers.tables import Study, load_study, percent_error
-from twin.rigs import Rig, load_rig
+from twin.rigs import LapJointRig, load_rig
 
 __all__ = ["reproduce_hybrid_joint"]
 
@@ -25,6 +25,7 @@ FEW_OVERLAPS_M = (0.014, 0.046)
 def reproduce_hybrid_joint() -> Reproduction:
     """Table 3 fitted at both preloads together, Table 2 likewise, and the paper's statements held one at a time."""
     study, rig = load_study("hybrid-joint"), load_rig("hybrid-joint")
+    assert isinstance(rig, LapJointRig)
     generator = np.random.default_rng(SEED)
     table3 = {name: study.condition[name].measured for name in PRELOADS}
     table2 = {name: study.condition[f"{name}, Table 2"].measured for name in PRELOADS}
@@ -79,7 +80,9 @@ def reproduce_hybrid_joint() -> Reproduction:
     )
 
 
-def _statements(rig: Rig, measured: Mapping[str, list[float]], generator: np.random.Generator) -> dict[str, Found]:
+def _statements(
+    rig: LapJointRig, measured: Mapping[str, list[float]], generator: np.random.Generator
+) -> dict[str, Found]:
     """Fits with one statement of the paper, or one guess about the test, held."""
     free_beam = reproduce_composite_beam().parameters
     supported, ratio = free_beam["youngs_modulus"]["value"], free_beam["shear_ratio"]["value"]
@@ -139,7 +142,7 @@ def _mode_1(found: Found, other: Found) -> dict[str, float]:
     }
 
 
-def _with_published_moduli(study: Study, rig: Rig, found: Found) -> dict[str, Any]:
+def _with_published_moduli(study: Study, rig: LapJointRig, found: Found) -> dict[str, Any]:
     """Frequencies with the printed E1 and G1 in this element, all else as found, at a short and a long overlap."""
     values = dict(found.update.values)
     for name in PRELOADS:
@@ -154,7 +157,7 @@ def _with_published_moduli(study: Study, rig: Rig, found: Found) -> dict[str, An
     return result
 
 
-def _remarks(study: Study, rig: Rig, found: Found, other: Found, trials: Mapping[str, Found]) -> list[str]:
+def _remarks(study: Study, rig: LapJointRig, found: Found, other: Found, trials: Mapping[str, Found]) -> list[str]:
     """What the fits say of the paper's statements, in sentences with figures."""
     change = _mode_1(found, other)
     low, high = found.overlap_range()

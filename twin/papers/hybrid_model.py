@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.eigensensitivity import FrequencySet, Pencil
-from twin.rigs import Rig
-from twin.structure import assemble, mesh_rig
+from twin.rigs import LapJointRig
+from twin.structure import assemble
 
 __all__ = ["HybridModel", "hybrid_model"]
 
@@ -25,7 +25,7 @@ class HybridModel:
     `unit_masses` holds the mass matrix of one kilogramme for each of :data:`MASSES`.
     """
 
-    rig: Rig
+    rig: LapJointRig
     M0: Matrix
     K0: Matrix
     Kc: Matrix
@@ -57,7 +57,7 @@ class HybridModel:
         ]
 
 
-def hybrid_model(rig: Rig, *, overlap_m: float, shear_ratio: float = 0.0) -> HybridModel:
+def hybrid_model(rig: LapJointRig, *, overlap_m: float, shear_ratio: float = 0.0) -> HybridModel:
     """The joint of `rig` with another overlap and the composite's shear ratio, on the rig's own mesh.
 
     The sensor stays at its stated position or, where the overlap shortens the structure below that, at the tip.
@@ -66,13 +66,12 @@ def hybrid_model(rig: Rig, *, overlap_m: float, shear_ratio: float = 0.0) -> Hyb
     joint = rig.joint.model_copy(update={"overlap": overlap_m})
     one = rig.model_copy(update={"upper": upper, "joint": joint})
     two = one.model_copy(update={"upper": upper.model_copy(update={"youngs_modulus": 2.0})})
-    mesh = mesh_rig(one)
-    a, b = (assemble(r, mesh=mesh, sensor_masses=False) for r in (one, two))
+    a, b = (assemble(r, sensor_masses=False) for r in (one, two))
     Kc = b.K0 - a.K0
     places = {
-        "sensor_mass": min(rig.response_sensors[0].position, one.length),
+        "sensor_mass": min(rig.position_of(rig.response_sensors[0].channel) or 0.0, one.length),
         "bolt_mass": one.lower.length - overlap_m / 2,
         "drive_mass": rig.drive.position,
     }
     units = {name: a.with_point_mass(place, 1.0).M - a.M for name, place in places.items()}
-    return HybridModel(one, a.M, a.K0 - Kc, Kc, a.KE, a.KG, units, a.free % 3 != 0)
+    return HybridModel(one, a.M, a.K0 - Kc, Kc, a.joints[0].KE, a.joints[0].KG, units, a.transverse)

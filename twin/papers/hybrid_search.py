@@ -16,7 +16,7 @@ from twin.identify.eigensensitivity import (
     update_parameters,
 )
 from twin.papers.hybrid_model import MASSES, hybrid_model
-from twin.rigs import Rig
+from twin.rigs import LapJointRig
 
 __all__ = ["PRIORS", "RELATIVE_STD", "Found", "search"]
 
@@ -103,7 +103,7 @@ class Found:
 
 
 def search(
-    rig: Rig,
+    rig: LapJointRig,
     measured: Mapping[str, list[float]],
     *,
     generator: np.random.Generator,

@@ -68,7 +68,7 @@ def rig_with_law(rig: Rig, sweeps: Sweeps, preload: str) -> Rig:
     X, law = np.linspace(0.0, sweeps.largest_amplitude_m, LAW_KNOTS), sweeps.law[preload]
     g1, g2 = (np.polynomial.polynomial.polyval(X, np.array(c)) for c in (law.softening, law.loss))
     table = LawTable(channel=sweeps.channel, amplitude_m=X.tolist(), softening=g1.tolist(), loss=g2.tolist())
-    return rig.model_copy(update={"joint": rig.joint.model_copy(update={"law": table})})
+    return rig.with_joints([rig.joints[0].model_copy(update={"law": table})])
 
 
 def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evidence:
@@ -91,7 +91,7 @@ def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evide
         record(BROADBAND, broadband(), seed)
         noise = read_run(folder / BROADBAND)
         planned = planned_sweeps(resonance(noise, force=rig.force_sensor.channel, response=response))[SWEEPS]
-        guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensor}
+        guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensors}
         limits = planned.limits.model_copy(update={"peak": guards})
         record(SWEEPS, planned.model_copy(update={"amplitudes": sweeps.forces_N, "limits": limits}), seed + 1)
         return gather_evidence([noise, read_run(folder / SWEEPS)], rig, preload=preload)
@@ -117,7 +117,7 @@ def _residuals(sweeps: Sweeps, preload: str, found: Polynomials) -> dict[str, di
 def _details(polynomials: Polynomials, rig: Rig, preload: str, law: Law) -> dict[str, Any]:
     fit = polynomials.together
     X = np.linspace(0.05, 1.0, 96) * fit.largest_amplitude_m
-    true = rig.joint.preload[preload].normal_modulus - np.polynomial.polynomial.polyval(X, np.array(law.softening))
+    true = rig.moduli(preload)[0].normal_modulus - np.polynomial.polynomial.polyval(X, np.array(law.softening))
     E = polynomials.base.E * float(np.exp(fit.base_change[0]))
     softest = float(np.ptp(true))
     return {

@@ -13,7 +13,7 @@ from twin.identify.identifiability import profile_likelihood
 from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
 from twin.papers.reproduction import Candidate, Reproduction, describe_update
 from twin.papers.tables import load_study, percent_error
-from twin.rigs import Rig, load_rig
+from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
 from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
 from twin.structure.shear_change import shear_change
@@ -36,9 +36,10 @@ class SteelUpdate:
     update: FrequencyUpdate
 
 
-def believed_rig() -> Rig:
+def believed_rig() -> LapJointRig:
     """The shipped rig with two light accelerometers instead of the inferred masses."""
     rig = load_rig("steel-lap-joint")
+    assert isinstance(rig, LapJointRig)
     sensors = [s if s.quantity == "force" else s.model_copy(update={"mass": LIGHT_SENSOR_KG}) for s in rig.sensor]
     return rig.model_copy(update={"sensor": sensors})
 
@@ -55,8 +56,9 @@ def reproduce_steel_lap_joint() -> Reproduction:
     first = int(np.argmin([trial.update.chi2 for trial in tried]))
     best = tried[first] = trials[first](2)
 
-    tip = rig.response_sensors[-1]
-    effect = point_mass_effect(structure, tip.position, name="added_mass", start_kg=0.01)
+    tip = rig.position_of(rig.response_sensors[-1].channel)
+    assert tip is not None
+    effect = point_mass_effect(structure, tip, name="added_mass", start_kg=0.01)
     profiles, four = [], {}
     if first == 0:
         problem = lap_joint_problem(rig, measured, relative_std=RELATIVE_STD, structure=structure, effects=[effect])
@@ -106,8 +108,8 @@ def _elements(rig: Rig, structure: Structure) -> dict[str, dict[str, object]]:
     """The same update, tip mass free, with each of the elements that the layer may have: E', G' like with like."""
     layers = {
         "exact-kinematics": structure,
-        "membrane with drilling rotations": with_layer_element(rig, structure, membrane_layer),
-        "zero-thickness interface": with_layer_element(rig, structure, interface_layer),
+        "membrane with drilling rotations": with_layer_element(structure, membrane_layer),
+        "zero-thickness interface": with_layer_element(structure, interface_layer),
     }
     result: dict[str, dict[str, object]] = {}
     for name, layered in layers.items():
@@ -157,16 +159,10 @@ def _modulus(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
 
 
 def _clamp(rig: Rig, rescans: int) -> SteelUpdate:
-    """The clamp turns: its rotation becomes a degree of freedom with a spring."""
-    floating = assemble(rig, clamped=False)
-    keep = np.arange(2, len(floating.free))
-    block = np.ix_(keep, keep)
-    structure = replace(
-        floating, M=floating.M[block], K0=floating.K0[block], B_E=floating.B_E[:, keep], B_G=floating.B_G[:, keep],
-        free=floating.free[keep],
-    )  # fmt: skip
-    spring, zero = np.zeros_like(structure.K0), np.zeros_like(structure.K0)
-    spring[0, 0] = 1.0
+    """The clamp turns: its rotation becomes a coordinate with a spring."""
+    one, two = (assemble(rig, layout=rig.layout().softened(1 / k)) for k in (1.0, 2.0))
+    spring = two.K0 - one.K0
+    structure, zero = replace(one, K0=one.K0 - spring), np.zeros_like(spring)
     effect = SharedEffect(
         Parameter("rotational_stiffness", 1e4, lower=1.0, upper=1e12), lambda k: (zero, k * spring, zero, spring)
     )
@@ -178,7 +174,7 @@ def _clamp(rig: Rig, rescans: int) -> SteelUpdate:
 def _shear(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
     effect = SharedEffect(
         Parameter("shear_ratio", 3.1, lower=1e-3, upper=1e4),
-        lambda ratio: shear_change(rig, structure, ratio),
+        lambda ratio: shear_change(structure, ratio),
     )
     update, value, std = _fit(rig, structure, effect, rescans)
     return SteelUpdate("transverse-shear", {"modulus_ratio": {"value": value, "std": std}}, update)

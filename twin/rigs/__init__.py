@@ -1,17 +1,34 @@
-"""Rigs as data: what the experimenter believes of a structure, its joint, shaker, sensors and converter."""
+"""Rigs as data: what the experimenter believes of a structure, its joints, shaker, sensors and converter."""
 
+from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
+from twin.rigs.layout import BeamPart, Layout, MatricesPart, Part, Place, Stretch, Support, ThinLayer, Tie
 from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, preload_record, recorded_preload
-from twin.rigs.rig import Effect, Joint, LawTable, LayerLawTable, Rig, Sensor
+from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, believed_rig_file, load_rig, parse_rig, save_rig
+from twin.rigs.structure_rig import StructureRig
+from twin.rigs.tables import Effect, LawTable, LayerLawTable, Preload, Transducer
 
 __all__ = [
     "RIG_FILES",
+    "BeamPart",
     "Effect",
     "Joint",
+    "LapJointRig",
     "LawTable",
     "LayerLawTable",
+    "Layout",
+    "MatricesPart",
+    "Part",
+    "Place",
+    "Preload",
     "Rig",
     "Sensor",
+    "Stretch",
+    "StructureRig",
+    "Support",
+    "ThinLayer",
+    "Tie",
+    "Transducer",
     "believed_rig_file",
     "foreign_preload",
     "known_preload",

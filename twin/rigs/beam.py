@@ -9,7 +9,8 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field
 
 from recordings.toml_input import read_toml
-from twin.rigs.rig import Beam, Effect
+from twin.rigs.lap_joint import Beam
+from twin.rigs.tables import Effect
 
 __all__ = ["BEAM_RIG_FILES", "BeamRig", "is_beam_rig", "load_beam_rig", "save_beam_rig"]
 

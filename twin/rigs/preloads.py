@@ -48,7 +48,7 @@ def nearest_preload(rig: Rig, info: Mapping[str, str]) -> tuple[str, float]:
     A meter's reading need not be a round number.  Without one, the rig's first.
     """
     recorded = recorded_preload(info)
-    named = {name: recorded_preload(preload_record(name)) for name in rig.joint.preload}
+    named = {name: recorded_preload(preload_record(name)) for name in rig.preloads}
     alike = {name: own[0] for name, own in named.items() if own and recorded and own[1] == recorded[1] and own[0] > 0}
     if recorded is None or not alike:
         return rig.preload_name(None), 0.0

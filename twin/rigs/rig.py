@@ -1,327 +1,96 @@
-"""The rig file, field by field.  SI units throughout."""
+"""A rig as data, whatever its structure: what every program of the twin asks of a rig file.  SI units throughout."""
 
 from __future__ import annotations
 
-import math
-from itertools import pairwise
-from typing import Annotated, Literal
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
-__all__ = [
-    "Acquisition",
-    "Beam",
-    "Damping",
-    "Drift",
-    "Drive",
-    "Effect",
-    "Joint",
-    "LawTable",
-    "LayerLawTable",
-    "Mesh",
-    "Preload",
-    "Rig",
-    "Sensor",
-]
+from twin.rigs.layout import Layout, Place, ThinLayer
+from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Name, Preload, Shaker, Table, Transducer
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Name = Annotated[str, Field(min_length=1, max_length=64)]
-
-HARDEST_STOP_Hz = 3000.0
-"""Of the armature's mass on its end stop; the marching of a spring is stable to a third of its rate."""
+__all__ = ["Rig"]
 
 
-class _Table(BaseModel):
-    """A TOML table: unknown keys are errors, so that a misspelt field is not silently a default."""
+class Rig(Table, ABC):
+    """A rig as an experimenter describes it, or as a diagnosis extended it (`effect`).
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Beam(_Table):
-    """A uniform rectangular beam."""
-
-    length: Positive
-    width: Positive
-    thickness: Positive
-    youngs_modulus: Positive
-    density: Positive
-    shear_ratio: NonNegative = 0.0
-    """E / (kappa G) of a Timoshenko beam; 0 is Euler-Bernoulli."""
-
-    @property
-    def area(self) -> float:
-        """Cross-section, m2."""
-        return self.width * self.thickness
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area, m4."""
-        return self.width * self.thickness**3 / 12.0
-
-
-class Preload(_Table):
-    """Moduli of the thin layer at one preload: E' and G', N/m2."""
-
-    normal_modulus: Positive
-    shear_modulus: Positive
-
-
-class LawTable(_Table):
-    """Amplitude-dependent part of the layer's moduli: E' = E'0 - g1(X), G' = G'0 + j g2(X).
-
-    `amplitude_m` are the knots of piecewise cubic functions of the response amplitude X at `channel`; `softening` and
-    `loss` are g1 and g2 at the knots, N/m2.  Beyond the last knot both stay constant, and so below the first.
-
-    X is the channel's displacement amplitude times (omega / omega_1)^2, in other words its acceleration amplitude over
-    omega_1^2, because the joint's load follows the inertia outboard of it; omega_1 is the first natural frequency that
-    this file's beams and moduli give without any `effect`.  Near the first resonance X is the displacement.
-
-    `softening_std` is the standard deviation of E'(X) = E'0 - g1(X), and `loss_std` that of g2(X) together with the
-    damping ratio of mode 1 in its units: such parts err together, and their sum is what a response feels.
+    The files' formats are its subclasses: :class:`twin.rigs.lap_joint.LapJointRig` and
+    :class:`twin.rigs.structure_rig.StructureRig`.
     """
-
-    channel: Name
-    amplitude_m: list[NonNegative] = Field(min_length=2, max_length=200)
-    softening: list[Finite]
-    loss: list[Finite]
-    softening_std: list[NonNegative] = []
-    loss_std: list[NonNegative] = []
-
-    @model_validator(mode="after")
-    def _equal_lengths(self) -> LawTable:
-        if any(b <= a for a, b in zip(self.amplitude_m, self.amplitude_m[1:], strict=False)):
-            raise ValueError("amplitude_m must increase")
-        for name in ("softening", "loss"):
-            if len(getattr(self, name)) != len(self.amplitude_m):
-                raise ValueError(f"{name} must have as many entries as amplitude_m")
-        return self
-
-
-class LayerLawTable(_Table):
-    """Amplitude-dependent part of the layer's moduli at each of its points: E' - g1(o), G' + j g2(s).
-
-    `opening_m` and `slip_m` are the knots of piecewise cubic functions of a point's own amplitudes of opening and of
-    slip; `softening` is g1 at the former, `loss` g2 at the latter, N/m2.  Beyond the last knots both stay constant, and
-    so below the first.  A point is a layer element (`layer_elements`), its opening and slip are the element's means.
-
-    `softening_std` is the standard deviation of E'(o) = E'0 - g1(o), and `loss_std` that of g2(s) together with the
-    damping ratio of mode 1 in its units: such parts err together, and their sum is what a response feels.
-    """
-
-    opening_m: list[NonNegative] = Field(min_length=2, max_length=200)
-    softening: list[Finite]
-    slip_m: list[NonNegative] = Field(min_length=2, max_length=200)
-    loss: list[Finite]
-    softening_std: list[NonNegative] = []
-    loss_std: list[NonNegative] = []
-
-    @model_validator(mode="after")
-    def _equal_lengths(self) -> LayerLawTable:
-        for knots, values in (("opening_m", "softening"), ("slip_m", "loss")):
-            x = getattr(self, knots)
-            if any(b <= a for a, b in pairwise(x)):
-                raise ValueError(f"{knots} must increase")
-            if len(getattr(self, values)) != len(x):
-                raise ValueError(f"{values} must have as many entries as {knots}")
-            if getattr(self, f"{values}_std") and len(getattr(self, f"{values}_std")) != len(x):
-                raise ValueError(f"{values}_std must have as many entries as {knots}")
-        return self
-
-
-class Joint(_Table):
-    """The overlap and its thin layer, whose height is measured from neutral axis to neutral axis."""
-
-    overlap: Positive
-    layer_height: Positive
-    layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
-    preload: dict[str, Preload] = Field(min_length=1)
-    law: LawTable | LayerLawTable | None = None
-
-
-class Mesh(_Table):
-    """Number of beam elements of the two beams together."""
-
-    beam_elements: Annotated[int, Field(ge=4, le=1000)] = 41
-
-
-class Damping(_Table):
-    """Modal damping ratios; modes beyond the list take the last one."""
-
-    modal_ratio: list[Annotated[float, Field(gt=0, lt=1)]] = Field(min_length=1, max_length=50)
-    modal_ratio_std: list[NonNegative] | None = Field(default=None, max_length=50)
-    """Standard deviations of the first ones, where they were identified."""
-
-
-class Drive(_Table):
-    """The shaker behind the force cell, its amplifier, and where it drives the structure."""
-
-    position: NonNegative
-    armature_mass: Positive
-    suspension_stiffness: NonNegative
-    force_factor: Positive
-    """At rest, N/A."""
-    half_force_stroke: Positive | None = None
-    """Armature displacement at which the force factor has fallen to half, m; left out, it does not depend on it."""
-    stroke_limit: Positive | None = None
-    """Travel to either end stop, m."""
-    stop_stiffness: Positive = 1.0e6
-    """Of the end stops, N/m."""
-    coil_resistance: Positive
-    coil_inductance: Positive
-    stinger_stiffness: Positive
-    """Axial, N/m."""
-    stinger_lateral_stiffness: NonNegative = 0.0
-    """Along the beam, at the surface the stinger is screwed to, N/m."""
-    amplifier: Literal["voltage", "current"] = "voltage"
-    """What the amplifier holds against the load."""
-    amplifier_gain: Positive = 1.0
-    """V or A per volt of the generator."""
-    output_resistance: Positive = 1.0e3
-    """Of an amplifier that holds the current, ohm."""
-    voltage_limit: Positive | None = None
-    """Of the amplifier, V."""
-    current_limit: Positive | None = None
-    """Of amplifier or coil, A."""
-    force_limit: Positive | None = None
-    """Rated force of the shaker, N: the amplifier holds the current below it."""
-
-    @model_validator(mode="after")
-    def _amplifier(self) -> Drive:
-        if self.amplifier == "voltage" and "output_resistance" in self.model_fields_set:
-            raise ValueError("output_resistance belongs to an amplifier that holds the current: amplifier = 'current'")
-        if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * HARDEST_STOP_Hz) ** 2:
-            raise ValueError(
-                f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than {HARDEST_STOP_Hz:g} Hz, "
-                "which the bench's steps do not resolve"
-            )
-        if self.amplifier == "current" and self.output_resistance < self.coil_resistance:
-            raise ValueError(
-                f"output_resistance {self.output_resistance:g} below coil_resistance {self.coil_resistance:g}: "
-                "such an amplifier does not hold the current"
-            )
-        return self
-
-
-class Sensor(_Table):
-    """A transducer and its converter channel: range in its unit, noise in unit per root hertz, high-pass in Hz."""
-
-    channel: Name
-    quantity: Literal["force", "acceleration", "velocity", "displacement"]
-    position: NonNegative
-    mass: NonNegative = 0.0
-    """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
-    stinger_side_mass: NonNegative = 0.0
-    """Of a force cell, the part on the stinger's side, which moves with the beam and is not measured, kg."""
-    range: Positive
-    noise_density: NonNegative = 0.0
-    high_pass: NonNegative = 0.0
-    mounting_frequency: Positive | None = None
-    """Resonance of the mounted transducer, Hz; left out, there is none."""
-    mounting_damping: Annotated[float, Field(gt=0, lt=1)] = 0.02
-    transverse_sensitivity: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
-    """Share of the motion along the beam, at the surface, that an accelerometer also shows."""
-
-    @model_validator(mode="after")
-    def _of_the_kind(self) -> Sensor:
-        if self.quantity != "force" and self.stinger_side_mass:
-            raise ValueError("stinger_side_mass belongs to the force cell")
-        if self.quantity != "acceleration" and self.transverse_sensitivity:
-            raise ValueError("transverse_sensitivity belongs to an accelerometer")
-        if self.mounting_frequency is None and "mounting_damping" in self.model_fields_set:
-            raise ValueError("mounting_damping needs a mounting_frequency")
-        return self
-
-
-class Acquisition(_Table):
-    """The converter."""
-
-    bits: Annotated[int, Field(ge=8, le=32)] = 24
-    clock_error_ppm: Annotated[float, Field(ge=-1e4, le=1e4)] = 0.0
-    """How much faster than nominal it samples."""
-    anti_alias: bool = True
-    """Linear-phase filter before decimation; without it, whatever lies above half the rate folds back."""
-
-
-class Drift(_Table):
-    """What changes slowly while the rig runs."""
-
-    temperature_K_per_h: Finite = 0.0
-    stiffness_per_K: Finite = -2.5e-4
-    """Relative change of all moduli; steel's if left out."""
-    preload_loss_per_h: Annotated[float, Field(ge=-10, le=10)] = 0.0
-    """Relative loss of the layer's E'."""
-
-
-class Measured(_Table):
-    """What was measured on the real rig at one preload."""
-
-    natural_frequencies: list[Positive] = Field(min_length=1, max_length=50)
-
-
-class Effect(_Table):
-    """A cause that the model was extended by: its contract name and parameters, with standard deviations."""
-
-    cause: Name
-    parameters: dict[str, float | str]
-    std: dict[str, float] = {}
-
-
-class Rig(_Table):
-    """A rig as an experimenter describes it, or as a diagnosis extended it (`effect`)."""
 
     name: Name
-    lower: Beam
-    upper: Beam
-    joint: Joint
-    mesh: Mesh = Mesh()
     damping: Damping
-    drive: Drive
-    sensor: list[Sensor] = Field(min_length=1, max_length=32)
     acquisition: Acquisition = Acquisition()
     drift: Drift = Drift()
-    measured: dict[str, Measured] = {}
-    effect: list[Effect] = []
+    measured: dict[str, Measured] = Field(default={})
+    effect: list[Effect] = Field(default=[])
 
-    @model_validator(mode="after")
-    def _geometry(self) -> Rig:
-        if self.joint.overlap >= min(self.lower.length, self.upper.length):
-            raise ValueError(
-                f"joint.overlap {self.joint.overlap} must be shorter than both beams "
-                f"(lower.length {self.lower.length}, upper.length {self.upper.length})"
-            )
-        if self.mesh.beam_elements < 2 * self.joint.layer_elements + 2:
-            raise ValueError(
-                f"mesh.beam_elements {self.mesh.beam_elements} leaves no element outside the overlap; "
-                f"at least {2 * self.joint.layer_elements + 2} are needed"
-            )
-        places = [("drive.position", self.drive.position)]
-        places += [(f"sensor {s.channel!r}: position", s.position) for s in self.sensor]
-        for place, position in places:
-            if position > self.length + 1e-9:
-                raise ValueError(f"{place} {position} lies beyond the structure's end at {self.length:.4g} m")
-        names = [s.channel for s in self.sensor]
-        if len(set(names)) != len(names):
-            raise ValueError(f"sensor channels must be unique, got {names}")
-        if not any(s.quantity == "force" for s in self.sensor):
-            raise ValueError("one sensor must measure force")
-        return self
+    @abstractmethod
+    def layout(self, *, beam_elements: int | None = None, layer_elements: int | None = None) -> Layout:
+        """Parts, supports, joints and ties, meshed as the file says or with other numbers of elements."""
+
+    @abstractmethod
+    def bench_layout(self) -> Layout:
+        """The same on the bench's own mesh, which no inference shares."""
+
+    @property
+    @abstractmethod
+    def sensors(self) -> Sequence[Transducer]:
+        """All transducers in the file's order."""
+
+    @property
+    @abstractmethod
+    def shaker(self) -> Shaker:
+        """The one that drives, the first of several."""
+
+    @property
+    @abstractmethod
+    def drive_place(self) -> Place:
+        """Where it drives, and in which direction."""
+
+    @abstractmethod
+    def place_of(self, channel: str) -> Place:
+        """Where a sensor is and in which direction it measures; KeyError for a channel that is none of the rig's."""
+
+    @abstractmethod
+    def with_joints(self, joints: Sequence[ThinLayer]) -> Self:
+        """The same rig with these joints' preloads and laws."""
+
+    @abstractmethod
+    def with_moved_sensor(self, channel: str, place: Place) -> Self:
+        """The same rig with a sensor elsewhere."""
+
+    @property
+    def joints(self) -> tuple[ThinLayer, ...]:
+        """In the file's order."""
+        return self.layout().joints
 
     @property
     def length(self) -> float:
-        """From the clamp to the tip, m."""
-        return self.lower.length + self.upper.length - self.joint.overlap
+        """Of all beams' stretches one behind the other, m."""
+        return self.layout().length
 
     @property
-    def force_sensor(self) -> Sensor:
-        """The force cell."""
-        return next(s for s in self.sensor if s.quantity == "force")
+    def force_sensor(self) -> Transducer:
+        """The force cell of the driving shaker."""
+        return next(s for s in self.sensors if s.quantity == "force")
 
     @property
-    def response_sensors(self) -> list[Sensor]:
-        """All sensors but the force cell, in the file's order."""
-        return [s for s in self.sensor if s.quantity != "force"]
+    def response_sensors(self) -> list[Transducer]:
+        """All sensors but force cells, in the file's order."""
+        return [s for s in self.sensors if s.quantity != "force"]
+
+    def position_of(self, channel: str) -> float | None:
+        """Where a sensor is, m along the stretches of beams; None if it is on none."""
+        return self.layout().position(self.place_of(channel))
+
+    @property
+    def preloads(self) -> tuple[str, ...]:
+        """Names of the preloads, which all joints share; none without a joint."""
+        return tuple(self.joints[0].preload) if self.joints else ()
 
     def preload_name(self, name: str | None = None) -> str:
         """The named preload, or the first of the file.
@@ -332,7 +101,31 @@ class Rig(_Table):
             If the rig has no such preload.
         """
         if name is None:
-            return next(iter(self.joint.preload))
-        if name not in self.joint.preload:
-            raise KeyError(f"rig {self.name!r} has no preload {name!r}; it has {', '.join(self.joint.preload)}")
+            return next(iter(self.preloads), "")
+        if name not in self.preloads:
+            raise KeyError(f"rig {self.name!r} has no preload {name!r}; it has {', '.join(self.preloads)}")
         return name
+
+    def moduli(self, preload: str | None = None) -> tuple[Preload, ...]:
+        """E' and G' of every joint at a preload."""
+        name = self.preload_name(preload)
+        return tuple(joint.preload[name] for joint in self.joints)
+
+    def with_moduli(self, preload: str, moduli: Sequence[Preload], *, alone: bool = False) -> Self:
+        """The same rig with other moduli of its joints at a preload, which need not be one of the file's.
+
+        `alone` drops all other preloads.
+        """
+        return self.with_joints([
+            joint.model_copy(update={"preload": {**({} if alone else joint.preload), preload: own}})
+            for joint, own in zip(self.joints, moduli, strict=True)
+        ])  # fmt: skip
+
+    @property
+    def sentence(self) -> str:
+        """What it is made of and what holds it, in words."""
+        layout = self.layout()
+        parts = ", ".join(part.name for part in layout.parts)
+        joints = ", ".join(f"{joint.name} between {' and '.join(joint.between)}" for joint in layout.joints)
+        held = ", ".join(f"{s.part} held at {s.at:g}" for s in layout.supports) or "hung free"
+        return f"{parts}; {f'joined by {joints}' if joints else 'no joint'}; {held}"

@@ -1,19 +1,32 @@
-"""Loading rigs, shipped by name or from a TOML file, and writing them back."""
+"""Loading rigs, shipped by name or from a TOML file of either format, and writing them back."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import tomli_w
+from pydantic import BaseModel, ConfigDict
 
 from recordings.errors import InputError
 from recordings.toml_input import parse_toml, read_toml
+from twin.rigs.lap_joint import LapJointRig
 from twin.rigs.rig import Rig
+from twin.rigs.structure_rig import StructureRig
 
 __all__ = ["RIG_FILES", "believed_rig_file", "load_rig", "parse_rig", "save_rig"]
 
 RIG_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped rigs by name."""
+
+ORDER = ("format", "name", "lower", "upper", "part", "support", "joint", "tie", "mesh", "damping", "drive", "sensor")
+"""Tables of a rig file in the order in which they are read; all others follow."""
+
+
+class _Format(BaseModel):
+    """Any rig file's first question."""
+
+    model_config = ConfigDict(extra="ignore")
+    format: int = 1
 
 
 def load_rig(name_or_path: str | Path) -> Rig:
@@ -24,17 +37,16 @@ def load_rig(name_or_path: str | Path) -> Rig:
     InputError
         If there is no such rig or file, or it does not describe a rig.
     """
-    if str(name_or_path) in RIG_FILES:
-        return read_toml(RIG_FILES[str(name_or_path)], Rig)
-    path = Path(name_or_path)
+    path = RIG_FILES.get(str(name_or_path), Path(name_or_path))
     if not path.exists() and path.suffix != ".toml":
         raise InputError(path, "", "neither a file nor a shipped rig", f"shipped rigs: {', '.join(RIG_FILES)}")
-    return read_toml(path, Rig)
+    rig = read_toml(path, _class(read_toml(path, _Format).format, path))
+    return rig.in_folder(path.parent) if isinstance(rig, StructureRig) else rig
 
 
 def parse_rig(data: bytes, *, source: str) -> Rig:
     """A rig already in memory, such as the attachment of a recording."""
-    return parse_toml(data, Rig, source=source)
+    return parse_toml(data, _class(parse_toml(data, _Format, source=source).format, source), source=source)
 
 
 def save_rig(rig: Rig, path: Path) -> None:
@@ -47,5 +59,14 @@ def believed_rig_file(rig: Rig) -> bytes:
     return _toml(rig.model_copy(update={"effect": []}))
 
 
+def _class(number: int, source: str | Path) -> type[LapJointRig] | type[StructureRig]:
+    formats: dict[int, type[LapJointRig] | type[StructureRig]] = {1: LapJointRig, 2: StructureRig}
+    if number not in formats:
+        raise InputError(source, "format", f"{number} is not known", "there are 1 and 2")
+    return formats[number]
+
+
 def _toml(rig: Rig) -> bytes:
-    return tomli_w.dumps(rig.model_dump(exclude_none=True, exclude_defaults=True)).encode()
+    tables = rig.model_dump(exclude_none=True, exclude_defaults=True, by_alias=True)
+    order = {name: number for number, name in enumerate(ORDER)}
+    return tomli_w.dumps(dict(sorted(tables.items(), key=lambda item: order.get(item[0], len(order))))).encode()

@@ -39,7 +39,7 @@ def softening_sweep(count: int = 400) -> SofteningSweep:
     Damped in the joint alone: modal damping would fill the full matrices.
     """
     rig = load_rig("steel-lap-joint")
-    model = build_linear_model(rig, [Output("acc2", "acceleration", rig.length)])
+    model = build_linear_model(rig, [Output("acc2", "acceleration", rig.layout().place(rig.length))])
     base = replace(believed_parameters(rig), loss_E=0.02, loss_G=0.05, zeta=np.full(5, 1e-12))
     omega = 2 * np.pi * np.linspace(20.0, 32.0, count)
     return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E / 3, count))
@@ -61,7 +61,7 @@ def banded_model(model: LinearModel) -> Callable[[Array, Array, Array], Array]:
     """Displacement of the output per unit force at given omega, E' and G', from the full matrices in bands."""
     s, port = model.structure, model.ports.outputs.start
     K = s.stiffness(0.0, 0.0)
-    banded, width, order = in_bands([K, s.KE, s.KG, s.M])
+    banded, width, order = in_bands([K, s.joints[0].KE, s.joints[0].KG, s.M])
     load, read = (model.ports.rows[row][order] for row in (model.ports.drive, port))
 
     def response(omega: Array, E: Array, G: Array) -> Array:

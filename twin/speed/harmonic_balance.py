@@ -28,7 +28,7 @@ def balance() -> Measured:
 def ten_sliders() -> Measured:
     """A branch of the steel rig with ten sliders in the joint, a gap and a cubic spring; five harmonics."""
     rig = load_rig("steel-lap-joint")
-    E = rig.joint.preload[rig.preload_name(None)].normal_modulus
+    E = rig.moduli()[0].normal_modulus
     gap = Effect(cause="ground-stop", parameters={"position_m": 0.4, "gap_m": 8e-4, "stiffness_N_per_m": 60.0})
     cubic = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 8e6})
     sliders = JointLaw(iwan(0.3 * E, 0.15 * E * 1e-6))

@@ -39,7 +39,7 @@ def against_solve_ivp() -> Measured:
 def _hyperelastic_rig() -> tuple[Any, Any, float]:
     """The shaken rig with a memoryless joint, which any integrator can march: linear part, law, scale of its force."""
     rig = load_rig("steel-lap-joint")
-    law = default_law(rig.joint.preload["120N"].normal_modulus).normal
+    law = default_law(rig.moduli("120N")[0].normal_modulus).normal
     built = open_bench(rig, joint_law=JointLaw(law)).built
     return built.rig(0.0, RATE_Hz), law, built.elements_[0].scale
 

@@ -82,7 +82,7 @@ def gauss_newton_three_modes() -> Measured:
 def _sweeps() -> tuple[Evidence, Unknowns]:
     """Sweeps of the steel rig whose tip moves as a resonance would make it; their forces do not matter here."""
     rig = load_rig("steel-lap-joint")
-    outputs = (Output("acc2", "acceleration", rig.length),)
+    outputs = (Output("acc2", "acceleration", rig.layout().place(rig.length)),)
     model = build_linear_model(rig, list(outputs))
     base = replace(believed_parameters(rig), loss_E=0.02, loss_G=0.05, zeta=np.full(5, 1e-12))
     shape = 1.0 / np.sqrt(1.0 + np.linspace(-4.0, 4.0, STEPS) ** 2)
@@ -112,9 +112,9 @@ class _BandedRig:
     def __init__(self, evidence: Evidence, amplitude: Array) -> None:
         model, self.steps = evidence.model, evidence.steps
         s = model.structure
-        points = layer_points(s, evidence.rig.joint.layer_elements)
+        points = layer_points(s, evidence.rig.joints[0].layer_elements)
         local = [np.outer(row, row) * weight for row, weight in zip(points.rows, points.weights, strict=True)]
-        bands, self.width, order = in_bands([s.stiffness(0.0, 0.0), s.KE, s.KG, s.M, *local])
+        bands, self.width, order = in_bands([s.stiffness(0.0, 0.0), s.joints[0].KE, s.joints[0].KG, s.M, *local])
         self.linear, self.local = bands[:4], bands[4:]
         self.load, self.read = (model.ports.rows[row][order] for row in (model.ports.drive, model.ports.outputs.start))
         self.points, self.start = points.rows[:, order], amplitude

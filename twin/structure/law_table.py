@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.assembly import assemble
 from twin.structure.layer_points import layer_points
-from twin.structure.mesh import mesh_rig
 from twin.structure.mode_law import LayerModes, layer_law_of_mode
 from twin.structure.own_harmonics import with_own_harmonics
 from twin.structure.point_law import Curve
@@ -31,8 +30,8 @@ SMALLEST, NEAREST = 1e-3, 4e-3
 """Of them over the largest; and the least distance between two, over their amplitude."""
 
 
-def layer_table(rig: Rig, *, E: float, G: float) -> LayerLawTable | None:
-    """The law of `rig` over opening and slip: its own table, or what one over a sensor's amplitude means.
+def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTable | None:
+    """The law of a joint over opening and slip: its own table, or what one over a sensor's amplitude means.
 
     The latter is what gives the first mode of this file's beams and moduli, without any effect, the same frequency and
     damping at every amplitude; a standard deviation goes with its value.
@@ -47,10 +46,12 @@ def layer_table(rig: Rig, *, E: float, G: float) -> LayerLawTable | None:
     ValueError
         If the rig has not the table's channel, or the table is not what a law of the points could be.
     """
-    table = rig.joint.law
+    if not rig.joints:
+        return None
+    table = rig.joints[joint].law
     if not isinstance(table, LawTable):
         return table
-    if table.channel not in {sensor.channel for sensor in rig.sensor}:
+    if table.channel not in {sensor.channel for sensor in rig.sensors}:
         raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
     return _translated(_RigFile(rig.model_dump_json(), rig), E, G)
 
@@ -65,12 +66,14 @@ class _RigFile:
 
 @lru_cache(maxsize=32)
 def _translated(file: _RigFile, E: float, G: float) -> LayerLawTable:
-    rig, table = file.rig, file.rig.joint.law
+    rig, (joint,) = file.rig, file.rig.joints
+    table = joint.law
     assert isinstance(table, LawTable)
-    mesh = mesh_rig(rig, beam_elements=FINER * rig.mesh.beam_elements, layer_elements=FINER * rig.joint.layer_elements)
-    structure = assemble(rig, mesh=mesh)
-    position_m = next(sensor.position for sensor in rig.sensor if sensor.channel == table.channel)
-    modes = LayerModes.of(structure, layer_points(structure, rig.joint.layer_elements), E=E, G=G, position_m=position_m)
+    elements = sum(beam.elements for beam in rig.layout().beams)
+    finer = rig.layout(beam_elements=FINER * elements, layer_elements=FINER * joint.layer_elements)
+    structure = assemble(rig, layout=finer)
+    points = layer_points(structure, joint.layer_elements)
+    modes = LayerModes.of(structure, points, E=E, G=G, sensor=structure.row(rig.place_of(table.channel)))
     knots = np.array(table.amplitude_m)
     X = _amplitudes(knots)
     softening, loss = Curve(knots, np.array(table.softening)), Curve(knots, np.array(table.loss))

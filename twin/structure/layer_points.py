@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.assembly import Structure
+from twin.structure.structure import JointOperators, Structure
 
 __all__ = ["LayerPoints", "layer_points"]
 
@@ -21,7 +21,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LayerPoints:
-    """Operators of a joint's p points over n degrees of freedom.
+    """Operators of a joint's p points over n coordinates.
 
     Attributes
     ----------
@@ -50,15 +50,30 @@ class LayerPoints:
         return len(self.opening)
 
 
-def layer_points(structure: Structure, count: int) -> LayerPoints:
-    """Divide the layer of `structure`, however fine its mesh, into `count` equal elements.
+def layer_points(structure: Structure, count: int, *, joint: int = 0) -> LayerPoints:
+    """Divide a joint's layer, however fine its mesh, into `count` equal elements.
 
-    Where the moduli vary along the overlap, so do the weights: a law takes the same share off each of them.
+    Where the moduli vary along the layer, so do the weights: a law takes the same share off each of them.  A layer that
+    slips in two directions has two points an element, each with one of the slips and half of the opening's weight.
     """
-    ends = structure.layer_ends
-    opening, opening_weight = _means(structure.B_E, structure.normal_weight, structure.layer_x, ends, count)
-    slip, slip_weight = _means(structure.B_G, structure.shear_weight, structure.shear_x, ends, count)
-    return LayerPoints(opening, slip, opening_weight, slip_weight)
+    operators = structure.joints[joint]
+    opening, opening_weight = _means(
+        operators.B_E, operators.normal_weight, operators.normal_at, operators.ends, count
+    )  # fmt: skip
+    directions = np.unique(operators.shear_direction)
+    slips = [_slips(operators, int(direction), count) for direction in directions]
+    # An element without any row has no area, and there is nothing that it could do.
+    held = opening_weight > 0
+    rows = np.vstack([opening[held]] * len(slips))
+    weights = np.concatenate([opening_weight[held] / len(slips)] * len(slips))
+    return LayerPoints(
+        rows, np.vstack([s[held] for s, _ in slips]), weights, np.concatenate([w[held] for _, w in slips])
+    )
+
+
+def _slips(operators: JointOperators, direction: int, count: int) -> tuple[Matrix, Matrix]:
+    own = operators.shear_direction == direction
+    return _means(operators.B_G[own], operators.shear_weight[own], operators.shear_at[own], operators.ends, count)
 
 
 def _means(B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], count: int) -> tuple[Matrix, Matrix]:
@@ -67,4 +82,4 @@ def _means(B: Matrix, weight: Matrix, x: Matrix, ends: tuple[float, float], coun
     total = np.asarray(np.bincount(element, weight**2, count), float)
     rows = np.zeros((count, B.shape[1]))
     np.add.at(rows, element, weight[:, None] * B)
-    return rows / total[:, None], total
+    return rows / np.where(total > 0, total, 1.0)[:, None], total

@@ -18,9 +18,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import Rig
-from twin.structure.assembly import Structure
 from twin.structure.gauss import gauss
+from twin.structure.joint_operators import layer_element_dofs
+from twin.structure.mesh import BeamMesh, mesh_layers
+from twin.structure.structure import Structure
 from twin.structure.thin_layer import ThinLayerElement, thin_layer
 
 __all__ = ["interface_layer", "membrane_layer", "with_layer_element"]
@@ -52,38 +53,43 @@ def interface_layer(*, length: float, height: float, width: float) -> ThinLayerE
     return thin_layer(length=length, height=height, width=width, bottom_thickness=0.0, top_thickness=0.0)
 
 
-def with_layer_element(rig: Rig, structure: Structure, element: Callable[..., ThinLayerElement]) -> Structure:
-    """The same structure with another element in its layer, such as :func:`membrane_layer`."""
-    mesh = structure.mesh
+def with_layer_element(
+    structure: Structure, element: Callable[..., ThinLayerElement], *, joint: int = 0
+) -> Structure:  # fmt: skip
+    """The same structure with another element in a joint's layer between beams, such as :func:`membrane_layer`."""
+    layer = mesh_layers(structure.layout)[joint]
+    first, second = (structure.meshes[name] for name in layer.joint.between)
+    assert isinstance(first, BeamMesh)
+    assert isinstance(second, BeamMesh)
+    width = layer.joint.width or min(first.part.width, second.part.width)
     normal: list[Matrix] = []
     shear: list[Matrix] = []
     normal_weight: list[Matrix] = []
     shear_weight: list[Matrix] = []
-    normal_x: list[Matrix] = []
-    shear_x: list[Matrix] = []
-    width = min(rig.lower.width, rig.upper.width)
-    for (low, up), (low2, _) in zip(mesh.layer_nodes, mesh.layer_nodes[1:], strict=False):
-        length = float(mesh.lower_x[low2] - mesh.lower_x[low])
-        one = element(length=length, height=rig.joint.layer_height, width=width)
-        dofs = np.concatenate([3 * low + np.arange(6), 3 * up + np.arange(6)])
+    normal_at: list[Matrix] = []
+    shear_at: list[Matrix] = []
+    for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
+        one = element(length=length, height=layer.joint.layer_height, width=width)
         for B, weight, rows, weights, places in (
-            (one.B_E, one.normal_weight, normal, normal_weight, normal_x),
-            (one.B_G, one.shear_weight, shear, shear_weight, shear_x),
+            (one.B_E, one.normal_weight, normal, normal_weight, normal_at),
+            (one.B_G, one.shear_weight, shear, shear_weight, shear_at),
         ):
-            full = np.zeros((len(B), 3 * mesh.nodes))
-            full[:, dofs] = B
-            rows.append(full[:, structure.free])
+            full = np.zeros((len(B), len(structure.basis)))
+            full[:, dofs] = B @ turn
+            rows.append(full @ structure.basis)
             weights.append(weight)
-            places.append(mesh.lower_x[low] + length * _places(len(B)))
-    return replace(
-        structure,
+            places.append(begin + length * _places(len(B)))
+    own = replace(
+        structure.joints[joint],
         B_E=np.vstack(normal),
         B_G=np.vstack(shear),
         normal_weight=np.concatenate(normal_weight),
         shear_weight=np.concatenate(shear_weight),
-        layer_x=np.concatenate(normal_x),
-        shear_x=np.concatenate(shear_x),
+        normal_at=np.concatenate(normal_at),
+        shear_at=np.concatenate(shear_at),
+        shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
     )
+    return replace(structure, joints=tuple(own if n == joint else j for n, j in enumerate(structure.joints)))
 
 
 def _strains(xi: float, eta: float, length: float, height: float) -> tuple[Matrix, Matrix]:

@@ -1,48 +1,199 @@
-"""Nodes of two beams that overlap: the lower one clamped at x = 0, the upper one reaching the tip."""
+"""Nodes of the beams of a layout: where a layer, a support or a tie needs them, and evenly between."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import Rig
+from twin.rigs import BeamPart, Layout, ThinLayer
+from twin.structure.beam import curvature_shape, deflection_shape, slope_shape
 
-__all__ = ["LapJointMesh", "mesh_rig"]
+__all__ = ["BeamMesh", "LayerMesh", "mesh_beams", "mesh_layers"]
+
+Array = NDArray[np.float64]
+
+SAME_m = 1e-9
+"""Nodes nearer than this are one."""
+NODE_DOFS = 3
+"""x, y and rz of a plane beam's node."""
 
 
-@dataclass(frozen=True)
-class LapJointMesh:
-    """Node positions of both beams, m; their overlap is meshed alike.
+@dataclass(frozen=True, eq=False)
+class BeamMesh:
+    """A beam's nodes, and where its displacements stand among all.
 
-    Node numbers run along the lower beam, then along the upper; node n has DOFs 3n (u), 3n+1 (v), 3n+2 (theta).
+    Attributes
+    ----------
+    s : ndarray, (k,)
+        Metres along the beam.
+    first : int
+        Number of its first degree of freedom; a node has x, y and rz.
     """
 
-    lower_x: NDArray[np.float64]
-    upper_x: NDArray[np.float64]
-    layer_elements: int
+    part: BeamPart
+    s: Array
+    first: int
 
     @property
-    def nodes(self) -> int:
-        """Number of nodes."""
-        return len(self.lower_x) + len(self.upper_x)
+    def size(self) -> int:
+        """Number of degrees of freedom."""
+        return NODE_DOFS * len(self.s)
 
     @property
-    def layer_nodes(self) -> list[tuple[int, int]]:
-        """Pairs (lower, upper) of facing nodes along the overlap."""
-        first = len(self.lower_x) - 1 - self.layer_elements
-        return [(first + i, len(self.lower_x) + i) for i in range(self.layer_elements + 1)]
+    def frame(self) -> Array:
+        """Components of axis and normal in x and y, (2, 2)."""
+        return np.array([self.part.axis, self.part.normal])
+
+    @property
+    def points(self) -> Array:
+        """Coordinates of the nodes, (k, 2)."""
+        return np.array(self.part.start) + self.s[:, None] * self.frame[0]
+
+    @property
+    def element_dofs(self) -> NDArray[np.int64]:
+        """Degrees of freedom of each element, (e, 6)."""
+        return np.asarray(self.first + NODE_DOFS * np.arange(len(self.s) - 1)[:, None] + np.arange(2 * NODE_DOFS))
+
+    def node_dofs(self, s: float) -> NDArray[np.int64]:
+        """Degrees of freedom of the node at `s`; ValueError where there is none."""
+        node = int(np.argmin(np.abs(self.s - s)))
+        if abs(self.s[node] - s) > SAME_m:
+            raise ValueError(f"no node of {self.part.name!r} at {s} m")
+        return self.first + NODE_DOFS * node + np.arange(NODE_DOFS)
+
+    def translation(self, s: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
+        """Degrees of freedom and coefficients of the displacement at `s` in a direction of the plane."""
+        along, across = self.frame @ np.array(direction[:2])
+        return self._row(s, lambda xi, length: (
+            along * np.array([1 - xi, xi]), across * deflection_shape(xi, length)
+        ))  # fmt: skip
+
+    def slope(self, s: float) -> tuple[NDArray[np.int64], Array]:
+        """The same of the deflection's derivative along the beam."""
+        return self._row(s, lambda xi, length: (np.zeros(2), slope_shape(xi, length)))
+
+    def curvature(self, s: float) -> tuple[NDArray[np.int64], Array]:
+        """The same of its second derivative."""
+        return self._row(s, lambda xi, length: (np.zeros(2), curvature_shape(xi, length)))
+
+    def rigid_translation(self, direction: Sequence[float]) -> Array:
+        """Displacements (size,) of a unit translation."""
+        return np.tile([*direction[:2], 0.0], len(self.s))
+
+    def _row(self, s: float, shapes) -> tuple[NDArray[np.int64], Array]:  # type: ignore[no-untyped-def]
+        if not -SAME_m <= s <= self.s[-1] + SAME_m:
+            raise ValueError(f"{s} m is not on {self.part.name!r}")
+        e = int(np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2))
+        length = self.s[e + 1] - self.s[e]
+        local = np.zeros(6)
+        local[[0, 3]], local[[1, 2, 4, 5]] = shapes((s - self.s[e]) / length, length)
+        return self.first + NODE_DOFS * e + np.arange(6), self.to_global(local)
+
+    def to_global(self, rows: Array) -> Array:
+        """Rows (..., 6) over an element's axial, transverse and angular displacements as rows over x, y and rz."""
+        return np.asarray(rows @ self.rotation)
+
+    @property
+    def rotation(self) -> Array:
+        """Of an element's degrees of freedom from x, y to axis, normal, (6, 6)."""
+        turn = np.eye(6)
+        turn[0:2, 0:2] = turn[3:5, 3:5] = self.frame
+        return turn
 
 
-def mesh_rig(rig: Rig, *, beam_elements: int | None = None, layer_elements: int | None = None) -> LapJointMesh:
-    """Mesh `rig` as its file says, or with other numbers of elements."""
-    layer = layer_elements or rig.joint.layer_elements
-    outside = (beam_elements or rig.mesh.beam_elements) - 2 * layer
-    lower_free = rig.lower.length - rig.joint.overlap
-    upper_free = rig.upper.length - rig.joint.overlap
-    n_lower = min(max(1, int(outside * lower_free / (lower_free + upper_free))), outside - 1)
-    overlap = np.linspace(lower_free, rig.lower.length, layer + 1)
-    lower = np.concatenate([np.linspace(0.0, lower_free, n_lower + 1)[:-1], overlap])
-    upper = np.concatenate([overlap, np.linspace(rig.lower.length, rig.length, outside - n_lower + 1)[1:]])
-    return LapJointMesh(lower, upper, layer)
+@dataclass(frozen=True, eq=False)
+class LayerMesh:
+    """Where the elements of a layer between two beams begin and end, m along the first and along the second."""
+
+    joint: ThinLayer
+    first: Array
+    second: Array
+
+
+def mesh_layers(layout: Layout) -> tuple[LayerMesh, ...]:
+    """Element borders of the layers between beams, at what other joints, supports and ties need within them, too."""
+    joints = [joint for joint in layout.joints if joint.begin is not None]
+    needed = _single_nodes(layout)
+    borders = [np.linspace(float(j.begin or 0.0), float(j.to or 0.0), j.layer_elements + 1) for j in joints]
+    for _ in range(len(joints) + 1):
+        for number, joint in enumerate(joints):
+            first, second = (layout.beam(name) for name in joint.between)
+            own = [needed.get(first.name, np.zeros(0)), _facing(second, first, needed.get(second.name, np.zeros(0)))]
+            for other, at in zip(joints, borders, strict=True):
+                one, two = (layout.beam(name) for name in other.between)
+                if other is not joint:
+                    own += [_facing(one, first, at)] if one.name in joint.between else []
+                    own += [_facing(two, first, _facing(one, two, at))] if two.name in joint.between else []
+            inside = np.concatenate(own)
+            inside = inside[(inside > borders[number][0]) & (inside < borders[number][-1])]
+            borders[number] = _merged(borders[number], inside)
+    return tuple(
+        LayerMesh(joint, at, _facing(layout.beam(joint.between[0]), layout.beam(joint.between[1]), at))
+        for joint, at in zip(joints, borders, strict=True)
+    )
+
+
+def mesh_beams(layout: Layout, layers: Sequence[LayerMesh]) -> tuple[BeamMesh, ...]:
+    """Nodes of every beam: the layers' borders, supports, ties, and evenly between as many as the part asks for."""
+    needed, first, meshes = _single_nodes(layout), 0, []
+    for beam in layout.beams:
+        own = [layer.first for layer in layers if layer.joint.between[0] == beam.name]
+        own += [np.sort(layer.second) for layer in layers if layer.joint.between[1] == beam.name]
+        s = _beam_nodes(beam, own, needed.get(beam.name, np.zeros(0)))
+        meshes.append(BeamMesh(beam, s, first))
+        first += meshes[-1].size
+    return tuple(meshes)
+
+
+def _beam_nodes(beam: BeamPart, layers: Sequence[Array], single: Array) -> Array:
+    nodes = _merged(np.array([0.0, beam.length]), np.concatenate([single, *layers]))
+    inside = np.array([any(a[0] - SAME_m < s < a[-1] - SAME_m for a in layers) for s in nodes[:-1]])
+    lengths = np.diff(nodes)
+    count = np.where(inside, 1, 0)
+    outside = np.flatnonzero(~inside)
+    if len(outside):
+        count[outside] = _shares(lengths[outside], beam.elements - int(inside.sum()))
+    pieces = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(nodes[:-1], nodes[1:], count, strict=True)]
+    return np.concatenate([*pieces, nodes[-1:]])
+
+
+def _shares(lengths: Array, elements: int) -> NDArray[np.int64]:
+    """Elements of each of some stretches, by their lengths, one at least."""
+    left = max(elements - len(lengths), 0)
+    exact = left * lengths / lengths.sum()
+    whole = np.floor(exact + 1e-9).astype(np.int64)
+    most = np.argsort(whole - exact, kind="stable")[: left - int(whole.sum())]
+    whole[most] += 1
+    return whole + 1
+
+
+def _single_nodes(layout: Layout) -> dict[str, Array]:
+    """Places on beams that a support or a tie needs a node at."""
+    found: dict[str, list[float]] = {}
+    for support in layout.supports:
+        found.setdefault(support.part, []).append(support.at)
+    for tie in layout.ties:
+        if tie.at is not None:
+            for name, at in zip(tie.between, tie.at, strict=True):
+                found.setdefault(name, []).append(at)
+    return {name: np.array(sorted(at)) for name, at in found.items()}
+
+
+def _facing(one: BeamPart, other: BeamPart, s: Array) -> Array:
+    """Metres along another beam that lie across from `s` along one."""
+    if one.name == other.name:
+        return np.asarray(s, float)
+    points = np.array(one.start) + np.asarray(s, float)[:, None] * np.array(one.axis)
+    return np.asarray((points - np.array(other.start)) @ np.array(other.axis))
+
+
+def _merged(nodes: Array, more: Array) -> Array:
+    """Sorted; of those that are one, the first list's stay, the earlier before the later."""
+    kept = list(nodes)
+    for s in more:
+        if np.min(np.abs(np.array(kept) - s)) > SAME_m:
+            kept.append(float(s))
+    return np.sort(np.array(kept))

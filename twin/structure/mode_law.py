@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve
 
-from twin.structure.assembly import Structure
 from twin.structure.layer_points import LayerPoints
 from twin.structure.modes import normal_modes
 from twin.structure.point_law import Curve, PointLaw
+from twin.structure.structure import Structure
 
 __all__ = ["LayerModes", "ModeFunctions", "layer_law_of_mode", "mode_functions"]
 
@@ -83,20 +83,22 @@ class LayerModes:
     sensor: Matrix
 
     @staticmethod
-    def of(structure: Structure, points: LayerPoints, *, E: float, G: float, position_m: float) -> LayerModes:
-        """Reduce `structure` with a linear layer of moduli E, G (N/m2); the sensor is at `position_m`."""
+    def of(
+        structure: Structure, points: LayerPoints, *, E: float, G: float, sensor: Matrix, joint: int = 0
+    ) -> LayerModes:  # fmt: skip
+        """Reduce `structure` with linear layers of moduli E, G (N/m2); the amplitude of `sensor`, a row (n,), is X."""
+        layer = structure.joints[joint]
         K = structure.stiffness(E, G)
         modes = normal_modes(structure.M, K, KEPT_MODES)
-        statics = solve(K, np.vstack([structure.B_E, structure.B_G]).T, assume_a="pos")
+        statics = solve(K, np.vstack([layer.B_E, layer.B_G]).T, assume_a="pos")
         statics -= modes.Phi @ (modes.Phi.T @ (structure.M @ statics))
         basis = qr(statics / np.linalg.norm(statics, axis=0), mode="economic", pivoting=True)
         V = np.hstack([modes.Phi, basis[0][:, np.abs(np.diag(basis[1])) > INDEPENDENT * abs(basis[1][0, 0])]])
         # In modes of the reduced structure, and from factors: mode 1 feels a minute part of the layer's stiffness.
         own = normal_modes(V.T @ structure.M @ V, V.T @ K @ V)
         V = V @ own.Phi
-        B_E, B_G = structure.B_E @ V, structure.B_G @ V
-        sensor = structure.deflection(position_m) @ V
-        return LayerModes(own.omega**2, B_E.T @ B_E, B_G.T @ B_G, points.rows @ V, points.weights, sensor)
+        B_E, B_G = layer.B_E @ V, layer.B_G @ V
+        return LayerModes(own.omega**2, B_E.T @ B_E, B_G.T @ B_G, points.rows @ V, points.weights, sensor @ V)
 
     @property
     def points(self) -> int:

@@ -1,13 +1,14 @@
-"""What transverse shear in both beams changes in the assembled matrices, with the derivative by the shear ratio."""
+"""What transverse shear in all beams changes in the assembled matrices, with the derivative by the shear ratio."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import Rig
-from twin.structure.assembly import Structure, add_chain
+from twin.structure.assembly import add_chain
 from twin.structure.beam import beam_mass, beam_stiffness
+from twin.structure.mesh import BeamMesh
+from twin.structure.structure import Structure
 from twin.structure.timoshenko import (
     timoshenko_mass,
     timoshenko_mass_derivative,
@@ -19,29 +20,31 @@ __all__ = ["shear_change"]
 Matrix = NDArray[np.float64]
 
 
-def shear_change(rig: Rig, structure: Structure, shear_ratio: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-    """What both beams of an Euler-Bernoulli `structure` gain when their E/(kappa G) is `shear_ratio`.
+def shear_change(structure: Structure, shear_ratio: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """What all beams of an Euler-Bernoulli `structure` gain when their E/(kappa G) is `shear_ratio`.
 
     Returns
     -------
     M_change, K_change, dM, dK : ndarray, (n, n)
         To be added to M and K0, and their derivatives with respect to `shear_ratio`.
     """
-    mesh = structure.mesh
-    size = 3 * mesh.nodes
+    size = len(structure.basis)
     total = np.zeros((4, size, size))
-    for beam, x, offset in ((rig.lower, mesh.lower_x, 0), (rig.upper, mesh.upper_x, len(mesh.lower_x))):
+    for mesh in structure.meshes.values():
+        if not isinstance(mesh, BeamMesh):
+            continue
+        beam = mesh.part
         EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * beam.second_moment
         m, radius2 = beam.density * beam.area, beam.second_moment / beam.area
-        length = np.diff(x)
+        length = np.diff(mesh.s)
         section = {"mass_per_length": m, "radius2": radius2, "shear_ratio": shear_ratio}
         bending = {"EI": EI, "radius2": radius2, "shear_ratio": shear_ratio}
         thick = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=shear_ratio)
         add_chain(
-            total[0], offset, timoshenko_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length)
+            total[0], mesh, timoshenko_mass(**section, length=length) - beam_mass(mass_per_length=m, length=length)
         )
-        add_chain(total[1], offset, thick - beam_stiffness(EA=EA, EI=EI, length=length))
-        add_chain(total[2], offset, timoshenko_mass_derivative(**section, length=length))
-        add_chain(total[3], offset, timoshenko_stiffness_derivative(**bending, length=length))
-    free = np.ix_(structure.free, structure.free)
-    return total[0][free], total[1][free], total[2][free], total[3][free]
+        add_chain(total[1], mesh, thick - beam_stiffness(EA=EA, EI=EI, length=length))
+        add_chain(total[2], mesh, timoshenko_mass_derivative(**section, length=length))
+        add_chain(total[3], mesh, timoshenko_stiffness_derivative(**bending, length=length))
+    M_change, K_change, dM, dK = (structure.basis.T @ A @ structure.basis for A in total)
+    return M_change, K_change, dM, dK

@@ -2,30 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
-from twin.rigs import Rig
-from twin.structure.beam import Matrix, beam_stiffness, weakened_stiffness
-from twin.structure.mesh import LapJointMesh
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["weakened_elements"]
+from twin.rigs import Place, Rig
+from twin.structure.beam import beam_stiffness, weakened_stiffness
+from twin.structure.mesh import BeamMesh
+from twin.structure.structure import Structure
+
+__all__ = ["WeakenedSection", "weakened_section"]
+
+Matrix = NDArray[np.float64]
+
+ELASTIC = 3
+"""Of an element's six motions, those that strain it."""
 
 
-def weakened_elements(
-    rig: Rig, mesh: LapJointMesh, *, position_m: float, factor: float
-) -> Iterator[tuple[int, Matrix]]:
-    """Number of the first degree of freedom, and change of the stiffness (6, 6), of each element that is weaker.
+@dataclass(frozen=True, eq=False)
+class WeakenedSection:
+    """What a weak section takes off the stiffness: `lost` (k,), N/m, on motions `forms` of all displacements (k, N)."""
 
-    The section is centred at `position_m` and as long as an average element of the rig file's mesh, whatever `mesh` is;
-    within the overlap it lies in the lower beam.
+    forms: Matrix
+    lost: Matrix
+
+    def rows(self, structure: Structure) -> Matrix:
+        """The motions over a structure's coordinates, (k, n)."""
+        return np.asarray(self.forms @ structure.basis)
+
+
+def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: float) -> WeakenedSection:
+    """Multiply a beam's stiffness by `factor` over a section centred at a place on a beam.
+
+    The section is as long as an average element of the rig file's mesh, whatever the structure's own is.
     """
-    half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
-    lower = position_m <= rig.lower.length
-    beam, nodes, first = (rig.lower, mesh.lower_x, 0) if lower else (rig.upper, mesh.upper_x, len(mesh.lower_x))
+    half = mean_element(rig) / 2
+    mesh = structure.meshes[place.part]
+    assert isinstance(mesh, BeamMesh)
+    beam, first = mesh.part, mesh.element_dofs
     section = {"EA": beam.youngs_modulus * beam.area, "EI": beam.youngs_modulus * beam.second_moment}
-    for e, (a, b) in enumerate(pairwise(nodes)):
-        weak = max(a, position_m - half) - a, min(b, position_m + half) - a
+    forms, lost = [], []
+    for e, (a, b) in enumerate(pairwise(mesh.s)):
+        weak = max(a, place.at - half) - a, min(b, place.at + half) - a
         if weak[0] < weak[1]:
             element = {**section, "length": float(b - a), "shear_ratio": beam.shear_ratio}
-            yield 3 * (first + e), weakened_stiffness(**element, weak=weak, factor=factor) - beam_stiffness(**element)
+            change = weakened_stiffness(**element, weak=weak, factor=factor) - beam_stiffness(**element)
+            size, shape = np.linalg.eigh(change)
+            for k in range(ELASTIC):
+                form = np.zeros(len(structure.basis))
+                form[first[e]] = mesh.to_global(shape[:, k])
+                forms.append(form)
+                lost.append(size[k])
+    return WeakenedSection(np.array(forms), np.array(lost))
+
+
+def mean_element(rig: Rig) -> float:
+    """Length of an average beam element of the rig file's mesh, m."""
+    beams = rig.layout().beams
+    return sum(beam.length for beam in beams) / sum(beam.elements for beam in beams)

@@ -19,7 +19,8 @@ from twin.identify.prediction import Predictor
 from twin.identify.resonances import by_resonance
 from twin.identify.sine_fit import SteadyState, steady_states
 from twin.identify.unknowns import Unknowns
-from twin.structure import layer_points, normal_modes
+from twin.rigs import Place
+from twin.structure import Structure, beam_lines, drawn_position, layer_points, normal_modes
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.views.receptance import POWERS, receptance_mm_per_N
 
@@ -234,8 +235,8 @@ def law_in_lowest_mode(evidence: Evidence, model: Fitted, *, points: int = 60) -
     base, law = unknowns.base, unknowns.law
     structure, output = evidence.model.structure, evidence.outputs[evidence.reference]
     modes = LayerModes.of(
-        structure, layer_points(structure, evidence.rig.joint.layer_elements),
-        E=base.E, G=base.G, position_m=output.position_m,
+        structure, layer_points(structure, evidence.rig.joints[0].layer_elements),
+        E=base.E, G=base.G, sensor=structure.row(output.place),
     )  # fmt: skip
     rows = by_resonance(steps.omega)[0]
     number = 1 + int(np.argmin(np.abs(np.sqrt(modes.squares) - np.median(steps.omega[rows]))))
@@ -293,26 +294,49 @@ def resonance_names(sweeps: Sequence[Swept], groups: Sequence[Sequence[int]]) ->
     return [f"{np.median(np.concatenate([sweeps[i].frequency_Hz for i in group])):.3g} Hz" for group in groups]
 
 
+@dataclass(frozen=True, eq=False)
+class Deflection:
+    """How a beam moves across itself: `value` (k,), real or complex, at `x` (k,), m."""
+
+    name: str
+    x: Array
+    value: Array
+
+
+def sensor_deflections(evidence: Evidence, beams: Sequence[Deflection]) -> tuple[Array, Array]:
+    """Where the sensors that sit on beams are drawn, m, and how these move there."""
+    layout, x, value = evidence.rig.layout(), [], []
+    by_name = {beam.name: beam for beam in beams}
+    for output in evidence.outputs:
+        at = drawn_position(layout, output.place)
+        if at is not None:
+            beam = by_name[output.place.part]
+            x.append(at)
+            value.append(np.interp(at, beam.x, beam.value))
+    return np.array(x), np.array(value)
+
+
+def layer_begin(structure: Structure) -> float:
+    """Where on the drawing's axis the scale of the first joint's layer begins, m."""
+    joint = structure.layout.joints[0]
+    first = structure.layout.part(joint.between[0])
+    return drawn_position(structure.layout, Place(first.name, 0.0, (0.0, 1.0, 0.0))) or 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class ModeShape:
-    """A normal mode along both beams, scaled to a largest deflection of 1.
+    """A normal mode along the beams, scaled to a largest deflection of 1.
 
     Attributes
     ----------
-    lower_x, upper_x : ndarray
-        Positions along the rig, m.
-    lower, upper : ndarray
-        Deflections v across the beams, at the nodes.
+    beams : tuple of Deflection
     layer_x, opening, slip : ndarray
         Of the layer between the beams, on the same scale: how it opens across, and slides along.
     """
 
     number: int
     frequency_Hz: float
-    lower_x: Array
-    upper_x: Array
-    lower: Array
-    upper: Array
+    beams: tuple[Deflection, ...]
     layer_x: Array
     opening: Array
     shear_x: Array
@@ -324,26 +348,25 @@ def mode_shapes(evidence: Evidence, model: Fitted, *, count: int = 4) -> tuple[M
     s = evidence.model.structure
     base = model.unknowns.base
     modes = normal_modes(s.M, s.stiffness(base.E, base.G), count)
-    nodes = len(s.mesh.lower_x)
+    lines, layer = beam_lines(s), s.joints[0]
+    begin = layer_begin(s)
     shapes = []
     for i in range(modes.Phi.shape[1]):
         phi = modes.Phi[:, i]
-        full = np.zeros(3 * s.mesh.nodes)
-        full[s.free] = phi
-        v = full[1::3]
+        deflections = [line.rows @ phi for line in lines]
+        v = np.concatenate(deflections) if lines else phi
         scale = 1.0 / v[np.argmax(np.abs(v))]
         shapes.append(
             ModeShape(
                 number=i + 1,
                 frequency_Hz=float(modes.frequency_Hz[i]),
-                lower_x=s.mesh.lower_x,
-                upper_x=s.mesh.upper_x,
-                lower=scale * v[:nodes],
-                upper=scale * v[nodes:],
-                layer_x=s.layer_x,
-                opening=scale * (s.B_E @ phi) / s.normal_weight,
-                shear_x=s.shear_x,
-                slip=scale * (s.B_G @ phi) / s.shear_weight,
+                beams=tuple(
+                    Deflection(line.name, line.x, scale * own) for line, own in zip(lines, deflections, strict=True)
+                ),
+                layer_x=begin + layer.normal_at,
+                opening=scale * (layer.B_E @ phi) / layer.normal_weight,
+                shear_x=begin + layer.shear_at,
+                slip=scale * (layer.B_G @ phi) / layer.shear_weight,
             )
         )
     return tuple(shapes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import cycle, product
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.evidence import Evidence
-from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, law_bands, mode_shapes
+from twin.views.curves import (
+    Fitted,
+    LawBand,
+    about_each_resonance,
+    broadband_responses,
+    law_bands,
+    mode_shapes,
+    sensor_deflections,
+)
 from twin.views.receptance import receptance_mm_per_N
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
@@ -50,6 +58,8 @@ STYLES: dict[str, dict[str, Any]] = {
     "after": {"linestyle": "-", "linewidth": 1.6},
     "model": {"linestyle": "-", "linewidth": 1.6},
 }
+BEAMS = ((KIND["after"], 2.4), (KIND["before"], 1.4), ("#009e73", 1.4), ("#cc79a7", 1.4))
+"""Colour and line width of the beams' deflections."""
 SHADE = "#e6e6e6"
 """Of amplitudes that were not measured."""
 
@@ -160,20 +170,17 @@ def unmeasured_entry() -> Patch:
 
 
 def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure:
-    """Deflection lines of both beams in the first modes, with the overlap shaded and the sensors marked."""
+    """Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked."""
     shapes = mode_shapes(evidence, model, count=count)
     rows = -(-len(shapes) // 2)
     figure = Drawing(figsize=(WIDTH_IN, 1.9 * rows + 0.4), layout="constrained")
     grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
     for axes, shape in zip(grid.ravel(), shapes, strict=False):
-        axes.axvspan(1e3 * shape.upper_x[0], 1e3 * shape.lower_x[-1], color="#000000", alpha=0.08, linewidth=0)
+        axes.axvspan(1e3 * shape.layer_x[0], 1e3 * shape.layer_x[-1], color="#000000", alpha=0.08, linewidth=0)
         axes.axhline(0.0, color="#999999", linewidth=0.8)
-        axes.plot(1e3 * shape.lower_x, shape.lower, color=KIND["after"], linewidth=2.4)
-        axes.plot(1e3 * shape.upper_x, shape.upper, color=KIND["before"], linewidth=1.4)
-        places = np.array([output.position_m for output in evidence.outputs])
-        on_lower = np.interp(places, shape.lower_x, shape.lower)
-        on_upper = np.interp(places, shape.upper_x, shape.upper)
-        values = np.where(places <= shape.lower_x[-1], on_lower, on_upper)
+        for beam, (colour, width) in zip(shape.beams, cycle(BEAMS), strict=False):
+            axes.plot(1e3 * beam.x, beam.value, color=colour, linewidth=width)
+        places, values = sensor_deflections(evidence, shape.beams)
         axes.plot(1e3 * places, values, "s", color=MEASURED, markersize=5)
         axes.set_title(f"mode {shape.number}: {shape.frequency_Hz:.5g} Hz")
         dressed(axes)
@@ -186,8 +193,10 @@ def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure
     legend(
         figure,
         [
-            Line2D([], [], color=KIND["after"], linewidth=2.4, label="lower beam"),
-            Line2D([], [], color=KIND["before"], linewidth=1.4, label="upper beam"),
+            *(
+                Line2D([], [], color=colour, linewidth=width, label=f"{beam.name} beam")
+                for beam, (colour, width) in zip(shapes[0].beams, cycle(BEAMS), strict=False)
+            ),
             Line2D([], [], color=MEASURED, marker="s", linestyle="none", markersize=5, label="sensors"),
             Line2D([], [], color="#000000", alpha=0.15, linewidth=7, label="overlap"),
         ],

@@ -76,7 +76,7 @@ def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
 
 def file_law_bands(found: Identified, evidence: Evidence) -> tuple[LawBand, LawBand]:
     """The law as the model file has it, constant loss included; of what a response feels, the standard deviations."""
-    law = found.rig.joint.law
+    law = found.rig.joints[0].law
     assert isinstance(law, LayerLawTable)
 
     def band(quantity: str, knots: list[float], reach: tuple[float, float]) -> LawBand:

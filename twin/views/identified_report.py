@@ -267,8 +267,7 @@ def _modes(found: Identified, evidence: Evidence) -> Section:
         pictures=[
             picture(
                 modes_figure(evidence, found),
-                alt="Deflection lines of both beams in the first modes, with the overlap shaded and the sensors "
-                "marked.",
+                alt="Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked.",
                 caption="With the joint at rest, and without what the rig file's effects attach.",
             )
         ],
@@ -276,15 +275,16 @@ def _modes(found: Identified, evidence: Evidence) -> Section:
 
 
 def _assumed(evidence: Evidence) -> Section:
-    places = ", ".join(f"{o.channel} at {o.position_m:g} m" for o in evidence.outputs)
+    layout = evidence.rig.layout()
+    places = ", ".join(f"{o.channel} at {layout.told(o.place)}" for o in evidence.outputs)
     rig = evidence.rig
     effects = ", ".join(effect.cause for effect in rig.effect)
     return Section(
         title="What was assumed",
         items=[
-            f"The rig file: two beams with an overlap of {1e3 * rig.joint.overlap:g} mm, clamped at one end, driven at "
-            f"{rig.drive.position:g} m; {places}." + (f" Its effects act: {effects}." if effects else ""),
-            f"The joint is a thin layer of {rig.joint.layer_elements} elements. Each has the moduli E′ − s(o) and "
+            f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}."
+            + (f" Its effects act: {effects}." if effects else ""),
+            f"The joint is a thin layer of {rig.joints[0].layer_elements} elements. Each has the moduli E′ − s(o) and "
             "G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q; they are the same for all "
             "elements and in every mode.",
             "The force is what the force cell reads; steps that were still changing were left out.",

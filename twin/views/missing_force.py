@@ -30,8 +30,11 @@ def missing_force_figure(diagnosis: Diagnosis, force: MissingForce) -> Figure:
     dressed(loops)
     along.semilogy(force.places_m, force.left, color=AFTER, marker="o", markersize=3.5, linewidth=1.4)
     along.axhline(force.before, color=BEFORE, linestyle=(0, (4, 2.5)), linewidth=1.2)
+    layout = diagnosis.evidence.rig.layout()
     for output in diagnosis.evidence.outputs:
-        along.axvline(output.position_m, color=SENSOR, linestyle=":", linewidth=1.2)
+        at = layout.position(output.place) if layout.passable else None
+        if at is not None:
+            along.axvline(at, color=SENSOR, linestyle=":", linewidth=1.2)
     along.axvline(force.position_m.value, color=INK, linewidth=1.0)
     along.set(title="the force elsewhere", xlabel="position from the clamp, m", ylabel="χ² per degree of freedom")
     dressed(along)

@@ -17,8 +17,8 @@ from twin.identify.linear_model import BaseParameters
 from twin.identify.prediction import Predictor
 from twin.identify.receptance import update_receptance
 from twin.identify.sweeps import rows_by_sweep
-from twin.structure.assembly import Structure
-from twin.views.curves import Fitted, ModeShape
+from twin.structure import beam_lines
+from twin.views.curves import Deflection, Fitted, ModeShape, layer_begin
 
 __all__ = ["Motion", "modal_motion", "operating_motions"]
 
@@ -27,17 +27,14 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """A harmonic motion of both beams and the layer between them; complex amplitudes, their phase that of the force's.
+    """A harmonic motion of beams and the layer between them; complex amplitudes, their phase that of the force's.
 
     Attributes
     ----------
     title : str
     unit : str
         Of all displacements, such as ``mm``.
-    lower_x, upper_x : ndarray, (n,), (m,)
-        Positions along the rig, m.
-    lower, upper : ndarray, (n,), (m,)
-        Deflections.
+    beams : tuple of Deflection
     layer_x, opening : ndarray, (r,)
         How the layer opens across.
     shear_x, slip : ndarray, (q,)
@@ -50,10 +47,7 @@ class Motion:
 
     title: str
     unit: str
-    lower_x: Array
-    upper_x: Array
-    lower: Array
-    upper: Array
+    beams: tuple[Deflection, ...]
     layer_x: Array
     opening: Array
     shear_x: Array
@@ -69,10 +63,7 @@ def modal_motion(shape: ModeShape) -> Motion:
     return Motion(
         title=f"Mode {shape.number}, {shape.frequency_Hz:.5g} Hz",
         unit="tip amplitude 1",
-        lower_x=shape.lower_x,
-        upper_x=shape.upper_x,
-        lower=shape.lower,
-        upper=shape.upper,
+        beams=shape.beams,
         layer_x=shape.layer_x,
         opening=shape.opening,
         shear_x=shape.shear_x,
@@ -114,7 +105,12 @@ def operating_motions(
     s, base = structural.model.structure, model.unknowns.base
     rows = np.array([row for _, row in tops])
     force, time_s = np.abs(evidence.steps.force[rows, :1]), structural.step_times[rows]
-    looked = _looked_at(s)
+    lines, layer, begin = beam_lines(s), s.joints[0], layer_begin(s)
+    looked = [
+        *(line.rows for line in lines),
+        layer.B_E / _column(layer.normal_weight),
+        layer.B_G / _column(layer.shear_weight),
+    ]
     first = len(structural.step_model.ports.rows)
     structural.step_model = structural.step_model.with_points(np.vstack(looked))
     R = structural.receptance(omega[rows], base, time_s, inner=False, points=True)
@@ -125,18 +121,18 @@ def operating_motions(
     moved, carried = _carried(structural, base, time_s, by_law, driven)
     motions = []
     for k, (name, row) in enumerate(tops):
-        v, opening, slip = np.split(driven[k, first:], np.cumsum([len(part) for part in looked])[:-1])
+        parts = np.split(driven[k, first:], np.cumsum([len(part) for part in looked])[:-1])
+        *deflections, opening, slip = parts
         motions.append(
             Motion(
                 title=f"{name}, {evidence.steps.omega[row] / (2 * np.pi):.5g} Hz",
                 unit="mm",
-                lower_x=s.mesh.lower_x,
-                upper_x=s.mesh.upper_x,
-                lower=1e3 * v[: len(s.mesh.lower_x)],
-                upper=1e3 * v[len(s.mesh.lower_x) :],
-                layer_x=s.layer_x,
+                beams=tuple(
+                    Deflection(line.name, line.x, 1e3 * own) for line, own in zip(lines, deflections, strict=True)
+                ),
+                layer_x=begin + layer.normal_at,
                 opening=1e3 * opening,
-                shear_x=s.shear_x,
+                shear_x=begin + layer.shear_at,
                 slip=1e3 * slip,
                 widest=complex(1e3 * moved[k, 0]),
                 farthest=complex(1e3 * moved[k, 1]),
@@ -168,13 +164,6 @@ def _carried(
     most = np.stack([np.argmax(size[:, :p], axis=1), p + np.argmax(size[:, p:], axis=1)], axis=1)
     moved = np.take_along_axis(motion, most, axis=1)
     return moved, moved * np.take_along_axis(stiffness, most, axis=1)
-
-
-def _looked_at(s: Structure) -> tuple[Array, Array, Array]:
-    """Rows of every node's deflection, of the layer's openings, and of its slips, all in m."""
-    deflections = np.zeros((s.mesh.nodes, 3 * s.mesh.nodes))
-    deflections[np.arange(s.mesh.nodes), 3 * np.arange(s.mesh.nodes) + 1] = 1.0
-    return deflections[:, s.free], s.B_E / _column(s.normal_weight), s.B_G / _column(s.shear_weight)
 
 
 def _column(values: Array) -> Array:

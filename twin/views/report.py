@@ -236,7 +236,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
     model = list(models.values())[-1]
     base = model.unknowns.base
     std = np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0))
-    believed = evidence.rig.joint.preload[evidence.preload]
+    (believed,) = evidence.rig.moduli(evidence.preload)
     rows: list[tuple[str, ...]] = [
         (name, f"{1e-6 * was:.4g}", estimate_text(Estimate(1e-6 * now, 1e-6 * now * error)), "N/mm²")
         for name, was, now, error in (
@@ -272,7 +272,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
     pictures.append(
         picture(
             modes_figure(evidence, model),
-            alt="Deflection lines of both beams in the first modes, with the overlap shaded and the sensors marked.",
+            alt="Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked.",
             caption="Modes of the identified structure without what the extension attaches to it.",
         )
     )
@@ -292,17 +292,17 @@ def _identified(diagnosis: Diagnosis) -> Section:
 
 def _assumed(diagnosis: Diagnosis) -> Section:
     evidence = diagnosis.evidence
-    places = ", ".join(f"{o.channel} at {o.position_m:g} m" for o in evidence.outputs)
+    layout = evidence.rig.layout()
+    places = ", ".join(f"{o.channel} at {layout.told(o.place)}" for o in evidence.outputs)
     rig = evidence.rig
     effects = ", ".join(effect.cause for effect in rig.effect)
     return Section(
         title="What was assumed",
         items=[
-            f"The rig file: two beams with an overlap of {1e3 * rig.joint.overlap:g} mm, clamped at one end, driven at "
-            f"{rig.drive.position:g} m; {places}. "
+            f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}. "
             + (f"Its effects act: {effects}. " if effects else "")
             + "Anything else than the named causes is as it says.",
-            f"The joint is a thin layer of {rig.joint.layer_elements} elements. Each has the moduli E′ − s(o) and "
+            f"The joint is a thin layer of {rig.joints[0].layer_elements} elements. Each has the moduli E′ − s(o) and "
             "G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q.",
             "The force is what the force cell reads; the steps used were settled.",
             "The noise is estimated from the recordings themselves, and is Gaussian.",

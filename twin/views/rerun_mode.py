@@ -1,8 +1,9 @@
-"""Motions slowed down: both beams' deflection lines, and the joint with its opening and slip enlarged; its loops."""
+"""Motions slowed down: the beams' deflection lines, and the joint with its opening and slip enlarged; its loops."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from twin.identify.evidence import Evidence
 from twin.views.chart import Chart, common_range
+from twin.views.curves import sensor_deflections
 from twin.views.operating import Motion
 from twin.views.style import AFTER, BEFORE, INK, level_colour, on_dark
 
@@ -23,40 +25,39 @@ SLOW_MOTION = "slow_motion"
 """Timeline of the animations."""
 FRAMES, CYCLE_S = 40, 2.0
 LIFT = 0.16
-"""Distance at which the two beams are drawn apart, in units of the largest deflection."""
+"""Distance at which beams are drawn apart, in units of the largest deflection."""
+BEAM_COLOURS = (AFTER, BEFORE, "#009e73", "#cc79a7", "#e69f00")
 OPEN, PRESSED = "#d55e00", "#0072b2"
 
 
 def animate_rig(recording: rr.RecordingStream, evidence: Evidence, motion: Motion) -> rrb.Spatial2DView:
-    """The whole rig; the beams' lines are drawn apart so that both can be seen."""
-    most = float(np.max(np.abs(np.concatenate([motion.lower, motion.upper]))))
+    """The whole rig; the beams' lines are drawn apart so that all can be seen."""
+    most = float(np.max(np.abs(np.concatenate([beam.value for beam in motion.beams]))))
     lift = LIFT * most
+    ends = [beam.x[i] for beam in motion.beams for i in (0, -1)]
     chart = Chart(
         recording,
         "/motion/rig",
         f"Motion, {motion.title}",
         "position from the clamp, m",
-        f"deflection, {motion.unit}; upper beam lifted",
-        (0.0, float(motion.upper_x[-1])),
-        (-1.2 * most, 1.2 * most + lift),
+        f"deflection, {motion.unit}; beams lifted apart",
+        (float(min(ends)), float(max(ends))),
+        (-1.2 * most, 1.2 * most + lift * (len(motion.beams) - 1)),
         width=1600.0,
         text=1.8,
     )
-    chart.line("rest/lower", motion.lower_x, np.zeros(len(motion.lower_x)), "#5f5f5f", width=1, legend=False)
-    chart.line("rest/upper", motion.upper_x, np.full(len(motion.upper_x), lift), "#5f5f5f", width=1, legend=False)
-    chart.tell("lower beam", AFTER, "line")
-    chart.tell("upper beam", BEFORE, "line")
+    for n, beam in enumerate(motion.beams):
+        rest = f"rest/{rr.escape_entity_path_part(beam.name)}"
+        chart.line(rest, beam.x, np.full(len(beam.x), n * lift), "#5f5f5f", width=1, legend=False)
+        chart.tell(f"{beam.name} beam", BEAM_COLOURS[n % len(BEAM_COLOURS)], "line")
     chart.tell("sensors", INK, "point")
-    places = np.array([output.position_m for output in evidence.outputs])
     for time_s, turned in _frames():
         recording.set_time(SLOW_MOTION, duration=time_s)
-        lower, upper = np.real(turned * motion.lower), lift + np.real(turned * motion.upper)
-        chart.move("lower", [(motion.lower_x, lower)], [on_dark(AFTER)], width=4)
-        chart.move("upper", [(motion.upper_x, upper)], [on_dark(BEFORE)], width=4)
-        # A sensor is drawn on the lower beam up to its end, on the upper one from there.
-        on_lower = places <= motion.lower_x[-1]
-        at = np.where(on_lower, np.interp(places, motion.lower_x, lower), np.interp(places, motion.upper_x, upper))
-        chart.move_points("sensors", places, at, INK)
+        moved = [replace(beam, value=n * lift + np.real(turned * beam.value)) for n, beam in enumerate(motion.beams)]
+        for n, beam in enumerate(moved):
+            line = f"beams/{rr.escape_entity_path_part(beam.name)}"
+            chart.move(line, [(beam.x, beam.value)], [on_dark(BEAM_COLOURS[n % len(BEAM_COLOURS)])], width=4)
+        chart.move_points("sensors", *sensor_deflections(evidence, moved), INK)
     recording.reset_time()
     chart.close()
     return chart.view()

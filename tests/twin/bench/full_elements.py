@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from twin.structure import assemble, mesh_rig, normal_modes
+from twin.structure import assemble, normal_modes
 
 
 class FullElements:
@@ -13,7 +13,7 @@ class FullElements:
 
     def __init__(self, rig, preload):
         self.moduli = rig.joint.preload[preload]
-        self.structure = s = assemble(rig, mesh=mesh_rig(rig, beam_elements=60, layer_elements=6))
+        self.structure = s = assemble(rig, layout=rig.layout(beam_elements=60, layer_elements=6))
         ratios = np.array(rig.damping.modal_ratio)
         modes = normal_modes(s.M, s.stiffness(self.moduli.normal_modulus, self.moduli.shear_modulus), len(ratios))
         self.omega, S = modes.omega, s.M @ modes.Phi
@@ -23,6 +23,6 @@ class FullElements:
     def receptance(self, omega, softening, loss, *, at="acc2"):
         """Displacement at a channel's place per newton, with E' less by `softening` and G' lossy by `loss`."""
         s = self.structure
-        K = s.stiffness(self.moduli.normal_modulus - softening, self.moduli.shear_modulus) + 1j * loss * s.KG
+        K = s.stiffness(self.moduli.normal_modulus - softening, self.moduli.shear_modulus) + 1j * loss * s.joints[0].KG
         load, row = (s.deflection(self.position_m[name]) for name in ("force", at))
         return row @ np.linalg.solve(K + 1j * omega * self.C - omega**2 * s.M, load)

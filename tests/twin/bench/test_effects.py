@@ -165,7 +165,7 @@ def test_preload_loss_softens_the_joint_as_time_goes_by():
 def test_wrong_effects_are_refused_with_what_there_is():
     with pytest.raises(ValueError, match="unknown effect 'gremlin'"):
         open_bench(RIG, effects=[Effect(cause="gremlin", parameters={})])
-    with pytest.raises(ValueError, match="takes mass_kg, position_m"):
+    with pytest.raises(ValueError, match="takes mass_kg, node, part, position_m"):
         open_bench(RIG, effects=[Effect(cause="added-mass", parameters={"mass": 0.1})])
     with pytest.raises(ValueError, match="no channel 'acc9'"):
         open_bench(RIG, effects=[Effect(cause="channel-polarity", parameters={"channel": "acc9"})])
@@ -176,5 +176,5 @@ def test_a_law_that_is_given_softens_a_softer_joint_by_its_share():
     effect = Effect(cause="joint-stiffness", parameters={"normal_factor": 0.75, "shear_factor": 1.0})
     E = RIG.joint.preload["120N"].normal_modulus
     given = open_bench(RIG, effects=[effect], joint_law=default_law(E), drive="force").built
-    assert given.law.normal.stiffness(1.0) == pytest.approx(0.75 * default_law(E).normal.stiffness(1.0))
-    assert given.plan.E + given.law.normal.stiffness(1.0) > 0
+    assert given.laws[0].normal.stiffness(1.0) == pytest.approx(0.75 * default_law(E).normal.stiffness(1.0))
+    assert given.plan.joints[0].E + given.laws[0].normal.stiffness(1.0) > 0

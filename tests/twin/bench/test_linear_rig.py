@@ -7,7 +7,7 @@ import pytest
 
 from twin.bench import no_law, open_bench
 from twin.rigs import Effect, load_rig
-from twin.structure import assemble, mesh_rig, normal_modes
+from twin.structure import assemble, normal_modes
 
 RIG = load_rig("steel-lap-joint")
 FREQUENCY = np.array([5.0, 20.0, 26.4, 60.0, 150.0, 157.0, 300.0, 470.0, 700.0])
@@ -29,7 +29,7 @@ def full_inertance(structure, E, G, position, drive):
 @pytest.mark.parametrize("channel", ["acc1", "acc2"])
 def test_inertance_is_that_of_the_full_elements(channel):
     moduli = RIG.joint.preload["120N"]
-    structure = assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6))
+    structure = assemble(RIG, layout=RIG.layout(beam_elements=60, layer_elements=6))
     position = next(s.position for s in RIG.sensor if s.channel == channel)
     expected = full_inertance(structure, moduli.normal_modulus, moduli.shear_modulus, position, 0.05)
     bench = open_bench(RIG, joint_law=no_law())
@@ -86,7 +86,7 @@ def test_coil_current_obeys_ohm_at_low_frequency():
 )
 def test_mass_effects_shift_the_modes_as_the_elements_do(cause, parameters, change):
     moduli = RIG.joint.preload["120N"]
-    structure = change(assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6)))
+    structure = change(assemble(RIG, layout=RIG.layout(beam_elements=60, layer_elements=6)))
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     bench = open_bench(RIG, effects=[Effect(cause=cause, parameters=parameters)])
     found = bench.built.modal(0.0, 51200.0).omega[:4]
@@ -96,15 +96,14 @@ def test_mass_effects_shift_the_modes_as_the_elements_do(cause, parameters, chan
 def test_clamp_compliance_lowers_mode_1_by_the_energy_of_the_root_moment():
     """d omega^2 = -c M0^2 to first order, M0 the root moment of the mass-normalised mode."""
     bench = open_bench(RIG, joint_law=no_law())
-    modes = bench.built.condensed.modes(bench.built.plan.E, bench.built.plan.G, below_Hz=100.0)
+    (moduli,) = RIG.moduli()
+    modes = bench.built.condensed.modes([moduli.normal_modulus], [moduli.shear_modulus], below_Hz=100.0)
     phi = bench.built.condensed.T @ modes.Phi[:, 0]
     c = 1e-7
     yielding = open_bench(
         RIG, effects=[Effect(cause="clamp-compliance", parameters={"rotational_rad_per_Nm": c})], joint_law=no_law()
     )
-    x = 0.185 / 21  # the first element's end, from the bench's own mesh
-    mesh = mesh_rig(RIG, beam_elements=60, layer_elements=6)
-    x = mesh.lower_x[1]
+    x = assemble(RIG, layout=RIG.bench_layout()).meshes["lower"].s[1]
     EI = RIG.lower.youngs_modulus * RIG.lower.second_moment
     moment = EI * (6 * phi[1] / x**2 - 2 * phi[2] / x)
     shift = yielding.built.modal(0.0, 51200.0).omega[0] ** 2 - bench.built.modal(0.0, 51200.0).omega[0] ** 2

@@ -8,8 +8,8 @@ import pytest
 from recordings.streams import Excitation
 from twin.bench import no_law, open_bench
 from twin.rigs import Effect, load_rig
-from twin.rigs.rig import Acquisition, Drift
-from twin.structure import assemble, mesh_rig, normal_modes
+from twin.rigs.tables import Acquisition, Drift
+from twin.structure import assemble, normal_modes
 
 RIG = load_rig("steel-lap-joint")
 
@@ -50,7 +50,7 @@ def test_a_line_of_the_rig_file_does_what_the_named_effect_does(rig, cause, para
 def test_transverse_sensitivity_shows_the_motion_of_the_surface_along_the_beam():
     """At a resonance the difference is the share of u - (t/2) v' there, over v, in the mode of the full elements."""
     share, moduli = 0.05, RIG.joint.preload["120N"]
-    structure = assemble(RIG, mesh=mesh_rig(RIG, beam_elements=60, layer_elements=6))
+    structure = assemble(RIG, layout=RIG.layout(beam_elements=60, layer_elements=6))
     modes = normal_modes(structure.M, structure.stiffness(moduli.normal_modulus, moduli.shear_modulus), 2)
     along = structure.axial(0.30) - RIG.upper.thickness / 2 * structure.slope(0.30)
     resonances = modes.omega / (2 * np.pi)

@@ -17,23 +17,23 @@ from twin.rigs import Effect, Rig
 def quintic_spring(plan: Plan, strength: float = 1.0) -> None:
     """A spring to ground at the tip, f = k v^5: 60 N/m more at 3 mm."""
     law = Polynomial((0.0, 0.0, 0.0, 0.0, strength * 60.0 / 3e-3**4))
-    plan.element_makers.append(lambda m: [Element(m.deflection(plan.rig.length), law)])
+    plan.element_makers.append(lambda m: [Element(m.row(plan.place(position_m=plan.rig.length)), law)])
 
 
 def quadratic_spring(plan: Plan, strength: float = 1.0) -> None:
     """A smooth spring that pushes one way, f = k v^2, at the tip."""
     law = Table.of(lambda v: strength * 3e4 * v**2, limit_m=0.02)
-    plan.element_makers.append(lambda m: [Element(m.deflection(plan.rig.length), law)])
+    plan.element_makers.append(lambda m: [Element(m.row(plan.place(position_m=plan.rig.length)), law)])
 
 
 def backlash_pendulum(plan: Plan, strength: float = 1.0) -> None:
     """A mass on a soft hanger that rattles between two stops fixed to the upper beam."""
 
     def hang(matrices: Matrices) -> None:
-        matrices.append_resonator(0.35, 0.006 * strength, 8.0, 0.05)
+        matrices.append_resonator(plan.place(position_m=0.35), 0.006 * strength, 8.0, 0.05)
 
     def stops(matrices: Matrices) -> list[Element]:
-        row = matrices.deflection(0.35)
+        row = matrices.row(plan.place(position_m=0.35))
         row[-1] = -1.0
         return [Element(row, Hinges((2e3, 2e3), (4e-4, -4e-4), (1, -1)))]
 
@@ -48,11 +48,9 @@ def fractional_damper(plan: Plan, strength: float = 1.0) -> None:
         for frequency_Hz in np.geomspace(1.0, 2000.0, 12):
             w = 2 * np.pi * frequency_Hz
             stiffness = strength * 1.5 * np.sqrt(w)
-            row = np.concatenate([matrices.deflection(plan.rig.length), [-1.0]])
-            for name in ("M", "K_beam", "K_E", "K_G", "C"):
-                setattr(matrices, name, np.pad(getattr(matrices, name), (0, 1)))
-            matrices.M[-1, -1] = 1e-7
-            matrices.K_beam += stiffness * np.outer(row, row)
+            matrices.append_resonator(
+                plan.place(position_m=plan.rig.length), 1e-7, np.sqrt(stiffness / 1e-7) / (2 * np.pi), 0.0
+            )
             matrices.C[-1, -1] += stiffness / w
 
     plan.matrix_changes.append(chain)

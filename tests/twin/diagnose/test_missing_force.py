@@ -23,6 +23,7 @@ from twin.diagnose.missing.force import (
 )
 from twin.diagnose.missing.terms import TERMS
 from twin.identify.estimate import Estimate
+from twin.rigs import load_rig
 
 A, OMEGA = np.array([2e-3, 5e-3]), np.array([160.0, 170.0])
 
@@ -109,7 +110,7 @@ def test_the_picture_is_json_and_says_its_formula():
 def test_every_term_has_a_coefficient_of_a_believable_size():
     """Each makes a newton or two at the tip, whatever its power."""
     evidence = SimpleNamespace(
-        steps=SimpleNamespace(amplitude_m=np.array([3e-3])), rig=SimpleNamespace(length=0.42), reference_omega=165.0
+        steps=SimpleNamespace(amplitude_m=np.array([3e-3])), rig=load_rig("steel-lap-joint"), reference_omega=165.0
     )
     cause = LocalForce()
     for label in cause.labels(evidence):

@@ -33,20 +33,20 @@ class Dense:
         E = np.broadcast_to(base.E * (1 + 1j * base.loss_E) + dE, len(omega))
         G = np.broadcast_to(base.G * (1 + 1j * base.loss_G) + dG, len(omega))
         rows = zip(omega, E, G, strict=True)
-        Z = held + np.array([K + e * s.KE + g * s.KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
+        Z = held + np.array([K + e * s.joints[0].KE + g * s.joints[0].KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
         return np.linalg.solve(Z, np.broadcast_to(loads.T, (len(omega), *loads.T.shape))).swapaxes(1, 2)
 
     def accelerance(self, omega, base, dE=0.0, dG=0.0):
         """Accelerations (f, o) at the outputs' places for a unit force at the drive."""
         s = self.model.structure
         x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
-        return -(omega[:, None] ** 2) * (x @ np.array([s.deflection(o.position_m) for o in self.model.outputs]).T)
+        return -(omega[:, None] ** 2) * (x @ np.array([s.row(o.place) for o in self.model.outputs]).T)
 
     def point_receptance(self, omega, base):
         """Among drive, the layer's six openings and slips, and the outputs' places, (f, q, q), all without the law."""
         s = self.model.structure
         points = layer_points(s, 3)
-        rows = np.array([s.deflection(0.05), *points.rows, *(s.deflection(o.position_m) for o in self.model.outputs)])
+        rows = np.array([s.deflection(0.05), *points.rows, *(s.row(o.place) for o in self.model.outputs)])
         return self.field(rows, omega, base) @ rows.T, points.weights
 
     def with_law(self, omega, tip_m, base, law, relative=(NO_ERROR, NO_ERROR)):
@@ -75,17 +75,17 @@ class Dense:
     def layer_shares(self, omega, base, dE, dG):
         """The layer's opening and slip (f,) per motion of the last output, over those in the first mode, (2, f)."""
         s = self.model.structure
-        tip = s.deflection(self.model.outputs[-1].position_m)
+        tip = s.row(self.model.outputs[-1].place)
         x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
         shares = np.zeros((2, len(omega)))
         for k, w in enumerate(omega):
-            K = s.K0 + (base.E + np.broadcast_to(dE, len(omega))[k]) * s.KE
-            K = K + (base.G + np.broadcast_to(dG, len(omega))[k]) * s.KG
+            K = s.K0 + (base.E + np.broadcast_to(dE, len(omega))[k]) * s.joints[0].KE
+            K = K + (base.G + np.broadcast_to(dG, len(omega))[k]) * s.joints[0].KG
             mode, value = x[k], w**2
             for _ in range(8):
                 mode = np.linalg.solve(K - (1 + 1e-9) * value * s.M, s.M @ mode)
                 value = (mode @ K @ mode) / (mode @ s.M @ mode)
-            for row, B in zip(shares, (s.B_E, s.B_G), strict=True):
+            for row, B in zip(shares, (s.joints[0].B_E, s.joints[0].B_G), strict=True):
                 forced, free = (np.linalg.norm(B @ u) / abs(tip @ u) for u in (x[k], mode))
                 # The sensor's X is its acceleration's, at one frequency here and at the mode's there.
                 row[k] = forced / free * abs(value) / w**2
@@ -104,8 +104,9 @@ class Dense:
 @pytest.fixture(scope="session")
 def steel_model():
     """Two accelerometers on the steel rig."""
-    outputs = [Output("acc1", "acceleration", 0.30), Output("acc2", "acceleration", 0.42)]
-    return build_linear_model(load_rig("steel-lap-joint"), outputs)
+    rig = load_rig("steel-lap-joint")
+    outputs = [Output(channel, "acceleration", rig.place_of(channel)) for channel in ("acc1", "acc2")]
+    return build_linear_model(rig, outputs)
 
 
 @pytest.fixture(scope="session")

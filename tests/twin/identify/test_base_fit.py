@@ -74,7 +74,7 @@ class Balanced:
 @pytest.fixture(scope="module")
 def balanced(build, steel_model, steel_dense, believed):
     """By harmonic balance; the joint is driven by its force, whose harmonics are none."""
-    bench = open_bench(STEEL, drive="force", noise=False, converter=False, beam_elements=41, layer_elements=3)
+    bench = open_bench(STEEL, drive="force", noise=False, converter=False, layout=STEEL.layout())
     at = [[channel.name for channel in bench.channels].index(name) for name in ("force", "acc1", "acc2")]
     balance = HarmonicBalance(bench.built, harmonics=7)
     found = [
@@ -88,7 +88,7 @@ def balanced(build, steel_model, steel_dense, believed):
     # Three openings, then three slip velocities; each has 15 coefficients.
     local = np.array([np.hypot(*s.unknowns.reshape(6, 15)[:, 1:3].T) for s in solutions])
     opening, slip = local[:, :3], local[:, 3:] / omega[:, None]
-    law = bench.built.law
+    law = bench.built.laws[0]
     return Balanced(
         build.evidence(steel_model, steps, [at_rest(build, steel_dense, believed)]), mode, force_N, opening, slip,
         believed.E + law.normal.stiffness(opening).real, law.loss.modulus(slip),

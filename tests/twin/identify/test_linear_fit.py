@@ -79,7 +79,9 @@ def total_damping(model, base):
     """Damping ratios of four modes with the joint's loss by its share of the strain energy, and gradient by vector."""
     s = model.structure
     modes = normal_modes(s.M, s.stiffness(base.E, base.G), 4)
-    by_E, by_G = (p * eigenvalue_sensitivity(modes.Phi, B) for p, B in ((base.E, s.B_E), (base.G, s.B_G)))
+    by_E, by_G = (
+        p * eigenvalue_sensitivity(modes.Phi, B) for p, B in ((base.E, s.joints[0].B_E), (base.G, s.joints[0].B_G))
+    )
     by_E, by_G = by_E / modes.omega**2 / 2, by_G / modes.omega**2 / 2
     gradient = np.zeros((4, len(base.vector)))
     gradient[:, 2], gradient[:, 3] = by_E, by_G

@@ -178,7 +178,7 @@ SPRING_ELSEWHERE = NonlinearForce(lambda s: s.deflection(0.30), lambda a, omega:
 
 def slip_row(s):
     """A strain of the layer, which moves far more with the layer's stiffness than any place on the beams does."""
-    return s.B_G[3] / np.linalg.norm(s.B_G[3])
+    return s.joints[0].B_G[3] / np.linalg.norm(s.joints[0].B_G[3])
 
 
 SLIDING = NonlinearForce(slip_row, lambda a, omega: 3e8 / (1 + (a / 2e-7) ** 2) * (1 + 0.3j), None)
@@ -261,7 +261,7 @@ def ringing(steel_model, steel_dense, unknowns, evidence, swept):
     steps, place, k = evidence.steps, 0.36, 4e7
     s, points = steel_model.structure, layer_points(steel_model.structure, 3)
     row, drive = s.deflection(place), s.deflection(0.05)
-    out = np.array([s.deflection(o.position_m) for o in steel_model.outputs])
+    out = np.array([s.row(o.place) for o in steel_model.outputs])
     moved = np.abs(swept[3])
     moduli = np.concatenate([-unknowns.law.softening_at(moved[:, :3]) + 0j, 1j * unknowns.law.loss_at(moved[:, 3:])], 1)
     springs = (points.weights * moduli)[:, :, None] * points.rows

@@ -89,8 +89,8 @@ def test_the_fit_finds_resonances_and_damping_whatever_the_belief(steel, steel_m
         modes = normal_modes(s.M, s.stiffness(fit.base.E, fit.base.G), 4)
         found_Hz = modes.frequency_Hz * np.sqrt(1 + 2 * fit.base.detuning[:4])
         np.testing.assert_allclose(found_Hz[:3], steel[0][:3], rtol=2e-4)
-        joint = fit.base.E * fit.base.loss_E * np.sum((s.B_E @ modes.Phi) ** 2, axis=0)
-        joint = joint + fit.base.G * fit.base.loss_G * np.sum((s.B_G @ modes.Phi) ** 2, axis=0)
+        joint = fit.base.E * fit.base.loss_E * np.sum((s.joints[0].B_E @ modes.Phi) ** 2, axis=0)
+        joint = joint + fit.base.G * fit.base.loss_G * np.sum((s.joints[0].B_G @ modes.Phi) ** 2, axis=0)
         total = fit.base.zeta[:4] + joint / (2 * modes.omega**2)
         np.testing.assert_allclose(total[:3], ZETA[:3], rtol=0.03)
 

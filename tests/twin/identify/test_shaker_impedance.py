@@ -28,10 +28,10 @@ def test_a_silent_shaker_is_a_spring_at_the_drive_point(changes):
     """The layer's openings as they push each other, on the bench's linear rig in states: shaker, amplifier and coil."""
     rig, by = driven(**changes), {}
     for drive in ("shaker", "force"):
-        bench = open_bench(rig, drive=drive, beam_elements=rig.mesh.beam_elements, layer_elements=3)
+        bench = open_bench(rig, drive=drive, layout=rig.layout())
         by[drive] = -bench.built.rig(0.0, 51200.0).transfer(FREQUENCY_Hz)[:, :3, 1:4]
     expected = by["shaker"] - by["force"]
-    model = build_linear_model(rig, [Output("acc2", "acceleration", 0.42)])
+    model = build_linear_model(rig, [Output("acc2", "acceleration", rig.place_of("acc2"))])
     at, points = len(model.ports.rows), layer_points(model.structure, 3)
     free = model.with_points(points.opening).receptance(OMEGA, believed_parameters(rig), inner=False)
     held = update_receptance(free, np.array([model.ports.drive]), drive_stiffness(rig.drive, OMEGA)[:, None])

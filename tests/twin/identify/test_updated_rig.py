@@ -69,7 +69,7 @@ def test_standard_deviations_are_those_of_what_a_response_feels(evidence, unknow
     drawn = np.random.default_rng(7).normal(size=(6000, len(solution.x))) @ root.T
     structure = evidence.model.structure
     modes = normal_modes(structure.M, structure.stiffness(unknowns.base.E, unknowns.base.G), 1)
-    omega_1, sheared = modes.omega[0], np.sum((structure.B_G @ modes.Phi[:, 0]) ** 2)
+    omega_1, sheared = modes.omega[0], np.sum((structure.joints[0].B_G @ modes.Phi[:, 0]) ** 2)
     stiff, lossy, damped = [], [], []
     for change in drawn:
         other = unknowns.with_vector(unknowns.vector + 1e-2 * change)

@@ -32,7 +32,7 @@ def balance(name):
     """Its rig, frequencies and amplitudes."""
     plain = {"drive": "force", "noise": False, "converter": False}
     if name == "steel":
-        bench = open_bench(STEEL, **plain, beam_elements=41, layer_elements=3)
+        bench = open_bench(STEEL, **plain, layout=STEEL.layout())
         return HarmonicBalance(bench.built, harmonics=7), np.linspace(27.4, 25.4, 33), (0.75, 1.5, 3.0, 6.0)
     if name == "duffing":
         bench = open_bench(STEEL, **plain, joint_law=no_law(), effects=[hard(2e7)])

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from twin.rigs import load_rig
-from twin.structure import assemble, eigenvalue_sensitivity, mesh_rig, normal_modes
+from twin.structure import assemble, eigenvalue_sensitivity, normal_modes
 from twin.structure.beam import beam_mass, beam_stiffness, weakened_stiffness
 
 
@@ -46,7 +46,7 @@ def zero_Hz(M, K):
 
 
 def test_two_beams_apart_are_a_clamped_free_and_a_free_free_beam(rig):
-    structure = assemble(rig, mesh=mesh_rig(rig, beam_elements=60), sensor_masses=False)
+    structure = assemble(rig, layout=rig.layout(beam_elements=60), sensor_masses=False)
     K = structure.stiffness(0.0, 0.0)
     found = normal_modes(structure.M, K, 12).frequency_Hz
     assert np.all(found[:3] < zero_Hz(structure.M, K)), "the upper beam floats: three rigid-body modes"
@@ -75,7 +75,7 @@ def stepped_beam(rig, elements, stiffness_factor):
 
 
 def test_beams_pressed_together_that_slide_freely_have_twice_the_stiffness_of_one(rig):
-    structure = assemble(rig, sensor_masses=False, mesh=mesh_rig(rig, beam_elements=60))
+    structure = assemble(rig, sensor_masses=False, layout=rig.layout(beam_elements=60))
     pressed = structure.stiffness(1e15, 0.0)
     found = normal_modes(structure.M, pressed, 7).frequency_Hz
     K, M = stepped_beam(rig, 20, 2.0)
@@ -93,11 +93,23 @@ def test_bonded_beams_bend_statically_like_one_of_double_height(rig):
     exact = (cubes[0] - cubes[1] + (cubes[1] - cubes[2]) / 8 + cubes[2] - cubes[3]) / (
         rig.lower.youngs_modulus * rig.lower.second_moment
     )
-    structure = assemble(rig, mesh=mesh_rig(rig, beam_elements=28, layer_elements=4))
+    structure = assemble(rig, layout=rig.layout(beam_elements=28, layer_elements=4))
     tip = structure.deflection(L)
     excess = [tip @ np.linalg.solve(structure.stiffness(p, p), tip) / exact - 1 for p in (1e12, 1e13, 1e14, 1e15)]
     assert np.all(np.diff(excess) < 0), "a stiffer bond bends less"
     assert 0 < excess[-1] < 2e-5
+
+
+def nodes(structure):
+    """Coordinates of both beams' nodes, (k, 2)."""
+    return np.concatenate([structure.meshes[name].points for name in ("lower", "upper")])
+
+
+def one_beam(rig, elements):
+    """The lower beam alone, with so many elements."""
+    layout = rig.layout()
+    lower = layout.beam("lower").model_copy(update={"elements": elements})
+    return replace(layout, parts=(lower,), joints=(), stretches=layout.stretches[:1])
 
 
 def test_frequencies_converge_with_the_fourth_power_of_the_element(rig):
@@ -105,11 +117,8 @@ def test_frequencies_converge_with_the_fourth_power_of_the_element(rig):
     exact = analytic(rig.lower, "clamped-free", 3)[2]
     errors = []
     for elements in (1, 2, 4):
-        x = np.linspace(0, rig.lower.length, 5 * elements + 1)
-        mesh = mesh_rig(rig, beam_elements=40, layer_elements=elements)
-        joint = x[-elements - 1 :]
-        mesh = replace(mesh, lower_x=x, upper_x=np.concatenate([joint, joint[-1] + np.linspace(0.01, 0.185, 7)]))
-        structure = assemble(rig, mesh=mesh, sensor_masses=False)
+        layout = one_beam(rig, 5 * elements)
+        structure = assemble(rig, layout=layout, sensor_masses=False)
         found = normal_modes(structure.M, structure.stiffness(0.0, 0.0), 12).frequency_Hz
         errors.append(np.min(np.abs(found / exact - 1)))
     order = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -117,19 +126,17 @@ def test_frequencies_converge_with_the_fourth_power_of_the_element(rig):
 
 
 def test_bonded_frequencies_from_the_shipped_mesh_are_converged(rig):
-    def bending(mesh):
-        structure = assemble(rig, mesh=mesh)
+    def bending(layout):
+        structure = assemble(rig, layout=layout)
         return normal_modes(structure.M, structure.stiffness(3.9e8, 7.6e7), 4).frequency_Hz
 
-    coarse, fine = bending(None), bending(mesh_rig(rig, beam_elements=160, layer_elements=16))
+    coarse, fine = bending(None), bending(rig.layout(beam_elements=160, layer_elements=16))
     np.testing.assert_allclose(coarse, fine, rtol=2e-3)
 
 
 def test_floating_structure_has_three_planar_rigid_body_modes_without_strain(rig):
-    structure = assemble(rig, clamped=False, sensor_masses=False)
-    mesh = structure.mesh
-    x = np.concatenate([mesh.lower_x, mesh.upper_x])
-    y = np.concatenate([np.zeros_like(mesh.lower_x), np.full_like(mesh.upper_x, rig.joint.layer_height)])
+    structure = assemble(rig, layout=rig.layout().hung_free(), sensor_masses=False)
+    x, y = nodes(structure).T
     along, across, turn = np.zeros((3, 3 * len(x)))
     along[0::3] = 1.0
     across[1::3] = 1.0
@@ -146,7 +153,7 @@ def test_floating_structure_has_three_planar_rigid_body_modes_without_strain(rig
 
 
 def test_sensor_masses_add_to_the_rigid_body_mass(rig):
-    bare, full = (assemble(rig, clamped=False, sensor_masses=s) for s in (False, True))
+    bare, full = (assemble(rig, layout=rig.layout().hung_free(), sensor_masses=s) for s in (False, True))
     across = np.zeros(len(bare.M))
     across[1::3] = 1.0
     added = sum(s.mass for s in rig.sensor)
@@ -160,18 +167,18 @@ def test_stiffness_is_affine_in_the_moduli_and_of_low_rank(rig):
         K(3e8, 5e7) - K(0, 0), 3 * (K(1e8, 0) - K(0, 0)) + 5 * (K(0, 1e7) - K(0, 0)), atol=1e-6 * np.abs(K(0, 0)).max()
     )
     elements, n = rig.joint.layer_elements, len(structure.M)
-    assert np.linalg.matrix_rank(structure.KE) <= 4 * elements < n / 4
-    assert np.linalg.matrix_rank(structure.KG) <= 3 * elements
-    for part in (structure.K0, structure.KE, structure.KG):
+    assert np.linalg.matrix_rank(structure.joints[0].KE) <= 4 * elements < n / 4
+    assert np.linalg.matrix_rank(structure.joints[0].KG) <= 3 * elements
+    for part in (structure.K0, structure.joints[0].KE, structure.joints[0].KG):
         np.testing.assert_allclose(part, part.T, atol=1e-12 * np.abs(part).max())
         assert eigh(part, eigvals_only=True)[0] > -1e-9 * np.abs(part).max()
 
 
 def test_uniform_opening_and_slip_store_the_energy_of_the_layers_material(rig):
     """Pull the upper beam off, then shift it along: energy = modulus x width x overlap x displacement^2 / (2 h)."""
-    structure = assemble(rig, clamped=False)
-    upper = np.repeat(np.arange(structure.mesh.nodes) >= len(structure.mesh.lower_x), 3)
-    for dof, matrix in ((1, structure.KE), (0, structure.KG)):
+    structure = assemble(rig, layout=rig.layout().hung_free())
+    upper = np.repeat(np.arange(len(structure.basis) // 3) >= len(structure.meshes["lower"].s), 3)
+    for dof, matrix in ((1, structure.joints[0].KE), (0, structure.joints[0].KG)):
         motion = np.where(upper & (np.arange(len(upper)) % 3 == dof), 1e-6, 0.0)
         expected = 25.4e-3 * 50e-3 / 6.36e-3 * 1e-12
         assert motion @ matrix @ motion == pytest.approx(expected, rel=1e-12)
@@ -198,13 +205,17 @@ def test_eigenvalue_sensitivity_agrees_with_finite_differences(rig):
         return table[0]
 
     close = {"rtol": 1e-7, "atol": 1e-7 * modes.omega[0] ** 2}  # eigenvalues near 1e4 of a stiffness near 1e10
-    np.testing.assert_allclose(E * eigenvalue_sensitivity(modes.Phi, structure.B_E), difference((1, 0)), **close)
-    np.testing.assert_allclose(G * eigenvalue_sensitivity(modes.Phi, structure.B_G), difference((0, 1)), **close)
+    np.testing.assert_allclose(
+        E * eigenvalue_sensitivity(modes.Phi, structure.joints[0].B_E), difference((1, 0)), **close
+    )
+    np.testing.assert_allclose(
+        G * eigenvalue_sensitivity(modes.Phi, structure.joints[0].B_G), difference((0, 1)), **close
+    )
 
 
 def test_deflection_and_slope_rows_follow_a_cubic_exactly(rig):
-    structure = assemble(rig, clamped=False)
-    x = np.concatenate([structure.mesh.lower_x, structure.mesh.upper_x])
+    structure = assemble(rig, layout=rig.layout().hung_free())
+    x = nodes(structure)[:, 0]
     motion = np.zeros(3 * len(x))
     motion[1::3], motion[2::3], motion[0::3] = x**3 - x, 3 * x**2 - 1, 2 * x
     for position in (0.0, 0.05, 0.19, 0.235, 0.3, 0.42):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twin.rigs import load_rig
-from twin.structure import assemble, mesh_rig, normal_modes
+from twin.structure import assemble, normal_modes
 from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
 
 LENGTH, HEIGHT, WIDTH = 0.017, 0.0064, 0.025
@@ -61,12 +61,12 @@ def test_stiffness_is_that_of_the_strains_volume():
 def test_a_membrane_that_grows_thin_becomes_the_interface():
     """E'/h and G'/h held while h goes to nothing: the same frequencies as the zero-thickness element's."""
     rig = load_rig("steel-lap-joint")
-    structure = assemble(rig, mesh=mesh_rig(rig, beam_elements=60, layer_elements=10))
     kn, ks = 3.9e8 / 0.00636, 7.6e7 / 0.00636
     found = []
     for height, element in ((1e-2, membrane_layer), (1e-4, membrane_layer), (1e-4, interface_layer)):
         thin = rig.model_copy(update={"joint": rig.joint.model_copy(update={"layer_height": height})})
-        layered = with_layer_element(thin, structure, element)
+        structure = assemble(thin, layout=thin.layout(beam_elements=60, layer_elements=10))
+        layered = with_layer_element(structure, element)
         found.append(normal_modes(layered.M, layered.stiffness(kn * height, ks * height), 4).frequency_Hz)
     thick, thin, interface = found
     np.testing.assert_allclose(thin, interface, rtol=2e-3)
@@ -75,7 +75,7 @@ def test_a_membrane_that_grows_thin_becomes_the_interface():
 
 def test_floating_structure_with_a_membrane_keeps_its_rigid_body_modes():
     rig = load_rig("steel-lap-joint")
-    floating = with_layer_element(rig, assemble(rig, clamped=False, sensor_masses=False), membrane_layer)
+    floating = with_layer_element(assemble(rig, layout=rig.layout().hung_free(), sensor_masses=False), membrane_layer)
     frequency = normal_modes(floating.M, floating.stiffness(3.9e8, 7.6e7), 5).frequency_Hz
     assert np.all(frequency[:3] < 2e-2)
     assert frequency[3] > 50

@@ -17,10 +17,9 @@ MODULI = STEEL.joint.preload["120N"]
 
 def reduced(rig, preload, channel):
     moduli, structure = rig.joint.preload[preload], assemble(rig)
-    position = next(sensor.position for sensor in rig.sensor if sensor.channel == channel)
     points = layer_points(structure, rig.joint.layer_elements)
     return LayerModes.of(
-        structure, points, E=moduli.normal_modulus, G=moduli.shear_modulus, position_m=position
+        structure, points, E=moduli.normal_modulus, G=moduli.shear_modulus, sensor=structure.row(rig.place_of(channel))
     )  # fmt: skip
 
 
@@ -68,7 +67,7 @@ def test_a_mode_by_a_dense_solver_has_the_same_frequency_damping_and_moduli(numb
     shape = vectors[:, at] / (s.deflection(0.42) @ vectors[:, at]) * X * reference / abs(values[at])
     assert values[at] == pytest.approx(found.eigenvalue[-1], rel=1e-7)
     np.testing.assert_allclose(np.abs(points.rows @ shape), found.motion_m[-1], rtol=1e-4)
-    uniform = K - found.softening[-1] * s.KE + 1j * found.loss[-1] * s.KG
+    uniform = K - found.softening[-1] * s.joints[0].KE + 1j * found.loss[-1] * s.joints[0].KG
     assert np.min(np.abs(eig(uniform, s.M, right=False) / values[at] - 1)) < 1e-7
     assert found.softening[-1] > 0.05 * MODULI.normal_modulus
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from twin.rigs import load_rig
-from twin.structure import assemble, mesh_rig, normal_modes
+from twin.structure import assemble, normal_modes
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.timoshenko import (
     timoshenko_mass,
@@ -110,8 +110,7 @@ def test_derivatives_by_the_shear_ratio_agree_with_finite_differences():
 def test_an_assembled_rig_takes_the_shear_ratio_of_its_beams():
     rig = load_rig("steel-lap-joint")
     soft = rig.model_copy(update={"upper": rig.upper.model_copy(update={"shear_ratio": 40.0})})
-    mesh = mesh_rig(rig, beam_elements=100)
-    structure = assemble(soft, mesh=mesh, sensor_masses=False)
+    structure = assemble(soft, layout=soft.layout(beam_elements=100), sensor_masses=False)
     found = normal_modes(structure.M, structure.stiffness(0.0, 0.0), 12).frequency_Hz
     expected = exact_free_free(E=198e9, rho=7880.0, length=0.235, height=0.00636, shear_ratio=40.0, count=2)
     for frequency in expected:

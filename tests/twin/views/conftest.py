@@ -52,7 +52,7 @@ def _state(sweep: str, index: int, frequency_Hz: float) -> SteadyState:
 def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
     """A broadband run and two sweeps whose responses are still to be filled in, and what is true of the rig."""
     rig = load_rig("steel-lap-joint")
-    outputs = (Output("acc1", "acceleration", 0.3), Output("acc2", "acceleration", 0.42))
+    outputs = tuple(Output(channel, "acceleration", rig.place_of(channel)) for channel in ("acc1", "acc2"))
     preload = rig.preload_name(None)
     model = build_linear_model(rig, list(outputs), preload=preload)
     law = LayerLaw(

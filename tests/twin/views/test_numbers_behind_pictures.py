@@ -104,15 +104,14 @@ def test_modes_are_clamped_at_the_root_and_open_where_the_beams_part(diagnosis: 
     assert first.frequency_Hz == pytest.approx(26.5, rel=0.05)
     assert second.frequency_Hz > 4 * first.frequency_Hz
     for shape in (first, second):
-        assert shape.lower[0] == 0.0
-        assert max(abs(np.concatenate([shape.lower, shape.upper]))) == pytest.approx(1.0)
-        apart = np.interp(shape.layer_x, shape.upper_x, shape.upper) - np.interp(
-            shape.layer_x, shape.lower_x, shape.lower
-        )
+        lower, upper = shape.beams
+        assert lower.value[0] == 0.0
+        assert max(abs(np.concatenate([lower.value, upper.value]))) == pytest.approx(1.0)
+        apart = np.interp(shape.layer_x, upper.x, upper.value) - np.interp(shape.layer_x, lower.x, lower.value)
         # between nodes the beams are cubic, the interpolation is not: alike, not equal
         assert np.corrcoef(shape.opening, apart)[0, 1] > 0.97
         assert np.ptp(shape.opening) == pytest.approx(np.ptp(apart), rel=0.1)
-    assert first.upper[-1] == pytest.approx(1.0)
+    assert first.beams[1].value[-1] == pytest.approx(1.0)
 
 
 def test_the_true_model_meets_the_broadband_run_and_the_base_does_not(diagnosis: Diagnosis) -> None:

@@ -14,6 +14,7 @@ from twin.diagnose.comparison import predicted_steps
 from twin.diagnose.result import Diagnosis
 from twin.identify.gauss_newton import Solution
 from twin.identify.prediction import Predictor
+from twin.structure import drawn_position
 from twin.views import save_diagnosis
 from twin.views.operating import Motion, operating_motions
 from twin.views.rerun_fit import l_curve_of
@@ -28,30 +29,32 @@ def motions(diagnosis: Diagnosis) -> list[Motion]:
 
 def test_the_shape_passes_through_the_sensors(diagnosis: Diagnosis, motions: list[Motion]) -> None:
     """The beam's deflection where a sensor sits is what the model predicts of that sensor."""
-    evidence = diagnosis.evidence
+    evidence, layout = diagnosis.evidence, diagnosis.evidence.rig.layout()
     predicted = predicted_steps(evidence, diagnosis.search.model) * np.abs(evidence.steps.force[:, :1])
     for motion, sweep in zip(motions, diagnosis.sweeps, strict=True):
         rows = np.array([state.sweep == sweep.sweep for state in evidence.steps.states])
         top = int(np.argmax(np.where(rows, np.abs(evidence.steps.response[:, evidence.reference, 0]), 0.0)))
         omega = evidence.steps.omega[top]
         for o, output in enumerate(evidence.outputs):
-            deflection = np.interp(output.position_m, motion.upper_x, motion.upper) * 1e-3
+            upper = motion.beams[1]
+            deflection = np.interp(drawn_position(layout, output.place), upper.x, upper.value) * 1e-3
             assert deflection == pytest.approx(predicted[top, o] / (1j * omega) ** 2, rel=1e-3)
 
 
 def test_near_resonance_the_shape_is_that_of_the_mode(motions: list[Motion]) -> None:
-    first, last = (np.concatenate([motion.lower, motion.upper]) for motion in (motions[0], motions[-1]))
+    first, last = (np.concatenate([beam.value for beam in motion.beams]) for motion in (motions[0], motions[-1]))
     likeness = abs(np.vdot(first, last)) ** 2 / (np.vdot(first, first).real * np.vdot(last, last).real)
     assert likeness > 0.9999
-    assert np.all(np.diff(np.abs(last)[len(motions[-1].lower) :]) > 0), "the tip moves most"
-    assert abs(motions[0].lower[0]) < 1e-9, "the clamp does not move"
+    assert np.all(np.diff(np.abs(motions[-1].beams[1].value)) > 0), "the tip moves most"
+    assert abs(motions[0].beams[0].value[0]) < 1e-9, "the clamp does not move"
 
 
 def test_the_upper_beam_lies_over_the_lower_by_the_opening(motions: list[Motion]) -> None:
     motion = motions[-1]
-    inside = (motion.upper_x > motion.layer_x[0]) & (motion.upper_x < motion.layer_x[-1])
-    x = motion.upper_x[inside]
-    gap = motion.upper[inside] - np.interp(x, motion.lower_x, motion.lower)
+    lower, upper = motion.beams
+    inside = (upper.x > motion.layer_x[0]) & (upper.x < motion.layer_x[-1])
+    x = upper.x[inside]
+    gap = upper.value[inside] - np.interp(x, lower.x, lower.value)
     assert gap == pytest.approx(np.interp(x, motion.layer_x, motion.opening), abs=0.05 * np.abs(motion.opening).max())
 
 

@@ -17,11 +17,11 @@ def air_drag(plan: Plan, *, coefficient_Ns2_per_m3: float) -> None:
     """Resist with c v |v| per metre of length."""
 
     def elements(matrices: Matrices) -> list[Element]:
-        length = plan.rig.length
+        length = plan.layout.length
         x, weight = np.polynomial.legendre.leggauss(POINTS)
         return [
             Element(
-                matrices.deflection((xi + 1) / 2 * length),
+                matrices.row(plan.layout.place((xi + 1) / 2 * length)),
                 QuadraticDrag(coefficient_Ns2_per_m3),
                 scale=w / 2 * length,
                 velocity=True,

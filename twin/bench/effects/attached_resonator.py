@@ -8,9 +8,16 @@ __all__ = ["attached_resonator"]
 
 
 def attached_resonator(
-    plan: Plan, *, position_m: float, mass_kg: float, frequency_Hz: float, damping_ratio: float
+    plan: Plan,
+    *,
+    mass_kg: float,
+    frequency_Hz: float,
+    damping_ratio: float,
+    position_m: float | None = None,
+    part: str = "",
+    node: float | None = None,
+    direction: str = "",
 ) -> None:
     """Hang a mass on a spring and a dashpot; frequency and damping are the resonator's own, on a rigid foundation."""
-    plan.matrix_changes.append(
-        lambda matrices: matrices.append_resonator(position_m, mass_kg, frequency_Hz, damping_ratio)
-    )
+    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
+    plan.matrix_changes.append(lambda matrices: matrices.append_resonator(place, mass_kg, frequency_Hz, damping_ratio))

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from twin.bench.plan import Plan
-from twin.rigs.rig import Beam
+from twin.rigs import BeamPart
 
-__all__ = ["beam_modulus", "change_beam"]
+__all__ = ["beam_modulus", "chosen"]
 
 
-def beam_modulus(plan: Plan, *, beam: Literal["lower", "upper"], factor: float) -> None:
+def beam_modulus(plan: Plan, *, beam: str, factor: float) -> None:
     """Multiply the Young's modulus of one beam."""
     believed = chosen(plan, beam)
-    change_beam(plan, beam, believed.model_copy(update={"youngs_modulus": believed.youngs_modulus * factor}))
+    plan.layout = plan.layout.with_beam(
+        beam, youngs_modulus=believed.youngs_modulus * factor, shear_ratio=believed.shear_ratio
+    )
 
 
-def chosen(plan: Plan, beam: str) -> Beam:
-    """The beam of that name."""
-    if beam not in ("lower", "upper"):
-        raise ValueError(f"beam must be lower or upper, got {beam!r}")
-    value = getattr(plan.rig, beam)
-    assert isinstance(value, Beam)
-    return value
-
-
-def change_beam(plan: Plan, beam: str, value: Beam) -> None:
-    """Put another beam in its place."""
-    plan.rig = plan.rig.model_copy(update={beam: value})
+def chosen(plan: Plan, beam: str) -> BeamPart:
+    """The beam of that name; ValueError if there is none."""
+    try:
+        return plan.layout.beam(beam)
+    except KeyError:
+        names = ", ".join(part.name for part in plan.layout.beams) or "none"
+        raise ValueError(f"no beam {beam!r}; the rig has {names}") from None

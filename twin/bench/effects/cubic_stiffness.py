@@ -8,6 +8,15 @@ from twin.joint import Cubic
 __all__ = ["cubic_stiffness"]
 
 
-def cubic_stiffness(plan: Plan, *, position_m: float, stiffness_N_per_m3: float) -> None:
+def cubic_stiffness(
+    plan: Plan,
+    *,
+    stiffness_N_per_m3: float,
+    position_m: float | None = None,
+    part: str = "",
+    node: float | None = None,
+    direction: str = "",
+) -> None:
     """Add f = k v^3 between the structure and the ground."""
-    plan.element_makers.append(lambda m: [Element(m.deflection(position_m), Cubic(stiffness_N_per_m3))])
+    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
+    plan.element_makers.append(lambda m: [Element(m.row(place), Cubic(stiffness_N_per_m3))])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from twin.bench.effects.added_mass import add_point_mass
 from twin.bench.plan import Plan
 
 __all__ = ["drive_mass"]
@@ -10,4 +9,4 @@ __all__ = ["drive_mass"]
 
 def drive_mass(plan: Plan, *, mass_kg: float) -> None:
     """Fix a point mass to the structure where the force cell sits."""
-    plan.matrix_changes.append(lambda m: add_point_mass(m, plan.rig.force_sensor.position, mass_kg))
+    plan.matrix_changes.append(lambda m: m.add_mass(plan.drive_place, mass_kg))

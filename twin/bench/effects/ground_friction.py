@@ -11,6 +11,15 @@ STICK_m = 2e-6
 """Travel before it slips: contacts are not rigid, and steps need something to resolve."""
 
 
-def ground_friction(plan: Plan, *, position_m: float, force_N: float) -> None:
+def ground_friction(
+    plan: Plan,
+    *,
+    force_N: float,
+    position_m: float | None = None,
+    part: str = "",
+    node: float | None = None,
+    direction: str = "",
+) -> None:
     """Add Coulomb friction to ground, sticking over a travel of 2 micrometres."""
-    plan.element_makers.append(lambda m: [Element(m.deflection(position_m), jenkins(force_N / STICK_m, force_N))])
+    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
+    plan.element_makers.append(lambda m: [Element(m.row(place), jenkins(force_N / STICK_m, force_N))])

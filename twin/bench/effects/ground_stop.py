@@ -8,6 +8,16 @@ from twin.joint import one_sided
 __all__ = ["ground_stop"]
 
 
-def ground_stop(plan: Plan, *, position_m: float, gap_m: float, stiffness_N_per_m: float) -> None:
+def ground_stop(
+    plan: Plan,
+    *,
+    gap_m: float,
+    stiffness_N_per_m: float,
+    position_m: float | None = None,
+    part: str = "",
+    node: float | None = None,
+    direction: str = "",
+) -> None:
     """Add a spring that engages where the deflection exceeds the gap."""
-    plan.element_makers.append(lambda m: [Element(m.deflection(position_m), one_sided(stiffness_N_per_m, gap_m))])
+    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
+    plan.element_makers.append(lambda m: [Element(m.row(place), one_sided(stiffness_N_per_m, gap_m))])

@@ -7,10 +7,13 @@ from twin.bench.plan import JointSlider, Plan
 __all__ = ["joint_friction"]
 
 
-def joint_friction(plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float, layer_element: str = "") -> None:
-    """Add a Jenkins element on the slip of a layer element, numbered from 1 at the clamp; the last one by default."""
-    count = plan.rig.joint.layer_elements
+def joint_friction(
+    plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float, layer_element: str = "", joint: str = ""
+) -> None:
+    """Add a Jenkins element on the slip of a layer element, numbered from 1 where it begins; by default the last."""
+    chosen = plan.joint(joint)
+    count = next(j.layer_elements for j in plan.rig.joints if j.name == chosen.name)
     number = int(layer_element or count)
     if not 1 <= number <= count:
         raise ValueError(f"the layer has {count} elements, numbered from 1, and no number {layer_element}")
-    plan.joint_sliders.append(JointSlider(number - 1, stiffness_N_per_m, slip_force_N))
+    chosen.sliders.append(JointSlider(number - 1, stiffness_N_per_m, slip_force_N))

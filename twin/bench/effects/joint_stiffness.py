@@ -7,9 +7,10 @@ from twin.bench.plan import Plan
 __all__ = ["joint_stiffness"]
 
 
-def joint_stiffness(plan: Plan, *, normal_factor: float, shear_factor: float) -> None:
+def joint_stiffness(plan: Plan, *, normal_factor: float, shear_factor: float, joint: str = "") -> None:
     """Multiply E' and G'; the softening, a share of E', goes with it, lest it take off more than there is."""
-    if plan.law is not None:
-        plan.law = plan.law.of_share(normal_factor)
-    plan.E *= normal_factor
-    plan.G *= shear_factor
+    chosen = plan.joint(joint)
+    if chosen.law is not None:
+        chosen.law = chosen.law.of_share(normal_factor)
+    chosen.E *= normal_factor
+    chosen.G *= shear_factor

@@ -7,6 +7,6 @@ from twin.bench.plan import Plan
 __all__ = ["preload_loss"]
 
 
-def preload_loss(plan: Plan, *, rate_per_s: float) -> None:
+def preload_loss(plan: Plan, *, rate_per_s: float, joint: str = "") -> None:
     """Let E' fall as 1 - rate t from the bench's start."""
-    plan.layer_rate_per_s += rate_per_s
+    plan.joint(joint).rate_per_s += rate_per_s

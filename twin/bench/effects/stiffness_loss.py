@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from twin.bench.plan import Matrices, Plan
-from twin.structure.weakened import weakened_elements
+from twin.structure.weakened import weakened_section
 
 __all__ = ["stiffness_loss"]
 
 
-def stiffness_loss(plan: Plan, *, position_m: float, factor: float) -> None:
-    """Multiply the stiffness of the beam by `factor` over a stretch centred at `position_m`.
+def stiffness_loss(plan: Plan, *, factor: float, position_m: float, part: str = "") -> None:
+    """Multiply the stiffness of a beam by `factor` over a stretch centred at a place.
 
-    The stretch is as long as an average element of the rig file's mesh, wherever it lies in the bench's.  Within the
-    overlap it lies in the lower beam.
+    The stretch is as long as an average element of the rig file's mesh, wherever it lies in the bench's.  Where beams
+    overlap it lies in the first of the two.
     """
     if factor <= 0:
         raise ValueError(f"a stiffness factor must be positive, got {factor}")
-    plan.matrix_changes.append(lambda matrices: _weaken(plan, matrices, position_m, factor))
+    place = plan.place(position_m=position_m, part=part)
 
+    def weaken(matrices: Matrices) -> None:
+        section = weakened_section(plan.rig, matrices.structure, place=place, factor=factor)
+        rows = section.rows(matrices.structure)
+        n = rows.shape[1]
+        matrices.K0[:n, :n] += (rows.T * section.lost) @ rows
 
-def _weaken(plan: Plan, matrices: Matrices, position_m: float, factor: float) -> None:
-    mesh = matrices.structure.mesh
-    K = np.zeros((3 * mesh.nodes, 3 * mesh.nodes))
-    for first, change in weakened_elements(plan.rig, mesh, position_m=position_m, factor=factor):
-        K[first : first + 6, first : first + 6] += change
-    free = matrices.structure.free
-    n = len(free)
-    matrices.K_beam[:n, :n] += K[np.ix_(free, free)]
+    plan.matrix_changes.append(weaken)

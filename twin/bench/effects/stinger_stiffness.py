@@ -13,7 +13,7 @@ def stinger_stiffness(plan: Plan, *, stiffness_N_per_m: float) -> None:
     """Tie the drive point to the ground."""
 
     def change(matrices: Matrices) -> None:
-        row = matrices.deflection(plan.rig.force_sensor.position)
-        matrices.K_beam += stiffness_N_per_m * np.outer(row, row)
+        row = matrices.row(plan.drive_place)
+        matrices.K0 += stiffness_N_per_m * np.outer(row, row)
 
     plan.matrix_changes.append(change)

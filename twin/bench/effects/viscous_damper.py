@@ -9,11 +9,20 @@ from twin.bench.plan import Matrices, Plan
 __all__ = ["viscous_damper"]
 
 
-def viscous_damper(plan: Plan, *, position_m: float, damping_Ns_per_m: float) -> None:
+def viscous_damper(
+    plan: Plan,
+    *,
+    damping_Ns_per_m: float,
+    position_m: float | None = None,
+    part: str = "",
+    node: float | None = None,
+    direction: str = "",
+) -> None:
     """Add a linear damper between the structure and the ground."""
+    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
 
     def change(matrices: Matrices) -> None:
-        row = matrices.deflection(position_m)
+        row = matrices.row(place)
         matrices.C += damping_Ns_per_m * np.outer(row, row)
 
     plan.matrix_changes.append(change)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from twin.diagnose.cause import Cause, Parameter, Values, position
+from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
-from twin.structure import Structure
+from twin.identify.extension import Extension, point_mass
 
 __all__ = ["AddedMass"]
 
@@ -20,18 +17,20 @@ class AddedMass(Cause):
     name = "added-mass"
     summary = "a mass sits on the structure that the model does not have"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass and where it sits."""
         return (
             Parameter(name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,), model_error=0.002),
-            position(evidence),
+            position(evidence, label),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A point mass."""
-        x, mass = values["position_m"], values["mass_kg"]
-
-        def rows(s: Structure) -> np.ndarray:
-            return np.array([s.deflection(x), s.axial(x)])
-
-        return Extension(attachments=(Attachment(rows, lambda omega: -mass * omega[:, None] ** 2 * np.ones(2)),))
+        place, mass = place_at(evidence, label, values), values["mass_kg"]
+        return Extension(
+            attachments=(point_mass(place, mass, directions=len(evidence.model.structure.translations(place))),)
+        )

@@ -28,7 +28,8 @@ class AirDrag(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """Local forces at the midpoints of equal lengths."""
-        length = evidence.rig.length / POINTS
+        layout = evidence.rig.layout()
+        length = layout.length / POINTS
         c = values["coefficient_Ns2_per_m3"] * length
 
         def equivalent(a: Any, omega: Any) -> Any:
@@ -43,5 +44,5 @@ class AirDrag(Cause):
         def random(motion: NoiseMotion, omega: Any) -> Any:
             return 1j * omega * np.sqrt(8 / np.pi) * c * motion.velocity
 
-        places = [single_point((i + 0.5) * length) for i in range(POINTS)]
+        places = [single_point(layout.place((i + 0.5) * length)) for i in range(POINTS)]
         return Extension(nonlinear=tuple(NonlinearForce(place, equivalent, harmonics, random) for place in places))

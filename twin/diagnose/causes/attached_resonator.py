@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, point, position
+from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, point, position
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension
 
@@ -19,6 +19,10 @@ class AttachedResonator(Cause):
 
     name = "attached-resonator"
     summary = "a small mass on a spring of its own hangs on the structure"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass, frequency, damping and place."""
@@ -33,7 +37,7 @@ class AttachedResonator(Cause):
             Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
             Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies, model_error=0.0015),
             Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(0.03,), model_error=0.2),
-            position(evidence, 8),
+            position(evidence, label, 8),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
@@ -45,4 +49,4 @@ class AttachedResonator(Cause):
             link = 1 + 2j * z * r
             return (-m * omega**2 * link / (link - r**2))[:, None]
 
-        return Extension(attachments=(Attachment(point(values["position_m"]), stiffness),))
+        return Extension(attachments=(Attachment(point(place_at(evidence, label, values)), stiffness),))

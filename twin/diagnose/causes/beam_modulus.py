@@ -18,8 +18,8 @@ class BeamModulus(Cause):
     summary = "a beam is softer or stiffer than its material data say"
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
-        """Either beam."""
-        return ({"beam": "lower"}, {"beam": "upper"})
+        """Any beam."""
+        return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """True over believed modulus."""

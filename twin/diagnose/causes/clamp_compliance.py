@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.identify.evidence import Evidence
@@ -17,9 +17,17 @@ class ClampCompliance(Cause):
     name = "clamp-compliance"
     summary = "the clamp is not rigid: the beam's root turns under its moment"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """One search where any beam's rotation is held, none where nothing is."""
+        layout = evidence.rig.layout()
+        beams = {beam.name for beam in layout.beams}
+        return ({},) if any("rz" in s.fix and s.part in beams for s in layout.supports) else ()
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Rotation per moment; one element's own flexibility is the natural unit."""
-        beam = evidence.rig.lower
+        layout = evidence.rig.layout()
+        held = next(support.part for support in layout.supports if "rz" in support.fix)
+        beam = layout.beam(held)
         unit = beam.length / (beam.youngs_modulus * beam.second_moment)
         return (
             Parameter(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position, single_point
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
 
@@ -19,6 +19,10 @@ class CubicStiffness(Cause):
 
     name = "cubic-stiffness"
     summary = "a spring to ground stiffens with the cube of its displacement"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness and place; the prior's scale is a force of 0.2 N at the largest measured tip amplitude.
@@ -33,7 +37,7 @@ class CubicStiffness(Cause):
                 name="stiffness_N_per_m3", scale=10 * unit, lower=-200 * unit, upper=2e4 * unit, null=0.0,
                 starts=(unit,), model_error=0.9,
             ),
-            position(evidence, 8, model_error=0.2),
+            position(evidence, label, 8, model_error=0.2),
         )  # fmt: skip
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
@@ -50,6 +54,6 @@ class CubicStiffness(Cause):
         def random(motion: NoiseMotion, omega: Any) -> Any:
             return np.full(len(omega), 3 * k * motion.displacement**2 + 0j)
 
-        place = single_point(values["position_m"])
+        place = single_point(place_at(evidence, label, values))
         force = NonlinearForce(place, lambda a, omega: 0.75 * k * a**2 + 0j, harmonics, random)
         return Extension(nonlinear=(force,))

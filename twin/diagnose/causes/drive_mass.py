@@ -26,5 +26,5 @@ class DriveMass(Cause):
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A mass at the drive point, across the beam only."""
         mass = values["mass_kg"]
-        at = point(evidence.drive_position_m)
+        at = point(evidence.drive_place)
         return Extension(attachments=(Attachment(at, lambda omega: -mass * omega[:, None] ** 2 + 0j),))

@@ -23,13 +23,13 @@ class DrivePosition(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
-        x, L = evidence.drive_position_m, evidence.rig.length
+        back, forth = evidence.rig.layout().reach(evidence.drive_place)
         return (
             Parameter(
                 name="offset_m",
                 scale=0.01,
-                lower=-0.8 * x,
-                upper=0.9 * (L - x),
+                lower=-0.8 * back,
+                upper=0.9 * forth,
                 null=0.0,
                 starts=(0.001,),
                 model_error=0.001,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position, single_point
 from twin.diagnose.slider_in_noise import slider_in_noise
 from twin.diagnose.slipping import jenkins_harmonics
 from twin.identify.evidence import Evidence
@@ -29,11 +29,15 @@ class GroundFriction(Cause):
     name = "ground-friction"
     summary = "something drags on the structure with dry friction"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Friction force, place, and travel before it slips."""
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,), model_error=0.03),
-            position(evidence, 8),
+            position(evidence, label, 8),
             # Never reported: its error is what a slider's linear substitute in noise may leave behind.
             Parameter(
                 name="travel_m",
@@ -67,5 +71,5 @@ class GroundFriction(Cause):
         def random(motion: NoiseMotion, omega: Any) -> Any:
             return slider_in_noise(motion, omega, k, F)
 
-        force = NonlinearForce(single_point(values["position_m"]), equivalent, harmonics, random)
+        force = NonlinearForce(single_point(place_at(evidence, label, values)), equivalent, harmonics, random)
         return Extension(nonlinear=(force,))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
-from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position, single_point
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
@@ -22,6 +22,10 @@ class GroundStop(Cause):
     name = "ground-stop"
     summary = "the structure touches a stop on one side of its motion"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness, gap and place."""
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
@@ -32,7 +36,7 @@ class GroundStop(Cause):
                 name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(200.0,), negligible=2e-4
             ),
             Parameter(name="gap_m", scale=largest, lower=0.005 * largest, upper=2 * largest, starts=gaps),
-            position(evidence, 5),
+            position(evidence, label, 5),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
@@ -48,5 +52,5 @@ class GroundStop(Cause):
         def random(motion: NoiseMotion, omega: Any) -> Any:
             return np.full(len(omega), k * norm.sf(gap / max(motion.displacement, 1e-12)) + 0j)
 
-        force = NonlinearForce(single_point(values["position_m"]), equivalent, harmonics, random)
+        force = NonlinearForce(single_point(place_at(evidence, label, values)), equivalent, harmonics, random)
         return Extension(nonlinear=(force,))

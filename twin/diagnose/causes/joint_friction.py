@@ -27,7 +27,7 @@ class JointFriction(Cause):
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
         """The layer's elements, counted from the clamp's end."""
-        return tuple({"layer_element": str(n + 1)} for n in range(evidence.rig.joint.layer_elements))
+        return tuple({"layer_element": str(n + 1)} for n in range(evidence.rig.joints[0].layer_elements))
 
     def assumed(self, evidence: Evidence) -> Mapping[str, str]:
         """The last element, as on the bench: other programs' rig files name none."""
@@ -38,7 +38,7 @@ class JointFriction(Cause):
 
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
         """
-        points = layer_points(evidence.model.structure, evidence.rig.joint.layer_elements)
+        points = layer_points(evidence.model.structure, evidence.rig.joints[0].layer_elements)
         unit = evidence.model.reference_G * float(np.sum(points.slip_weight))
         slip = self._largest_slip(evidence, label)
         starts = tuple(slip * share for share in (0.25, 0.1, 0.5))
@@ -113,5 +113,5 @@ class _Ripple:
 
 def _slip(evidence: Evidence, label: Mapping[str, str]) -> Callable[[Structure], Any]:
     """Row of the point's slip, m."""
-    count, number = evidence.rig.joint.layer_elements, int(label["layer_element"]) - 1
+    count, number = evidence.rig.joints[0].layer_elements, int(label["layer_element"]) - 1
     return lambda structure: layer_points(structure, count).slip[number]

@@ -37,7 +37,7 @@ class JointStiffness(Cause):
 
     def shared(self, evidence: Evidence, unknowns: Unknowns, values: Values) -> tuple[Unknowns, dict[str, float]]:
         """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
-        believed, base = evidence.rig.joint.preload[evidence.preload], unknowns.base
+        (believed,), base = evidence.rig.moduli(evidence.preload), unknowns.base
         share = SCALE**2 / (SCALE**2 + MODULI_STD**2)
         normal = values["log_normal_factor"] + math.log(base.E / believed.normal_modulus)
         shear = values["log_shear_factor"] + math.log(base.G / believed.shear_modulus)

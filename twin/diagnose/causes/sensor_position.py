@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from twin.diagnose.cause import Cause, Parameter, Values, response_channels
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
-from twin.structure import Structure
+from twin.identify.extension import Extension, point_mass
 
 __all__ = ["SensorPosition"]
 
@@ -30,10 +27,16 @@ class SensorPosition(Cause):
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
-        x, L = evidence.position_m(label["channel"]), evidence.rig.length
+        back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
         return (
             Parameter(
-                name="offset_m", scale=0.01, lower=-0.5 * x, upper=L - x, null=0.0, starts=(-0.001,), model_error=0.001
+                name="offset_m",
+                scale=0.01,
+                lower=-0.5 * back,
+                upper=forth,
+                null=0.0,
+                starts=(-0.001,),
+                model_error=0.001,
             ),
             Parameter(name="carried", scale=0.3, lower=0.0, upper=1.0, starts=(1.0, 0.0)),
         )
@@ -48,17 +51,14 @@ class SensorPosition(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The channel read elsewhere, and the inertia of its sensor taken from here to there."""
-        here = evidence.position_m(label["channel"])
-        there = here + values["offset_m"]
-        mass = values["carried"] * _mass(evidence, label) * np.array([-1.0, -1.0, 1.0, 1.0])
-
-        def rows(s: Structure) -> np.ndarray:
-            return np.array([s.deflection(here), s.axial(here), s.deflection(there), s.axial(there)])
-
-        moved = Attachment(rows, lambda omega: -mass * omega[:, None] ** 2)
-        return Extension(
-            output_offset_m={label["channel"]: values["offset_m"]}, attachments=(moved,) if mass.any() else ()
+        here = evidence.place_of(label["channel"])
+        there = evidence.rig.layout().moved(here, values["offset_m"])
+        mass = values["carried"] * _mass(evidence, label)
+        directions = len(evidence.model.structure.translations(here))
+        carried = tuple(
+            point_mass(place, own, directions=directions) for place, own in ((here, -mass), (there, mass)) if mass
         )
+        return Extension(output_offset_m={label["channel"]: values["offset_m"]}, attachments=carried)
 
 
 def _mass(evidence: Evidence, label: Mapping[str, str]) -> float:

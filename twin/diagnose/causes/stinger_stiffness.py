@@ -30,5 +30,5 @@ class StingerStiffness(Cause):
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A constant stiffness at the drive point."""
         k = values["stiffness_N_per_m"]
-        at = point(evidence.drive_position_m)
+        at = point(evidence.drive_place)
         return Extension(attachments=(Attachment(at, lambda omega: np.full((len(omega), 1), k + 0j)),))

@@ -18,8 +18,8 @@ class TransverseShear(Cause):
     summary = "a beam shears: its higher modes lie lower than bending alone would have them"
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
-        """Either beam."""
-        return ({"beam": "lower"}, {"beam": "upper"})
+        """Any beam."""
+        return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """E over kappa G: about 3 for a metal, tens for laminates."""

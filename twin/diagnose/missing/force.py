@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Blame
-from twin.diagnose.cause import Cause, Parameter, Values, position, single_point
+from twin.diagnose.cause import Cause, Parameter, Values, place_at, position, single_point
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NonlinearForce
@@ -60,7 +60,7 @@ class LocalForce(Cause):
                     name=term.name, scale=usual, lower=-20 * usual, upper=2e3 * usual, null=0.0, starts=(0.1 * usual,)
                 )
             )
-        return (*coefficients, position(evidence, 12))
+        return (*coefficients, position(evidence, label, 12))
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A local nonlinear force, its harmonics and linear substitutes by quadrature."""
@@ -71,7 +71,7 @@ class LocalForce(Cause):
             return np.asarray(force_harmonics(force, amplitude, omega, 1)[:, 0] / amplitude)
 
         local = NonlinearForce(
-            row=single_point(values["position_m"]),
+            row=single_point(place_at(evidence, label, values)),
             equivalent=equivalent,
             harmonics=lambda amplitude, count, omega: force_harmonics(force, amplitude, omega, count),
             random=lambda motion, omega: linear_substitute(force, motion.displacement, motion.velocity, omega),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
-from twin.diagnose.cause import along_beam
+from twin.diagnose.cause import along_beam, place_at
 from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
@@ -166,7 +166,7 @@ def _along_the_structure(search: Search, model: Candidate) -> tuple[Array, Array
     evidence, harmonics = thin_evidence(search.evidence, search.harmonics)
     blame = model.blames[-1]
     here = blame.values["position_m"]
-    places = np.array(along_beam(evidence, PLACES)[::-1])
+    places = np.array(along_beam(evidence, blame.label, PLACES)[::-1])
     left = np.empty(len(places))
     for side in (places <= here, places > here):
         neighbour = model
@@ -183,7 +183,8 @@ def _along_the_structure(search: Search, model: Candidate) -> tuple[Array, Array
 def _moved(evidence: Evidence, blame: Blame, position_m: float) -> dict[str, float]:
     """The force's values at another place, where it does the same to mode 1."""
     structure, shape = evidence.model.structure, evidence.model.basis.Phi[:, 0]
-    here, there = (abs(float(structure.deflection(x) @ shape)) for x in (blame.values["position_m"], position_m))
+    places = (place_at(evidence, blame.label, {"position_m": x}) for x in (blame.values["position_m"], position_m))
+    here, there = (abs(float(structure.row(place) @ shape)) for place in places)
     # A term of power p works with the power p + 1 of the motion of its place.
     scaled = {term.name: blame.values[term.name] * (here / there) ** (term.power + 1) for term in law_of(blame.label)}
     return {**blame.values, **scaled, "position_m": position_m}

@@ -26,20 +26,23 @@ def heavy_sensors(problem: Problem, base: Fit) -> list[str]:
             continue
         lighter = [
             other.model_copy(update={"mass": LIGHT_KG}) if other.channel == sensor.channel else other
-            for other in model.rig.sensor
+            for other in model.rig.sensors
         ]
         believed = replace(model, rig=model.rig.model_copy(update={"sensor": lighter}))
         rest = Problem(believed, problem.measured)
         without = rest.fit((), iterations=40)
         if base.log_evidence - without.log_evidence < least_gain(problem, base):
             continue
+        position = model.rig.position_of(sensor.channel)
+        if position is None:
+            continue
         mass = next(change for change in believed.changes if change.cause == "added-mass")
-        start = {"mass_kg": sensor.mass - LIGHT_KG, "position_m": sensor.position}
+        start = {"mass_kg": sensor.mass - LIGHT_KG, "position_m": position}
         asked = rest.fit(((mass, start),), held=frozenset(["position_m"]), iterations=25)
         value, std = asked.active[0][1]["mass_kg"], asked.std[0]["mass_kg"]
         notes.append(
             f"the agreement rests on the {1e3 * sensor.mass:.3g} g that the rig file states of {sensor.channel} at "
-            f"{sensor.position:g} m: with {1e3 * LIGHT_KG:g} g in its place the frequencies are missed by "
+            f"{position:g} m: with {1e3 * LIGHT_KG:g} g in its place the frequencies are missed by "
             f"{100 * without.rms_error:.2g} % rms, and ask for an added mass of {1e3 * value:.1f} ± {1e3 * std:.1f} g "
             "there"
         )

@@ -71,7 +71,7 @@ def diagnose_frequencies(
             raise InputError("--preload", "", f"{source} is a beam alone and has no preloads", "leave it out")
         conditions: Sequence[str] = (rig.support,)
     else:
-        conditions = tuple(rig.joint.preload)
+        conditions = rig.preloads
     measured = read_frequencies(tables, conditions, named=preloads, default=conditions[0], source=source)
     model: FrequencyModel
     if isinstance(rig, BeamRig):

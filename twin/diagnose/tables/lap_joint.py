@@ -44,7 +44,7 @@ class LapJointFrequencies:
     def base(self) -> tuple[BaseParameter, ...]:
         """E' and G' at every preload."""
         return tuple(
-            BaseParameter(f"{term}[{name}]", getattr(self.rig.joint.preload[name], term), MODULI_STD)
+            BaseParameter(f"{term}[{name}]", getattr(self.rig.moduli(name)[0], term), MODULI_STD)
             for name in self.preloads
             for term in TERMS
         )
@@ -79,7 +79,7 @@ class LapJointFrequencies:
         structure, KE, KG = self._plain
         if whole.changes_structure:
             structure = changed_structure(self.rig, whole)
-            KE, KG = structure.KE, structure.KG
+            KE, KG = structure.joints[0].KE, structure.joints[0].KG
         M, K0 = structure.M.copy(), structure.K0.copy()
         for attachment in whole.attachments:
             pair = _mass_and_spring(attachment, structure)
@@ -88,11 +88,12 @@ class LapJointFrequencies:
                 K0 += pair[1]
         E, G = whole.moduli_factor
         terms = {"normal_modulus": E * KE, "shear_modulus": G * KG}
-        return Matrices(M, K0, terms, structure.free % 3 != 0)
+        return Matrices(M, K0, terms, structure.transverse)
 
     def extended(self, moduli: Mapping[str, Estimate], active: Active, std: Sequence[Mapping[str, float]]) -> Rig:
         """The rig file with identified moduli at the preloads that were measured, and the changes as effects."""
-        preload = dict(self.rig.joint.preload)
+        (joint,) = self.rig.joints
+        preload = dict(joint.preload)
         for name in self.preloads:
             update = {term: moduli[f"{term}[{name}]"].value for term in TERMS}
             preload[name] = preload[name].model_copy(update=update)
@@ -100,8 +101,8 @@ class LapJointFrequencies:
             Effect(cause=change.cause, parameters={**change.label, **values}, std=dict(errors))
             for (change, values), errors in zip(active, std, strict=True)
         ]
-        joint = self.rig.joint.model_copy(update={"preload": preload})
-        return self.rig.model_copy(update={"joint": joint, "effect": [*self.rig.effect, *effects]})
+        rig = self.rig.with_joints([joint.model_copy(update={"preload": preload})])
+        return rig.model_copy(update={"effect": [*self.rig.effect, *effects]})
 
     @cached_property
     def _evidence(self) -> Evidence:
@@ -111,7 +112,7 @@ class LapJointFrequencies:
     def _plain(self) -> tuple[Structure, Matrix, Matrix]:
         """The structure that nothing changes, and its layer's stiffness per unit of each modulus."""
         structure = self._evidence.model.structure
-        return structure, structure.KE, structure.KG
+        return structure, structure.joints[0].KE, structure.joints[0].KG
 
     def _extension(self, change: Change, values: Mapping[str, float]) -> Extension:
         return CAUSES[change.cause].extension(self._evidence, change.label, values)

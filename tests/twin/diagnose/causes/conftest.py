@@ -21,9 +21,9 @@ from twin.structure import Structure, assemble
 
 RIG = load_rig("steel-lap-joint")
 OUTPUTS = (
-    Output("acc1", "acceleration", 0.30),
-    Output("acc2", "acceleration", 0.42),
-    Output("vel", "velocity", 0.21, -1.0),
+    Output("acc1", "acceleration", RIG.layout().place(0.30)),
+    Output("acc2", "acceleration", RIG.layout().place(0.42)),
+    Output("vel", "velocity", RIG.layout().place(0.21), -1.0),
 )
 KNOTS = np.array([1e-7, 5e-7, 2e-6])
 
@@ -46,7 +46,7 @@ class DenseRig:
     def of(cls, structure: Structure, base, *, KE=None, KG=None, K0=None, M=None):
         """The matrices of a structure at base parameters, or others in their place."""
         K0, M = (structure.K0 if K0 is None else K0), (structure.M if M is None else M)
-        KE, KG = (structure.KE if KE is None else KE), (structure.KG if KG is None else KG)
+        KE, KG = (structure.joints[0].KE if KE is None else KE), (structure.joints[0].KG if KG is None else KG)
         believed = RIG.joint.preload["120N"]
         return cls(
             M=M,
@@ -54,7 +54,7 @@ class DenseRig:
             damped_by=K0 + believed.normal_modulus * KE + believed.shear_modulus * KG,
             zeta=tuple(base.zeta),
             drive=structure.deflection(RIG.drive.position),
-            rows=np.array([structure.deflection(output.position_m) for output in OUTPUTS]),
+            rows=np.array([structure.row(output.place) for output in OUTPUTS]),
         )
 
     def damping(self):

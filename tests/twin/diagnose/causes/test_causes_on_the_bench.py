@@ -40,8 +40,7 @@ def recorded(by_hand):
             drive="force",
             noise=False,
             converter=False,
-            beam_elements=rig.mesh.beam_elements,
-            layer_elements=rig.joint.layer_elements,
+            layout=rig.layout(),
         )
         balance = HarmonicBalance(bench.built, harmonics=15, samples=1024)
         sweep = balance.sweep(FREQUENCIES_Hz[mode], FORCE_N[mode])
@@ -59,7 +58,7 @@ def recorded(by_hand):
             channels=channels,
         )
         knots = choose_knots(np.array([6e-6]), 40)
-        shown = bench.built.law
+        shown = bench.built.laws[0]
         loss = shown.loss.stiffness(knots).imag if shown.loss else 0 * knots
         layer = LayerLaw(knots, knots, -describing_function(shown.normal.path, knots).real, loss)
         return SimpleNamespace(evidence=evidence, unknowns=Unknowns(believed_parameters(rig), layer))

@@ -106,7 +106,7 @@ def by_rows(dense, x, omega):
 def test_beam_modulus(compare, by_hand, structure, unknowns, omega, beam):
     """The block of the stiffness that is the beam's own, scaled."""
     K0 = structure.K0.copy()
-    first_upper = 3 * len(structure.mesh.lower_x) - 3
+    first_upper = 3 * len(structure.meshes["lower"].s) - 3
     own = slice(0, first_upper) if beam == "lower" else slice(first_upper, None)
     K0[own, own] *= 0.95
     dense = by_hand.DenseRig.of(structure, unknowns.base, K0=K0)
@@ -119,7 +119,7 @@ def test_transverse_shear(compare, by_hand, structure, unknowns, omega, beam):
     update = {name: getattr(by_hand.rig, name).model_copy(update={"shear_ratio": 40.0}) for name in ("lower", "upper")}
     shearing = assemble(by_hand.rig.model_copy(update=update), sensor_masses=False)
     stiff = assemble(by_hand.rig, sensor_masses=False)
-    first_upper = 3 * len(structure.mesh.lower_x) - 3
+    first_upper = 3 * len(structure.meshes["lower"].s) - 3
     own = slice(0, first_upper) if beam == "lower" else slice(first_upper, None)
     M, K0 = structure.M.copy(), structure.K0.copy()
     M[own, own] += (shearing.M - stiff.M)[own, own]
@@ -130,7 +130,7 @@ def test_transverse_shear(compare, by_hand, structure, unknowns, omega, beam):
 
 def test_clamp_compliance(compare, by_hand, unknowns, omega):
     """A structure that floats, then held at its root but for a rotation against a spring."""
-    floating = assemble(by_hand.rig, clamped=False)
+    floating = assemble(by_hand.rig, layout=by_hand.rig.layout().hung_free())
     compliance = 2e-5
     K0 = floating.K0.copy()
     K0[2, 2] += 1 / compliance
@@ -142,7 +142,7 @@ def test_clamp_compliance(compare, by_hand, unknowns, omega):
 
 def test_base_motion(compare, by_hand, dense, unknowns, omega):
     """The clamp's own degrees of freedom moved by the drive force; the modes are damped as they move against it."""
-    floating = assemble(by_hand.rig, clamped=False)
+    floating = assemble(by_hand.rig, layout=by_hand.rig.layout().hung_free())
     whole = by_hand.DenseRig.of(floating, unknowns.base)
     receptance = 4e-7
     load = np.broadcast_to(dense.drive + 0j, (len(omega), len(dense.drive)))
@@ -167,10 +167,11 @@ def test_joint_uneven(compare, by_hand, structure, unknowns, omega):
     rig, gradient = by_hand.rig, 1.0
     begin = rig.lower.length - rig.joint.overlap
     normal, shear = (
-        1 - gradient * ((x - begin) / rig.joint.overlap - 0.5) for x in (structure.layer_x, structure.shear_x)
+        1 - gradient * ((x - begin) / rig.joint.overlap - 0.5)
+        for x in (structure.joints[0].normal_at, structure.joints[0].shear_at)
     )
     assert normal[0] > 1.4 > 0.6 > normal[-1]
-    KE, KG = ((B.T * w) @ B for B, w in ((structure.B_E, normal), (structure.B_G, shear)))
+    KE, KG = ((B.T * w) @ B for B, w in ((structure.joints[0].B_E, normal), (structure.joints[0].B_G, shear)))
     dense = by_hand.DenseRig.of(structure, unknowns.base, KE=KE, KG=KG)
     compare("joint-uneven", dense.response(omega), {"gradient": gradient})
 
@@ -232,7 +233,7 @@ def test_temperature_drift(compare, by_hand, structure, unknowns, omega):
     rows = []
     for k in range(len(omega)):
         left = 1 - rate * 2.0 * k
-        parts = {"K0": left * structure.K0, "KE": left * structure.KE, "KG": left * structure.KG}
+        parts = {"K0": left * structure.K0, "KE": left * structure.joints[0].KE, "KG": left * structure.joints[0].KG}
         rows.append(by_hand.DenseRig.of(structure, unknowns.base, **parts).response(omega[k : k + 1]))
     near = np.array([NEAR, NEAR, 0.6 * (1 - left)])
     compare("temperature-drift", np.concatenate(rows), {"rate_per_s": rate}, spacing_s=2.0, near=near)

@@ -66,7 +66,7 @@ def test_air_drag_takes_the_square_of_the_velocity_over_the_whole_length(evidenc
     assert equivalent * AMPLITUDES == pytest.approx(expected[:, 0], rel=1e-3)
     # Each acts where it is: a rigid motion across the beams moves all of them alike.
     structure = evidence.model.structure
-    rigid = np.zeros(3 * structure.mesh.nodes)
+    rigid = np.zeros(len(structure.basis))
     rigid[1::3] = 1.0
     at_tip = [force.row(structure) @ rigid[structure.free] for force in forces]
     assert at_tip[1:] == pytest.approx(np.ones(len(forces) - 1))
@@ -103,8 +103,8 @@ def test_joint_friction_is_a_slider_across_one_elements_slip(evidence, element):
 def test_a_joint_slider_slips_by_as_much_as_the_beams_slide(evidence):
     """In metres, wherever it is: the upper beam is moved along the lower one."""
     structure = evidence.model.structure
-    sliding = np.zeros(3 * structure.mesh.nodes)
-    sliding[3 * len(structure.mesh.lower_x) :: 3] = 1e-6
+    sliding = np.zeros(len(structure.basis))
+    sliding[3 * len(structure.meshes["lower"].s) :: 3] = 1e-6
     for label in CAUSES["joint-friction"].labels(evidence):
         values = {"stiffness_N_per_m": 1e7, "slip_m": 1e-7}
         (local,) = CAUSES["joint-friction"].extension(evidence, label, values).nonlinear

@@ -8,7 +8,6 @@ from scipy.linalg import eigh
 
 from twin.diagnose.causes import CAUSES
 from twin.structure import assemble
-from twin.structure.mesh import mesh_rig
 
 
 @pytest.mark.parametrize("position_m", [0.0571, 0.0585, 0.0612, 0.0626])
@@ -27,10 +26,10 @@ def test_a_large_stiffness_loss_softens_as_much_wherever_it_lies_in_an_element(b
     found = np.sqrt(eigh(K + rows.T @ np.diag(lost) @ rows, structure.M, eigvals_only=True)[:4])
     found = found / np.sqrt(eigh(K, structure.M, eigvals_only=True)[:4]) - 1
 
-    fine = assemble(rig, mesh=mesh_rig(rig, beam_elements=8 * rig.mesh.beam_elements))
+    fine = assemble(rig, layout=rig.layout(beam_elements=8 * rig.mesh.beam_elements))
     x, w = np.polynomial.legendre.leggauss(3)
     EI = rig.lower.youngs_modulus * rig.lower.second_moment
-    nodes = fine.mesh.lower_x
+    nodes = fine.meshes["lower"].s
     edges = np.unique([position_m - half, position_m + half, *nodes[np.abs(nodes - position_m) < half]])
     Kf = fine.stiffness(E, G)
     weaker = Kf.copy()

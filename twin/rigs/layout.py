@@ -1,0 +1,348 @@
+"""What a structure is made of: parts, supports, thin-layer joints, ties, and places on them.
+
+These are the tables of a rig file of format 2; a file of format 1 is read as them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from twin.rigs.tables import LawTable, LayerLawTable, Name, NonNegative, Positive, Preload, Table
+
+__all__ = [
+    "DIRECTIONS",
+    "BeamPart",
+    "Layout",
+    "MatricesPart",
+    "Part",
+    "Place",
+    "Stretch",
+    "Support",
+    "ThinLayer",
+    "Tie",
+]
+
+Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
+Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
+At = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+"""Metres along a beam part, or a node number of a part given by matrices."""
+
+DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+ROUNDED_m = 1e-9
+"""By so much a place may lie beyond an end."""
+
+
+class BeamPart(Table):
+    """A straight plane beam of rectangular section, on its neutral axis."""
+
+    name: Name
+    kind: Literal["beam"]
+    start: Point
+    end: Point
+    width: Positive
+    """Out of the plane."""
+    thickness: Positive
+    youngs_modulus: Positive
+    density: Positive
+    shear_ratio: NonNegative = 0.0
+    """E / (kappa G) of a Timoshenko beam; 0 is Euler-Bernoulli."""
+    elements: Annotated[int, Field(ge=1, le=1000)] = 20
+    """Of the whole beam, those of its joints' layers among them."""
+
+    @model_validator(mode="after")
+    def _has_length(self) -> BeamPart:
+        if self.length <= 0:
+            raise ValueError("start and end are the same point")
+        return self
+
+    @property
+    def length(self) -> float:
+        """Distance from start to end, m."""
+        return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
+
+    @property
+    def axis(self) -> tuple[float, float]:
+        """Unit vector from start to end."""
+        return (self.end[0] - self.start[0]) / self.length, (self.end[1] - self.start[1]) / self.length
+
+    @property
+    def normal(self) -> tuple[float, float]:
+        """Unit vector to the left of the axis: +y of a beam along +x."""
+        return -self.axis[1], self.axis[0]
+
+    @property
+    def area(self) -> float:
+        """Cross-section, m2."""
+        return self.width * self.thickness
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area, m4."""
+        return self.width * self.thickness**3 / 12.0
+
+
+class MatricesPart(Table):
+    """A part given by its mass and stiffness matrices, files beside the rig file."""
+
+    name: Name
+    kind: Literal["matrices"]
+    mass: str
+    stiffness: str
+    nodes: str
+    """Table of node, dof, row of the matrices and coordinates."""
+    modes_to_Hz: Positive
+    """What its reduction must keep."""
+
+
+Part = BeamPart | MatricesPart
+
+
+class Support(Table):
+    """What holds a part at one place: fixed directions, springs to ground, or both."""
+
+    part: Name
+    at: At
+    fix: list[Dof] = Field(default=[])
+    stiffness: dict[Dof, Positive] = Field(default={})
+    """N/m, and N m/rad of rotations."""
+
+    @model_validator(mode="after")
+    def _holds(self) -> Support:
+        if not self.fix and not self.stiffness:
+            raise ValueError("it holds nothing: give fix, stiffness or both")
+        both = set(self.fix) & set(self.stiffness)
+        if both:
+            raise ValueError(f"{', '.join(sorted(both))} cannot be fixed and on a spring")
+        return self
+
+
+class ThinLayer(Table):
+    """A joint between two parts: a thin layer with a normal modulus E' and a shear modulus G'."""
+
+    name: Name
+    kind: Literal["thin-layer"]
+    between: tuple[Name, Name]
+    begin: NonNegative | None = Field(default=None, alias="from")
+    """Where it begins and ends along the first of two beam parts, m."""
+    to: Positive | None = None
+    pairs: str | None = None
+    """Of parts given by matrices: table of facing nodes with their areas and normals."""
+    layer_height: Positive
+    """From neutral axis to neutral axis where it joins beams."""
+    width: Positive | None = None
+    layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
+    preload: dict[str, Preload] = Field(min_length=1)
+    law: LawTable | LayerLawTable | None = None
+
+    @model_validator(mode="after")
+    def _somewhere(self) -> ThinLayer:
+        along = self.begin is not None and self.to is not None
+        if along == (self.pairs is not None) or (self.begin is None) != (self.to is None):
+            raise ValueError("it lies either from .. to .. along its first beam, or between pairs of nodes")
+        if self.begin is not None and self.to is not None and self.to <= self.begin:
+            raise ValueError(f"to {self.to:g} must lie beyond from {self.begin:g}")
+        if self.between[0] == self.between[1]:
+            raise ValueError(f"it joins {self.between[0]!r} to itself")
+        return self
+
+
+class Tie(Table):
+    """A rigid connection of two parts, at one place or at pairs of nodes."""
+
+    between: tuple[Name, Name]
+    at: tuple[At, At] | None = None
+    """Along the first and along the second: rigid in x, y and rz."""
+    pairs: str | None = None
+    """Table of facing nodes: rigid in x, y and z."""
+
+    @model_validator(mode="after")
+    def _somewhere(self) -> Tie:
+        if (self.at is None) == (self.pairs is None):
+            raise ValueError("give either at or pairs")
+        if self.between[0] == self.between[1]:
+            raise ValueError(f"it ties {self.between[0]!r} to itself")
+        return self
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a part and a direction there.
+
+    Attributes
+    ----------
+    part
+        Its name.
+    at
+        Metres along a beam from its start, or a node number of a part given by matrices.
+    direction : tuple of float, (3,)
+        Unit vector.
+    """
+
+    part: str
+    at: float
+    direction: tuple[float, float, float]
+
+    def towards(self, direction: tuple[float, float, float]) -> Place:
+        """The same point in another direction."""
+        return replace(self, direction=direction)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of a beam part, from .. to .. metres along it."""
+
+    part: str
+    begin: float
+    end: float
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return self.end - self.begin
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A structure's parts and how they hang together.
+
+    Attributes
+    ----------
+    stretches
+        Beams, or pieces of them, one behind the other: a number of metres along them is a place.
+    passable
+        Whether the end of a stretch is where the next begins, so that what is moved may pass from one to the next.
+    folder
+        Where the parts' files lie; None where nobody knows.
+    """
+
+    parts: tuple[Part, ...]
+    supports: tuple[Support, ...]
+    joints: tuple[ThinLayer, ...]
+    ties: tuple[Tie, ...]
+    stretches: tuple[Stretch, ...]
+    passable: bool = False
+    folder: Path | None = field(default=None, compare=False)
+
+    @property
+    def beams(self) -> tuple[BeamPart, ...]:
+        """The parts that are beams."""
+        return tuple(part for part in self.parts if isinstance(part, BeamPart))
+
+    def part(self, name: str) -> Part:
+        """The part of that name; KeyError if there is none."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise KeyError(name)
+
+    def beam(self, name: str) -> BeamPart:
+        """The beam of that name; KeyError if there is none."""
+        part = self.part(name)
+        if not isinstance(part, BeamPart):
+            raise KeyError(name)
+        return part
+
+    def with_beam(self, name: str, *, youngs_modulus: float, shear_ratio: float) -> Layout:
+        """The same with another beam in its place."""
+        changed = self.beam(name).model_copy(update={"youngs_modulus": youngs_modulus, "shear_ratio": shear_ratio})
+        return replace(self, parts=tuple(changed if part.name == name else part for part in self.parts))
+
+    def hung_free(self) -> Layout:
+        """The same without supports."""
+        return replace(self, supports=())
+
+    def softened(self, rad_per_Nm: float, *, part: str | None = None) -> Layout:
+        """The same with supports that yield in rotation instead of holding it: those of one part, or all."""
+        spring = {"rz": 1.0 / rad_per_Nm}
+        supports = [
+            s.model_copy(update={"fix": [d for d in s.fix if d != "rz"], "stiffness": {**s.stiffness, **spring}})
+            if "rz" in s.fix and part in (None, s.part) else s
+            for s in self.supports
+        ]  # fmt: skip
+        return replace(self, supports=tuple(supports))
+
+    @property
+    def length(self) -> float:
+        """Of all stretches together, m."""
+        return sum(stretch.length for stretch in self.stretches)
+
+    def place(self, position_m: float) -> Place:
+        """The place so many metres along the stretches, across its beam.
+
+        Raises
+        ------
+        ValueError
+            If it lies beyond their ends.
+        """
+        left = position_m
+        for stretch in self.stretches:
+            if left <= stretch.length + ROUNDED_m and left >= -ROUNDED_m:
+                normal = self.beam(stretch.part).normal
+                at = min(max(stretch.begin + left, stretch.begin), stretch.end)
+                return Place(stretch.part, at, (*normal, 0.0))
+            left -= stretch.length
+        raise ValueError(f"position {position_m} m is not on the structure")
+
+    def position(self, place: Place) -> float | None:
+        """How many metres along the stretches a place lies; None where it is on none of them."""
+        before = 0.0
+        for stretch in self.stretches:
+            if stretch.part == place.part and place.at <= stretch.end + ROUNDED_m:
+                return before + max(place.at - stretch.begin, 0.0)
+            before += stretch.length
+        return None
+
+    def reach(self, place: Place) -> tuple[float, float]:
+        """How far a place may be moved back and forth, m; nowhere from a node."""
+        if self.passable:
+            position = self.position(place) or 0.0
+            return position, self.length - position
+        part = self.part(place.part)
+        return (place.at, part.length - place.at) if isinstance(part, BeamPart) else (0.0, 0.0)
+
+    def told(self, place: Place) -> str:
+        """A place in words, such as ``0.3 m`` or ``bracket, node 12``."""
+        if self.passable:
+            return f"{self.position(place):g} m"
+        unit = f"{place.at:g} m" if isinstance(self.part(place.part), BeamPart) else f"node {place.at:g}"
+        return f"{place.part}, {unit}"
+
+    def moved(self, place: Place, offset_m: float) -> Place:
+        """The place shifted along its beam, no farther than to its end; a node stays where it is."""
+        if self.passable:
+            position = self.position(place)
+            assert position is not None
+            other = self.place(min(max(position + offset_m, 0.0), self.length))
+            return other.towards(place.direction)
+        part = self.part(place.part)
+        if not isinstance(part, BeamPart):
+            return place
+        return replace(place, at=min(max(place.at + offset_m, 0.0), part.length))
+
+
+def unit_vector(direction: str | Sequence[float]) -> tuple[float, float, float]:
+    """A direction as a rig file gives it, ``+x``, ``-y`` or three numbers.
+
+    Raises
+    ------
+    ValueError
+        If it is neither, or the numbers are no unit vector.
+    """
+    if isinstance(direction, str):
+        sign, axis = direction[:1], direction.lstrip("+-")
+        if axis not in DIRECTIONS or len(direction) != 2 or sign not in "+-":
+            raise ValueError(f"direction {direction!r} is not +x, -x, +y, -y, +z, -z or a unit vector")
+        x, y, z = DIRECTIONS[axis]
+        factor = -1.0 if sign == "-" else 1.0
+        return factor * x, factor * y, factor * z
+    values = [*direction, 0.0] if len(direction) == 2 else list(direction)
+    if len(values) != 3 or abs(math.sqrt(sum(v * v for v in values)) - 1) > 1e-3:
+        raise ValueError(f"direction {list(direction)} is not a unit vector")
+    size = math.sqrt(sum(v * v for v in values))
+    return values[0] / size, values[1] / size, values[2] / size

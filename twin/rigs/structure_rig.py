@@ -1,0 +1,275 @@
+"""Rig files of format 2: any parts, supports, joints and ties; shakers and sensors at any place, in any direction."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PrivateAttr, field_validator, model_validator
+
+from twin.rigs.layout import (
+    At,
+    BeamPart,
+    Layout,
+    MatricesPart,
+    Part,
+    Place,
+    Stretch,
+    Support,
+    ThinLayer,
+    Tie,
+    unit_vector,
+)
+from twin.rigs.rig import Rig
+from twin.rigs.tables import Name, Shaker, Table, Transducer
+
+__all__ = ["PlacedDrive", "PlacedSensor", "StructureRig"]
+
+Direction = str | list[float]
+
+BENCH_FINER = 1.5
+"""Elements of beams on the bench, over the file's; layers have twice as many."""
+PARALLEL = 1e-6
+"""Sine of the angle up to which two beams may be joined by a layer."""
+BEYOND_m = 1e-6
+"""By so much a place or a layer may lie beyond a beam's end."""
+
+
+class _Placed(Table):
+    """Something fixed to a part."""
+
+    part: Name
+    at: At
+    direction: Direction = "+y"
+
+    @field_validator("direction")
+    @classmethod
+    def _is_unit(cls, value: Direction) -> Direction:
+        unit_vector(value)
+        return value
+
+    @property
+    def place(self) -> Place:
+        """Where, and in which direction."""
+        return Place(self.part, self.at, unit_vector(self.direction))
+
+
+class PlacedDrive(_Placed, Shaker):
+    """A shaker, and where and in which direction it drives."""
+
+    name: Name = "drive"
+
+
+class PlacedSensor(_Placed, Transducer):
+    """A transducer, and where and in which direction it measures."""
+
+
+class StructureRig(Rig):
+    """A rig of any structure."""
+
+    format: Literal[2]
+    part: list[Annotated[Part, Field(discriminator="kind")]] = Field(min_length=1, max_length=100)
+    support: list[Support] = Field(default=[], max_length=100)
+    joint: list[ThinLayer] = Field(default=[], max_length=50)
+    tie: list[Tie] = Field(default=[], max_length=100)
+    drive: list[PlacedDrive] = Field(min_length=1, max_length=16)
+    sensor: list[PlacedSensor] = Field(min_length=1, max_length=64)
+    _folder: Path | None = PrivateAttr(default=None)
+
+    @field_validator("drive", mode="before")
+    @classmethod
+    def _one_or_more(cls, value: Any) -> Any:
+        return value if isinstance(value, list) else [value]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> StructureRig:
+        _unique("part names", [part.name for part in self.part])
+        _unique("joint names", [joint.name for joint in self.joint])
+        _unique("sensor channels", [sensor.channel for sensor in self.sensor])
+        if len(self.drive) > 1:
+            _unique("drive names", [drive.name for drive in self.drive])
+        for number, support in enumerate(self.support):
+            self._check_place(f"support.{number}", support.part, support.at)
+        for joint in self.joint:
+            self._check_joint(joint)
+        for number, tie in enumerate(self.tie):
+            self._check_tie(f"tie.{number}", tie)
+        for drive in self.drive:
+            self._check_place(f"drive {drive.name!r}", drive.part, drive.at)
+            self._check_plane(f"drive {drive.name!r}", drive.place)
+        for sensor in self.sensor:
+            self._check_place(f"sensor {sensor.channel!r}", sensor.part, sensor.at)
+            self._check_plane(f"sensor {sensor.channel!r}", sensor.place)
+        self._check_force_cell()
+        preloads = {frozenset(joint.preload) for joint in self.joint}
+        if len(preloads) > 1:
+            raise ValueError("all joints must have the same preloads, by name")
+        return self
+
+    def _find(self, where: str, name: str) -> Part:
+        for part in self.part:
+            if part.name == name:
+                return part
+        raise ValueError(f"{where}: no part {name!r}; there are {', '.join(part.name for part in self.part)}")
+
+    def _check_place(self, where: str, name: str, at: float) -> None:
+        part = self._find(where, name)
+        if isinstance(part, BeamPart) and at > part.length + BEYOND_m:
+            raise ValueError(f"{where}: at {at:g} lies beyond the end of {name!r} at {part.length:.6g} m")
+        if isinstance(part, MatricesPart) and at != int(at):
+            raise ValueError(f"{where}: at {at:g} is no node number of {name!r}")
+
+    def _check_plane(self, where: str, place: Place) -> None:
+        if isinstance(self._find(where, place.part), BeamPart) and abs(place.direction[2]) > 1e-9:
+            raise ValueError(f"{where}: a plane beam does not move along z")
+
+    def _check_joint(self, joint: ThinLayer) -> None:
+        where = f"joint {joint.name!r}"
+        first, second = (self._find(where, name) for name in joint.between)
+        if joint.begin is None or joint.to is None:
+            if isinstance(first, BeamPart) or isinstance(second, BeamPart):
+                raise ValueError(f"{where}: pairs are of parts given by matrices; a beam's layer lies from .. to ..")
+            return
+        if not (isinstance(first, BeamPart) and isinstance(second, BeamPart)):
+            raise ValueError(f"{where}: from .. to .. lies along beams; parts given by matrices need pairs")
+        if joint.to > first.length + BEYOND_m:
+            raise ValueError(f"{where}: to {joint.to:g} lies beyond the end of {first.name!r} at {first.length:.6g} m")
+        if abs(first.axis[0] * second.axis[1] - first.axis[1] * second.axis[0]) > PARALLEL:
+            raise ValueError(f"{where}: {first.name!r} and {second.name!r} are not parallel")
+        for s in (joint.begin, joint.to):
+            facing = facing_position(first, second, s)
+            if not -BEYOND_m <= facing <= second.length + BEYOND_m:
+                raise ValueError(
+                    f"{where}: {s:g} m along {first.name!r} faces {facing:.6g} m along {second.name!r}, "
+                    f"which is {second.length:.6g} m long"
+                )
+
+    def _check_tie(self, where: str, tie: Tie) -> None:
+        parts = [self._find(where, name) for name in tie.between]
+        if tie.at is not None:
+            for part, at in zip(parts, tie.at, strict=True):
+                self._check_place(where, part.name, at)
+        elif any(isinstance(part, BeamPart) for part in parts):
+            raise ValueError(f"{where}: pairs are of parts given by matrices; tie beams by at")
+
+    def _check_force_cell(self) -> None:
+        forces = [sensor for sensor in self.sensor if sensor.quantity == "force"]
+        if not forces:
+            raise ValueError("one sensor must measure force")
+        for sensor in forces:
+            if not any((d.part, d.at) == (sensor.part, sensor.at) for d in self.drive):
+                raise ValueError(f"sensor {sensor.channel!r}: a force cell sits where a shaker drives")
+
+    def in_folder(self, folder: Path) -> StructureRig:
+        """The same rig, with its files looked for in a folder."""
+        rig = self.model_copy()
+        rig._folder = folder
+        return rig
+
+    def layout(self, *, beam_elements: int | None = None, layer_elements: int | None = None) -> Layout:
+        """Parts, supports, joints and ties; elements as the file says, or others of each beam and of each layer."""
+        parts: list[Part] = list(self.part)
+        if beam_elements:
+            parts = [
+                part.model_copy(update={"elements": beam_elements}) if isinstance(part, BeamPart) else part
+                for part in parts
+            ]
+        joints = self.joint
+        if layer_elements:
+            joints = [joint.model_copy(update={"layer_elements": layer_elements}) for joint in joints]
+        return self._layout(parts, joints)
+
+    def bench_layout(self) -> Layout:
+        """The same with more elements of everything."""
+        parts = [
+            part.model_copy(update={"elements": math.ceil(BENCH_FINER * part.elements)})
+            if isinstance(part, BeamPart) else part
+            for part in self.part
+        ]  # fmt: skip
+        joints = [joint.model_copy(update={"layer_elements": 2 * joint.layer_elements}) for joint in self.joint]
+        return self._layout(parts, joints)
+
+    def _layout(self, parts: Sequence[Part], joints: Sequence[ThinLayer]) -> Layout:
+        stretches = tuple(Stretch(p.name, 0.0, p.length) for p in parts if isinstance(p, BeamPart))
+        return Layout(
+            tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches, folder=self._folder
+        )  # fmt: skip
+
+    @property
+    def sensors(self) -> list[PlacedSensor]:
+        """All transducers in the file's order."""
+        return self.sensor
+
+    @property
+    def shaker(self) -> PlacedDrive:
+        """The one that drives, the first of several."""
+        return self.drive[0]
+
+    @property
+    def drive_place(self) -> Place:
+        """Where it drives, and in which direction."""
+        return self.drive[0].place
+
+    @property
+    def force_sensor(self) -> PlacedSensor:
+        """The force cell of the driving shaker; the first one if none sits there."""
+        cells = [s for s in self.sensor if s.quantity == "force"]
+        here = [s for s in cells if (s.part, s.at) == (self.drive[0].part, self.drive[0].at)]
+        return (here or cells)[0]
+
+    def place_of(self, channel: str) -> Place:
+        """Where a sensor is and in which direction it measures; a force cell's is its drive's."""
+        for sensor in self.sensor:
+            if sensor.channel == channel:
+                if sensor.quantity != "force":
+                    return sensor.place
+                return next(d.place for d in self.drive if (d.part, d.at) == (sensor.part, sensor.at))
+        raise KeyError(channel)
+
+    def driven_by(self, name: str) -> Self:
+        """The same rig with another of its shakers as the one that drives.
+
+        Raises
+        ------
+        KeyError
+            If there is none of that name.
+        """
+        chosen = [drive for drive in self.drive if drive.name == name]
+        if not chosen:
+            names = ", ".join(drive.name for drive in self.drive)
+            raise KeyError(f"rig {self.name!r} has no drive {name!r}; it has {names}")
+        return self.model_copy(update={"drive": chosen + [d for d in self.drive if d.name != name]})
+
+    def with_joints(self, joints: Sequence[ThinLayer]) -> Self:
+        """The same rig with these joints' preloads and laws."""
+        own = [
+            joint.model_copy(update={"preload": other.preload, "law": other.law})
+            for joint, other in zip(self.joint, joints, strict=True)
+        ]
+        return self.model_copy(update={"joint": own})
+
+    def with_moved_sensor(self, channel: str, place: Place) -> Self:
+        """The same rig with a sensor elsewhere; a force cell takes its shaker along."""
+        moved = next(s for s in self.sensor if s.channel == channel)
+        update = {"part": place.part, "at": place.at}
+        sensors = [s.model_copy(update=update) if s is moved else s for s in self.sensor]
+        drives = self.drive
+        if moved.quantity == "force":
+            drives = [d.model_copy(update=update) if (d.part, d.at) == (moved.part, moved.at) else d for d in drives]
+        return self.model_copy(update={"sensor": sensors, "drive": drives})
+
+
+def facing_position(first: BeamPart, second: BeamPart, at: float) -> float:
+    """Metres along the second beam that lie across from `at` metres along the first."""
+    x = first.start[0] + at * first.axis[0] - second.start[0]
+    y = first.start[1] + at * first.axis[1] - second.start[1]
+    return x * second.axis[0] + y * second.axis[1]
+
+
+def _unique(what: str, names: Sequence[str]) -> None:
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise ValueError(f"{what} must be unique, got {', '.join(twice)} more than once")

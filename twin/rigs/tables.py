@@ -1,0 +1,230 @@
+"""Tables that every rig file has: preloads, damping, shaker, transducers, converter, drift, effects.  SI units."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+__all__ = [
+    "Acquisition",
+    "Damping",
+    "Drift",
+    "Effect",
+    "Finite",
+    "LawTable",
+    "LayerLawTable",
+    "Measured",
+    "Name",
+    "NonNegative",
+    "Positive",
+    "Preload",
+    "Shaker",
+    "Table",
+    "Transducer",
+]
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+
+HARDEST_STOP_Hz = 3000.0
+"""Of the armature's mass on its end stop; the marching of a spring is stable to a third of its rate."""
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys are errors, so that a misspelt field is not silently a default."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Preload(Table):
+    """Moduli of the thin layer at one preload: E' and G', N/m2."""
+
+    normal_modulus: Positive
+    shear_modulus: Positive
+
+
+class LawTable(Table):
+    """Amplitude-dependent part of the layer's moduli: E' = E'0 - g1(X), G' = G'0 + j g2(X).
+
+    `amplitude_m` are the knots of piecewise cubic functions of the response amplitude X at `channel`; `softening` and
+    `loss` are g1 and g2 at the knots, N/m2.  Beyond the last knot both stay constant, and so below the first.
+
+    X is the channel's displacement amplitude times (omega / omega_1)^2, in other words its acceleration amplitude over
+    omega_1^2, because the joint's load follows the inertia outboard of it; omega_1 is the first natural frequency that
+    this file's beams and moduli give without any `effect`.  Near the first resonance X is the displacement.
+
+    `softening_std` is the standard deviation of E'(X) = E'0 - g1(X), and `loss_std` that of g2(X) together with the
+    damping ratio of mode 1 in its units: such parts err together, and their sum is what a response feels.
+    """
+
+    channel: Name
+    amplitude_m: list[NonNegative] = Field(min_length=2, max_length=200)
+    softening: list[Finite]
+    loss: list[Finite]
+    softening_std: list[NonNegative] = []
+    loss_std: list[NonNegative] = []
+
+    @model_validator(mode="after")
+    def _equal_lengths(self) -> LawTable:
+        if any(b <= a for a, b in zip(self.amplitude_m, self.amplitude_m[1:], strict=False)):
+            raise ValueError("amplitude_m must increase")
+        for name in ("softening", "loss"):
+            if len(getattr(self, name)) != len(self.amplitude_m):
+                raise ValueError(f"{name} must have as many entries as amplitude_m")
+        return self
+
+
+class LayerLawTable(Table):
+    """Amplitude-dependent part of the layer's moduli at each of its points: E' - g1(o), G' + j g2(s).
+
+    `opening_m` and `slip_m` are the knots of piecewise cubic functions of a point's own amplitudes of opening and of
+    slip; `softening` is g1 at the former, `loss` g2 at the latter, N/m2.  Beyond the last knots both stay constant, and
+    so below the first.  A point is a layer element (`layer_elements`), its opening and slip are the element's means.
+
+    `softening_std` is the standard deviation of E'(o) = E'0 - g1(o), and `loss_std` that of g2(s) together with the
+    damping ratio of mode 1 in its units: such parts err together, and their sum is what a response feels.
+    """
+
+    opening_m: list[NonNegative] = Field(min_length=2, max_length=200)
+    softening: list[Finite]
+    slip_m: list[NonNegative] = Field(min_length=2, max_length=200)
+    loss: list[Finite]
+    softening_std: list[NonNegative] = []
+    loss_std: list[NonNegative] = []
+
+    @model_validator(mode="after")
+    def _equal_lengths(self) -> LayerLawTable:
+        for knots, values in (("opening_m", "softening"), ("slip_m", "loss")):
+            x = getattr(self, knots)
+            if any(b <= a for a, b in pairwise(x)):
+                raise ValueError(f"{knots} must increase")
+            if len(getattr(self, values)) != len(x):
+                raise ValueError(f"{values} must have as many entries as {knots}")
+            if getattr(self, f"{values}_std") and len(getattr(self, f"{values}_std")) != len(x):
+                raise ValueError(f"{values}_std must have as many entries as {knots}")
+        return self
+
+
+class Damping(Table):
+    """Modal damping ratios; modes beyond the list take the last one."""
+
+    modal_ratio: list[Annotated[float, Field(gt=0, lt=1)]] = Field(min_length=1, max_length=50)
+    modal_ratio_std: list[NonNegative] | None = Field(default=None, max_length=50)
+    """Standard deviations of the first ones, where they were identified."""
+
+
+class Shaker(Table):
+    """The shaker behind the force cell, and its amplifier."""
+
+    armature_mass: Positive
+    suspension_stiffness: NonNegative
+    force_factor: Positive
+    """At rest, N/A."""
+    half_force_stroke: Positive | None = None
+    """Armature displacement at which the force factor has fallen to half, m; left out, it does not depend on it."""
+    stroke_limit: Positive | None = None
+    """Travel to either end stop, m."""
+    stop_stiffness: Positive = 1.0e6
+    """Of the end stops, N/m."""
+    coil_resistance: Positive
+    coil_inductance: Positive
+    stinger_stiffness: Positive
+    """Axial, N/m."""
+    stinger_lateral_stiffness: NonNegative = 0.0
+    """Along the beam, at the surface the stinger is screwed to, N/m."""
+    amplifier: Literal["voltage", "current"] = "voltage"
+    """What the amplifier holds against the load."""
+    amplifier_gain: Positive = 1.0
+    """V or A per volt of the generator."""
+    output_resistance: Positive = 1.0e3
+    """Of an amplifier that holds the current, ohm."""
+    voltage_limit: Positive | None = None
+    """Of the amplifier, V."""
+    current_limit: Positive | None = None
+    """Of amplifier or coil, A."""
+    force_limit: Positive | None = None
+    """Rated force of the shaker, N: the amplifier holds the current below it."""
+
+    @model_validator(mode="after")
+    def _amplifier(self) -> Shaker:
+        if self.amplifier == "voltage" and "output_resistance" in self.model_fields_set:
+            raise ValueError("output_resistance belongs to an amplifier that holds the current: amplifier = 'current'")
+        if self.stroke_limit and self.stop_stiffness > self.armature_mass * (2 * math.pi * HARDEST_STOP_Hz) ** 2:
+            raise ValueError(
+                f"stop_stiffness {self.stop_stiffness:g} lets the armature bounce faster than {HARDEST_STOP_Hz:g} Hz, "
+                "which the bench's steps do not resolve"
+            )
+        if self.amplifier == "current" and self.output_resistance < self.coil_resistance:
+            raise ValueError(
+                f"output_resistance {self.output_resistance:g} below coil_resistance {self.coil_resistance:g}: "
+                "such an amplifier does not hold the current"
+            )
+        return self
+
+
+class Transducer(Table):
+    """A transducer and its converter channel: range in its unit, noise in unit per root hertz, high-pass in Hz."""
+
+    channel: Name
+    quantity: Literal["force", "acceleration", "velocity", "displacement"]
+    mass: NonNegative = 0.0
+    """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
+    stinger_side_mass: NonNegative = 0.0
+    """Of a force cell, the part on the stinger's side, which moves with the beam and is not measured, kg."""
+    range: Positive
+    noise_density: NonNegative = 0.0
+    high_pass: NonNegative = 0.0
+    mounting_frequency: Positive | None = None
+    """Resonance of the mounted transducer, Hz; left out, there is none."""
+    mounting_damping: Annotated[float, Field(gt=0, lt=1)] = 0.02
+    transverse_sensitivity: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
+    """Share of the motion along the beam, at the surface, that an accelerometer also shows."""
+
+    @model_validator(mode="after")
+    def _of_the_kind(self) -> Transducer:
+        if self.quantity != "force" and self.stinger_side_mass:
+            raise ValueError("stinger_side_mass belongs to the force cell")
+        if self.quantity != "acceleration" and self.transverse_sensitivity:
+            raise ValueError("transverse_sensitivity belongs to an accelerometer")
+        if self.mounting_frequency is None and "mounting_damping" in self.model_fields_set:
+            raise ValueError("mounting_damping needs a mounting_frequency")
+        return self
+
+
+class Acquisition(Table):
+    """The converter."""
+
+    bits: Annotated[int, Field(ge=8, le=32)] = 24
+    clock_error_ppm: Annotated[float, Field(ge=-1e4, le=1e4)] = 0.0
+    """How much faster than nominal it samples."""
+    anti_alias: bool = True
+    """Linear-phase filter before decimation; without it, whatever lies above half the rate folds back."""
+
+
+class Drift(Table):
+    """What changes slowly while the rig runs."""
+
+    temperature_K_per_h: Finite = 0.0
+    stiffness_per_K: Finite = -2.5e-4
+    """Relative change of all moduli; steel's if left out."""
+    preload_loss_per_h: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    """Relative loss of the layer's E'."""
+
+
+class Measured(Table):
+    """What was measured on the real rig at one preload."""
+
+    natural_frequencies: list[Positive] = Field(min_length=1, max_length=50)
+
+
+class Effect(Table):
+    """A cause that the model was extended by: its contract name and parameters, with standard deviations."""
+
+    cause: Name
+    parameters: dict[str, float | str]
+    std: dict[str, float] = {}

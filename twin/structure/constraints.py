@@ -1,0 +1,43 @@
+"""Coordinates of a structure that is held and tied: what is left of all displacements once constraints hold."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["free_coordinates"]
+
+Array = NDArray[np.float64]
+
+DEPENDENT = 1e-9
+"""Of a constraint's largest entry, what is left of one that the others contain already."""
+
+
+def free_coordinates(constraints: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Basis (n, f) of all displacements that satisfy ``constraints @ x = 0``, (c, n), and which of them are free (f,).
+
+    Each constraint makes one displacement depend on the others; those that are free keep their values.  A constraint
+    that the others contain says nothing more.
+    """
+    C = np.array(constraints, float)
+    n = C.shape[1]
+    pivots: list[int] = []
+    rows: list[int] = []
+    for number in range(len(C)):
+        largest = np.max(np.abs(constraints[number]), initial=0.0)
+        # The last of the largest: a tie's second part follows its first.
+        candidates = np.abs(C[number])
+        pivot = n - 1 - int(np.argmax(candidates[::-1])) if n else 0
+        if largest == 0 or candidates[pivot] <= DEPENDENT * largest:
+            continue
+        C[number] /= C[number, pivot]
+        for other in range(len(C)):
+            if other != number and C[other, pivot] != 0:
+                C[other] -= C[other, pivot] * C[number]
+        pivots.append(pivot)
+        rows.append(number)
+    free = np.setdiff1d(np.arange(n), pivots)
+    Z = np.zeros((n, len(free)))
+    Z[free, np.arange(len(free))] = 1.0
+    Z[pivots] = -C[rows][:, free]
+    return Z, free

@@ -1,0 +1,289 @@
+"""A part of many degrees of freedom in few: after Craig and Bampton, with residual vectors.
+
+Static shapes of the boundary and modes with the boundary held converge slowly on their own: on an aluminium plate, with
+a few points or an edge as its boundary, modes up to 3 times the highest frequency of interest left natural frequencies
+up to 1e-3 off, and frequency responses between resonances 20 %.  With residual vectors, the static answer to the
+inertia of each static shape as far as the modes leave it out, and modes up to `KEPT_TO` times that frequency, it was
+3e-6 and 7e-4; with modes up to 1.5 times, 7e-5 and 1e-2.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse import csc_array, csr_array
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
+
+from twin.rigs.matrix_files import PartMatrices
+
+__all__ = ["KEPT_TO", "ReducedPart", "cached_craig_bampton", "craig_bampton"]
+
+Matrix = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Solve = Callable[[Matrix], Matrix]
+
+KEPT_TO = 2.25
+"""Modes with the boundary held are kept to this multiple of the highest frequency of interest."""
+RESIDUAL_TO = 10.0
+"""Residual vectors above this multiple of the highest mode kept change nothing below it."""
+SHIFT = 1e-4
+"""Of the highest eigenvalue kept: makes the stiffness of a floating part regular and leaves its accuracy alone."""
+MODES_LIMIT = 600
+"""More modes than this are no reduction."""
+DENSE_ORDER = 600
+"""Up to here all modes at once cost less than an iteration."""
+FIRST_ROUND, LAST_ROUND = 16, 4
+BLOCK = 64
+NOISE = 1e-8
+"""Of what the modes answer at their limit; a residual that is smaller is rounding."""
+CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 1
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedPart:
+    """A part in r coordinates q, x = T q: the b displacements of its boundary first, then modes, then residual vectors.
+
+    Attributes
+    ----------
+    M, K : ndarray, (r, r)
+        T' M T and T' K T.
+    T : ndarray, (n, r)
+        All rows of the part, in the order of its matrices.
+    """
+
+    M: Matrix
+    K: Matrix
+    T: Matrix
+
+
+def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *, modes_to_Hz: float) -> ReducedPart:
+    """Reduce a part, held or floating, to its boundary and its fixed-interface modes.
+
+    Parameters
+    ----------
+    M, K : sparse, (n, n)
+        Symmetric, positive semidefinite; kg and N/m, for rotations kg m2 and N m/rad.
+    boundary : (b,)
+        Rows of the degrees of freedom that stay as they are, each once; none at all gives the part's own modes.
+    modes_to_Hz
+        Up to which frequency the reduced part must behave like the whole one.
+
+    Raises
+    ------
+    ValueError
+        If a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond rigid
+        motions or not positive semidefinite, or more than `MODES_LIMIT` modes would have to be kept.
+    """
+    M, K = csr_array(M, dtype=float), csr_array(K, dtype=float)
+    return _reduced(M, K, _basis(M, K, _rows(boundary, M.shape[0]), modes_to_Hz))
+
+
+def cached_craig_bampton(
+    part: PartMatrices, boundary: Sequence[int] | Rows, *, modes_to_Hz: float, folder: Path | None
+) -> ReducedPart:
+    """As :func:`craig_bampton`, kept in the folder ``.twin-cache`` of `folder` for the next time; None keeps nothing.
+
+    A cache that cannot be read or written, or is damaged, is as good as none.
+
+    Raises
+    ------
+    ValueError
+        As :func:`craig_bampton`.
+    """
+    if folder is None:
+        return craig_bampton(part.M, part.K, boundary, modes_to_Hz=modes_to_Hz)
+    rows = _rows(boundary, part.M.shape[0])
+    path = folder / CACHE_FOLDER / f"{_digest(part, rows, modes_to_Hz)}.npz"
+    T = _stored(path, part.M.shape[0], rows)
+    if T is None:
+        T = _basis(part.M, part.K, rows, modes_to_Hz)
+        _store(path, T)
+    return _reduced(part.M, part.K, T)
+
+
+def _rows(boundary: Sequence[int] | Rows, n: int) -> Rows:
+    rows = np.array(boundary, dtype=np.int64).reshape(-1)
+    if np.any((rows < 0) | (rows >= n)) or len(np.unique(rows)) < len(rows):
+        raise ValueError(f"the boundary's rows must lie in 0 ... {n - 1}, each once")
+    return rows
+
+
+def _reduced(M: csr_array, K: csr_array, T: Matrix) -> ReducedPart:
+    small = [T.T @ (A @ T) for A in (M, K)]
+    return ReducedPart(*((A + A.T) / 2 for A in small), T=T)
+
+
+def _basis(M: csr_array, K: csr_array, boundary: Rows, modes_to_Hz: float) -> Matrix:
+    """T of :class:`ReducedPart`; rows inside that have neither mass nor stiffness stay at rest."""
+    if not 0 < modes_to_Hz < np.inf:
+        raise ValueError(f"modes up to {modes_to_Hz:g} Hz: must be above zero")
+    n, b = M.shape[0], len(boundary)
+    inside = np.asarray((abs(M) + abs(K)).sum(axis=1)).ravel() > 0
+    inside[boundary] = False
+    inner = np.flatnonzero(inside)
+    limit = (2 * np.pi * KEPT_TO * modes_to_Hz) ** 2
+    static, modes = np.zeros((0, b)), np.zeros((0, 0))
+    if len(inner):
+        M_i, K_i = (csc_array(A[inner][:, inner]) for A in (M, K))
+        shift = SHIFT * limit
+        solve = _factorised(csc_array(K_i + shift * M_i))
+        Phi = _modes_below(limit, M_i, K_i, shift=shift, solve=solve)
+        static = _static_shapes(K_i, csc_array(K[inner][:, boundary]), solve)
+        inertia = M_i @ static + M[inner][:, boundary]
+        modes = np.hstack([Phi, _residual_vectors(M_i, K_i, Phi, inertia, solve, limit)])
+    T = np.zeros((n, b + modes.shape[1]))
+    T[boundary, np.arange(b)] = 1.0
+    T[inner, :b] = static
+    T[inner, b:] = modes
+    if not np.all(np.isfinite(T)):
+        raise ValueError("the stiffness is singular beyond rigid motions")
+    return T
+
+
+def _factorised(A: csc_array) -> Solve:
+    try:
+        lu = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise ValueError("the stiffness is singular beyond rigid motions") from error
+    return lu.solve  # type: ignore[no-any-return]
+
+
+def _static_shapes(K: csc_array, K_boundary: csc_array, solve: Solve) -> Matrix:
+    """Motion inside by unit motions of the boundary, (n, b); `solve` is by the shifted stiffness, hence two steps."""
+    shapes = np.empty(K_boundary.shape)
+    for first in range(0, shapes.shape[1], BLOCK):
+        load = -K_boundary[:, first : first + BLOCK].toarray()
+        shape = solve(load)
+        shapes[:, first : first + BLOCK] = shape + solve(load - K @ shape)
+    return shapes
+
+
+def _residual_vectors(M: csc_array, K: csc_array, Phi: Matrix, inertia: Matrix, solve: Solve, limit: float) -> Matrix:
+    """What the modes Phi, up to `limit`, leave out of the static answer to loads `inertia`: its Ritz vectors."""
+    if not inertia.shape[1]:
+        return inertia
+    modal = Phi.T @ inertia
+    Z = solve(inertia - M @ (Phi @ modal))
+    Z -= Phi @ (Phi.T @ (M @ Z))
+    size = np.sqrt(np.maximum(np.einsum("ij,ij->j", Z, M @ Z), 0.0))
+    felt = size > NOISE * np.linalg.norm(modal, axis=0) / limit
+    if not np.any(felt):
+        return Z[:, :0]
+    Z = Z[:, felt] / size[felt]
+    Z -= Phi @ (Phi.T @ (M @ Z))
+    mass, axes = eigh(Z.T @ (M @ Z))
+    Z = Z @ (axes[:, mass > 1e-10] / np.sqrt(mass[mass > 1e-10]))
+    values, vectors = eigh(Z.T @ (K @ Z))
+    return np.asarray(Z @ vectors[:, values <= RESIDUAL_TO**2 * limit])
+
+
+def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solve: Solve) -> Matrix:
+    """All mass-normalised modes with eigenvalues up to `limit`, (n, m), rising; of each the largest entry is positive.
+
+    Rounds of iterations, each among what the former ones left, end when the lowest of a round lies above the limit:
+    one iteration alone can miss one of two modes of equal frequency.
+    """
+    massive = np.flatnonzero(M.diagonal() > 0)
+    Phi, values = np.zeros((M.shape[0], 0)), np.zeros(0)
+    count = FIRST_ROUND
+    while True:
+        if len(massive) <= DENSE_ORDER or 2 * (len(values) + count) > len(massive):
+            values, Phi = _all_modes(M, massive, shift, solve)
+            new = values
+        else:
+            new, more = _next_modes(M, K, values, Phi, count, shift=shift, solve=solve)
+            values, Phi = np.concatenate([values, new]), np.hstack([Phi, more])
+        if np.any((new < -shift) & (new > -limit)):
+            raise ValueError("the stiffness is not positive semidefinite; was it written with too few digits?")
+        kept = (values >= -shift) & (values <= limit)
+        if np.count_nonzero(kept) > MODES_LIMIT:
+            raise ValueError(f"over {MODES_LIMIT} modes to keep up to {np.sqrt(limit) / (2 * np.pi):g} Hz")
+        below = (new >= -shift) & (new <= limit)
+        if new is values or not np.any(below):
+            break
+        count = 2 * count if np.all(below) else LAST_ROUND
+    Phi = Phi[:, kept][:, np.argsort(values[kept], kind="stable")]
+    largest = np.abs(Phi).argmax(axis=0) if len(Phi) else np.zeros(0, int)
+    return np.asarray(Phi * np.where(Phi[largest, np.arange(Phi.shape[1])] < 0, -1.0, 1.0))
+
+
+def _next_modes(
+    M: csc_array, K: csc_array, values: Matrix, Phi: Matrix, count: int, *, shift: float, solve: Solve
+) -> tuple[Matrix, Matrix]:
+    """The lowest `count` eigenvalues and modes among those that are not in `Phi`."""
+    n = M.shape[0]
+    gain = 1 / (values + shift)
+
+    def others(load: Matrix) -> Matrix:
+        load = np.asarray(load).ravel()
+        return solve(load) - Phi @ (gain * (Phi.T @ load))
+
+    start = others(M @ np.random.default_rng(0).standard_normal(n))
+    inverse = LinearOperator((n, n), matvec=others, dtype=float)
+    try:
+        new, more = eigsh(K, k=count, M=M, sigma=-shift, v0=start, OPinv=inverse)
+    except ArpackError as error:
+        raise ValueError(f"the modes with the boundary held were not found: {error}") from error
+    return new, more
+
+
+def _all_modes(M: csc_array, massive: Rows, shift: float, solve: Solve) -> tuple[Matrix, Matrix]:
+    """All eigenvalues and modes, by the flexibility between the rows that have mass."""
+    if not len(massive):
+        return np.zeros(0), np.zeros((M.shape[0], 0))
+    mass, axes = eigh(M[massive][:, massive].toarray())
+    L = np.zeros((M.shape[0], len(massive)))
+    L[massive] = axes * np.sqrt(np.maximum(mass, 0.0))
+    motion = solve(L)
+    flexibility = L.T @ motion
+    gain, z = eigh((flexibility + flexibility.T) / 2)
+    felt = np.abs(gain) > 1e-14 * np.max(np.abs(gain), initial=0.0)
+    gain = gain[felt]
+    return 1 / gain - shift, motion @ (z[:, felt] / gain)
+
+
+def _digest(part: PartMatrices, boundary: Rows, modes_to_Hz: float) -> str:
+    """Name of all that the basis depends on."""
+    digest = hashlib.blake2b(digest_size=20)
+    digest.update(repr((CACHE_FORMAT, part.M.shape, len(boundary), float(modes_to_Hz), KEPT_TO, RESIDUAL_TO)).encode())
+    for A in (part.M, part.K):
+        for array, kind in ((A.indptr, np.int64), (A.indices, np.int64), (A.data, np.float64)):
+            digest.update(np.ascontiguousarray(array, dtype=kind).data)
+    digest.update(boundary.data)
+    return digest.hexdigest()
+
+
+def _stored(path: Path, n: int, boundary: Rows) -> Matrix | None:
+    """The basis in a cache file, or None if there is none or it cannot be one."""
+    try:
+        if not path.is_file():
+            return None
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as arrays:
+            T = arrays["T"]
+        b = len(boundary)
+        good = T.dtype == np.float64 and T.shape[0] == n and T.ndim == 2 and np.all(np.isfinite(T))
+        return T if good and np.array_equal(T[boundary], np.eye(b, T.shape[1])) else None
+    except Exception:  # numpy lets through whatever a broken file provokes
+        return None
+
+
+def _store(path: Path, T: Matrix) -> None:
+    """Write the basis; the file appears whole or not at all, and not being able to is no error."""
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(exist_ok=True)
+        descriptor, name = tempfile.mkstemp(suffix=".part", dir=path.parent)
+        try:
+            with os.fdopen(descriptor, "wb") as stream:
+                np.savez(stream, T=T)
+            Path(name).replace(path)
+        finally:
+            Path(name).unlink(missing_ok=True)

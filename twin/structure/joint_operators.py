@@ -1,0 +1,153 @@
+"""Strain operators of the joints' layers: between beams by their own kinematics, between node pairs by differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import Layout, ThinLayer
+from twin.structure.gauss import gauss
+from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
+from twin.structure.mesh import BeamMesh, LayerMesh
+from twin.structure.structure import JointOperators
+from twin.structure.thin_layer import thin_layer
+
+__all__ = ["joint_operators", "layer_element_dofs"]
+
+Matrix = NDArray[np.float64]
+Mesh = BeamMesh | MatrixCoordinates
+
+NOTHING = 1e-12
+"""Of the largest row, one that is all zero: a direction in which neither part moves."""
+
+
+def joint_operators(
+    layout: Layout, layers: Sequence[LayerMesh], meshes: Mapping[str, Mesh], size: int
+) -> Iterator[JointOperators]:
+    """Operators of all joints over `size` displacements, in the layout's order."""
+    between_beams = {layer.joint.name: layer for layer in layers}
+    for joint in layout.joints:
+        first, second = (meshes[name] for name in joint.between)
+        if isinstance(first, BeamMesh) and isinstance(second, BeamMesh):
+            yield _of_beams(between_beams[joint.name], first, second, size)
+        elif isinstance(first, MatrixCoordinates) and isinstance(second, MatrixCoordinates):
+            yield _of_pairs(layout, joint, first, second, size)
+
+
+def layer_element_dofs(
+    layer: LayerMesh, first: BeamMesh, second: BeamMesh
+) -> Iterator[tuple[float, float, NDArray[np.int64], Matrix]]:
+    """Begin (m along the first beam) and length of each element of a layer, and its displacements.
+
+    These are twelve, those of the beam below first; with them goes the rotation (12, 12) from x and y to the first
+    beam's axis and normal.
+    """
+    turn = np.zeros((12, 12))
+    turn[:6, :6] = turn[6:, 6:] = first.rotation
+    below = first if _second_is_above(first, second) else second
+    for n in range(len(layer.first) - 1):
+        ends = {first: layer.first[n : n + 2], second: layer.second[n : n + 2]}
+        above = second if below is first else first
+        dofs = [mesh.node_dofs(s) for mesh in (below, above) for s in ends[mesh]]
+        yield float(layer.first[n]), float(layer.first[n + 1] - layer.first[n]), np.concatenate(dofs), turn
+
+
+def _second_is_above(first: BeamMesh, second: BeamMesh) -> bool:
+    """On the left of the first, where its normal points; also where both axes are drawn as one line."""
+    offset = np.array(second.part.start) - np.array(first.part.start)
+    return float(offset @ np.array(first.part.normal)) > -1e-9
+
+
+def _of_beams(layer: LayerMesh, first: BeamMesh, second: BeamMesh, size: int) -> JointOperators:
+    joint = layer.joint
+    bottom, top = (first, second) if _second_is_above(first, second) else (second, first)
+    width = joint.width or min(first.part.width, second.part.width)
+    normal: list[Matrix] = []
+    shear: list[Matrix] = []
+    normal_weight: list[Matrix] = []
+    shear_weight: list[Matrix] = []
+    normal_at: list[Matrix] = []
+    shear_at: list[Matrix] = []
+    for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
+        element = thin_layer(
+            length=length, height=joint.layer_height, width=width,
+            bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness,
+        )  # fmt: skip
+        for B, rows in ((element.B_E, normal), (element.B_G, shear)):
+            full = np.zeros((len(B), size))
+            full[:, dofs] = B @ turn
+            rows.append(full)
+        normal_weight.append(element.normal_weight)
+        shear_weight.append(element.shear_weight)
+        normal_at.append(begin + length * gauss(len(element.B_E))[0])
+        shear_at.append(begin + length * gauss(len(element.B_G))[0])
+    return JointOperators(
+        name=joint.name,
+        B_E=np.vstack(normal),
+        B_G=np.vstack(shear),
+        normal_weight=np.concatenate(normal_weight),
+        shear_weight=np.concatenate(shear_weight),
+        normal_at=np.concatenate(normal_at),
+        shear_at=np.concatenate(shear_at),
+        shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
+        ends=(float(layer.first[0]), float(layer.first[-1])),
+    )
+
+
+def _of_pairs(
+    layout: Layout, joint: ThinLayer, first: MatrixCoordinates, second: MatrixCoordinates, size: int
+) -> JointOperators:
+    assert joint.pairs is not None
+    pairs = node_pairs(layout, joint.pairs, where=joint.name, parts=[first.matrices, second.matrices])
+    weight = np.sqrt(pairs.area_m2 / joint.layer_height)
+    points = np.array([first.matrices.coordinates_of(int(node)) for node in pairs.a])
+    along = points - points.mean(axis=0)
+    # The longest axis of the contact, in a fixed sense.
+    axis = np.linalg.svd(along, full_matrices=False)[2][0]
+    axis = axis * (np.sign(axis[np.argmax(np.abs(axis))]) or 1.0)
+    at = along @ axis
+    normal, shear, shear_of, direction = [], [], [], []
+    for n, (a, b) in enumerate(zip(pairs.a, pairs.b, strict=True)):
+        tangent, across = _tangents(pairs.normal[n], axis)
+        normal.append(weight[n] * _difference(first, second, int(a), int(b), pairs.normal[n], size))
+        for number, vector in enumerate((tangent, across)):
+            shear.append(weight[n] * _difference(first, second, int(a), int(b), vector, size))
+            shear_of.append(n)
+            direction.append(number)
+    B_G, order, directions = np.array(shear), np.array(shear_of), np.array(direction, np.int64)
+    moves = np.max(np.abs(B_G), axis=1) > NOTHING * np.max(np.abs(B_G), initial=1.0)
+    kept = moves if moves.any() else np.ones(len(B_G), bool)
+    reach = float(np.ptp(at)) or 1.0
+    return JointOperators(
+        name=joint.name,
+        B_E=np.array(normal),
+        B_G=B_G[kept],
+        normal_weight=weight,
+        shear_weight=weight[order[kept]],
+        normal_at=at,
+        shear_at=at[order[kept]],
+        shear_direction=directions[kept],
+        ends=(float(at.min()) - 1e-6 * reach, float(at.min()) + (1 + 1e-6) * reach),
+    )
+
+
+def _tangents(normal: Matrix, axis: Matrix) -> tuple[Matrix, Matrix]:
+    """Unit vectors along the contact, as far as the normal allows, and across it."""
+    tangent = axis - (axis @ normal) * normal
+    if np.linalg.norm(tangent) < 1e-6:
+        tangent = np.eye(3)[np.argmin(np.abs(normal))]
+        tangent = tangent - (tangent @ normal) * normal
+    tangent = tangent / np.linalg.norm(tangent)
+    return tangent, np.cross(normal, tangent)
+
+
+def _difference(
+    first: MatrixCoordinates, second: MatrixCoordinates, a: int, b: int, direction: Matrix, size: int
+) -> Matrix:
+    row = np.zeros(size)
+    for mesh, node, sign in ((first, a, -1.0), (second, b, 1.0)):
+        dofs, coefficients = mesh.translation(node, direction.tolist())
+        row[dofs] += sign * coefficients
+    return row

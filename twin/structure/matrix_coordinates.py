@@ -1,0 +1,149 @@
+"""A part given by matrices, reduced, among all displacements of a structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.errors import InputError
+from twin.rigs import Layout, MatricesPart, Rig
+from twin.rigs.matrix_files import NodePairs, PartMatrices, read_pairs, read_part_matrices
+from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
+
+__all__ = ["MatrixCoordinates", "node_pairs", "reduced_parts"]
+
+Array = NDArray[np.float64]
+
+AXES = ("x", "y", "z")
+TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixCoordinates:
+    """Coordinates of a reduced part.
+
+    Attributes
+    ----------
+    first : int
+        Number of its first coordinate among all displacements of the structure.
+    """
+
+    part: MatricesPart
+    matrices: PartMatrices
+    reduced: ReducedPart
+    first: int
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.reduced.M)
+
+    def dof(self, node: float, name: str) -> tuple[NDArray[np.int64], Array] | None:
+        """Coordinates and coefficients of a node's displacement or rotation; None where it has none."""
+        row = self.matrices.row(int(node), name)
+        if row is None:
+            return None
+        return self.first + np.arange(self.size), self.reduced.T[row]
+
+    def translation(self, node: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
+        """The same of its displacement in a direction."""
+        if int(node) not in set(self.matrices.nodes.tolist()):
+            raise ValueError(f"part {self.part.name!r} has no node {node:g}")
+        row = np.zeros(self.size)
+        for axis, share in zip(AXES, direction, strict=True):
+            found = self.dof(node, axis)
+            if share and found is not None:
+                row += share * found[1]
+        return self.first + np.arange(self.size), row
+
+    def rigid_translation(self, direction: Sequence[float]) -> Array:
+        """Coordinates (size,) of a unit translation."""
+        whole = np.zeros(len(self.reduced.T))
+        for (_, name), row in self.matrices.rows.items():
+            if name in AXES:
+                whole[row] = direction[AXES.index(name)]
+        return np.asarray(np.linalg.lstsq(self.reduced.T, whole, rcond=None)[0])
+
+
+def node_pairs(layout: Layout, name: str, *, where: str, parts: Sequence[PartMatrices]) -> NodePairs:
+    """The pairs of a joint or a tie, whose nodes its parts must have."""
+    path = _file(layout, name, where)
+    pairs = read_pairs(path)
+    for side, nodes, matrices in (("node_a", pairs.a, parts[0]), ("node_b", pairs.b, parts[1])):
+        unknown = sorted(set(nodes.tolist()) - set(matrices.nodes.tolist()))
+        if unknown:
+            raise InputError(path, side, f"no node {unknown[0]} in that part", "take the nodes of its own table")
+    return pairs
+
+
+def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordinates, ...]:
+    """The layout's parts given by matrices, reduced to what is attached to them and to their lowest modes.
+
+    Parameters
+    ----------
+    rig
+        Whose shaker and sensors are attached.
+    first
+        Number of the first coordinate.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or does not fit.
+    """
+    found: list[MatrixCoordinates] = []
+    read = {part.name: _read(layout, part) for part in layout.parts if isinstance(part, MatricesPart)}
+    for part in layout.parts:
+        if not isinstance(part, MatricesPart):
+            continue
+        matrices = read[part.name]
+        known = set(matrices.nodes.tolist())
+        nodes = dict.fromkeys(_attached(layout, rig, part.name, read))
+        missing = [node for node in nodes if node not in known]
+        if missing:
+            table = _file(layout, part.nodes, part.name)
+            reason = f"part {part.name!r} has no node {missing[0]}"
+            raise InputError(table, "node", reason, "supports, shakers, sensors, joints and ties sit at nodes of it")
+        rows = [
+            row for node in nodes for name in TRANSLATIONS_AND_ROTATIONS
+            if (row := matrices.row(node, name)) is not None
+        ]  # fmt: skip
+        reduced = cached_craig_bampton(
+            matrices, np.array(rows, np.int64), modes_to_Hz=part.modes_to_Hz, folder=layout.folder
+        )
+        found.append(MatrixCoordinates(part, matrices, reduced, first))
+        first += found[-1].size
+    return tuple(found)
+
+
+def _attached(layout: Layout, rig: Rig, name: str, read: dict[str, PartMatrices]) -> Iterable[int]:
+    """Nodes of a part that something is attached to."""
+    for support in layout.supports:
+        if support.part == name:
+            yield int(support.at)
+    for place in [rig.drive_place, *(rig.place_of(sensor.channel) for sensor in rig.sensors)]:
+        if place.part == name:
+            yield int(place.at)
+    joined = [(j.between, j.pairs) for j in layout.joints] + [(tie.between, tie.pairs) for tie in layout.ties]
+    for between, file in joined:
+        if file is not None and name in between:
+            pairs = node_pairs(layout, file, where="pairs", parts=[read[n] for n in between])
+            yield from (pairs.a if between[0] == name else pairs.b).tolist()
+    for tie in layout.ties:
+        if tie.at is not None and name in tie.between:
+            yield int(tie.at[tie.between.index(name)])
+
+
+def _read(layout: Layout, part: MatricesPart) -> PartMatrices:
+    mass, stiffness, nodes = (_file(layout, name, part.name) for name in (part.mass, part.stiffness, part.nodes))
+    return read_part_matrices(mass, stiffness, nodes)
+
+
+def _file(layout: Layout, name: str, where: str) -> Path:
+    if layout.folder is None:
+        raise InputError(name, where, "nobody knows where this file lies", "give the rig file itself with --rig")
+    return layout.folder / name

@@ -1,0 +1,213 @@
+"""What everything else asks of a structure: mass, stiffness, what its joints do, and rows of places.
+
+Nothing outside this package knows of parts, nodes or degrees of freedom.  Stiffness is linear in the joints' moduli,
+K = K0 + sum E'_j KE_j + G'_j KG_j, and the joints' parts are of low rank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import Layout, Place
+from twin.structure.matrix_coordinates import MatrixCoordinates
+from twin.structure.mesh import BeamMesh
+
+__all__ = ["JointOperators", "Structure"]
+
+Matrix = NDArray[np.float64]
+
+PLANE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class JointOperators:
+    """Strain operators of a joint's layer.
+
+    Attributes
+    ----------
+    name
+        Of the joint.
+    B_E, B_G : ndarray, (r, n), (q, n)
+        KE = B_E' B_E and KG = B_G' B_G.
+    normal_weight, shear_weight : ndarray, (r,), (q,)
+        B_E / normal_weight is the opening in metres, B_G / shear_weight the slip.
+    normal_at, shear_at : ndarray, (r,), (q,)
+        Where along the joint its points lie, m.
+    shear_direction : ndarray of int, (q,)
+        In which of the layer's directions a row slips: 0, or 1 across it.
+    ends : tuple of float
+        Where the layer begins and ends on that scale.
+    """
+
+    name: str
+    B_E: Matrix
+    B_G: Matrix
+    normal_weight: Matrix
+    shear_weight: Matrix
+    normal_at: Matrix
+    shear_at: Matrix
+    shear_direction: NDArray[np.int64]
+    ends: tuple[float, float]
+
+    @property
+    def KE(self) -> Matrix:
+        """Stiffness of the layer per unit of E'."""
+        return self.B_E.T @ self.B_E
+
+    @property
+    def KG(self) -> Matrix:
+        """Stiffness of the layer per unit of G'."""
+        return self.B_G.T @ self.B_G
+
+    def over(self, basis: Matrix) -> JointOperators:
+        """The same over other coordinates, x = basis z."""
+        return replace(self, B_E=self.B_E @ basis, B_G=self.B_G @ basis)
+
+    def with_gradient(self, gradient: float) -> JointOperators:
+        """The same with moduli that vary along the layer as 1 - gradient (xi - 1/2), xi = 0 ... 1."""
+        start, end = self.ends
+        normal, shear = (
+            np.sqrt(np.maximum(1 - gradient * ((x - start) / (end - start) - 0.5), 1e-6))
+            for x in (self.normal_at, self.shear_at)
+        )
+        return replace(
+            self,
+            B_E=normal[:, None] * self.B_E,
+            B_G=shear[:, None] * self.B_G,
+            normal_weight=normal * self.normal_weight,
+            shear_weight=shear * self.shear_weight,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """A structure in n coordinates.
+
+    Attributes
+    ----------
+    M, K0 : ndarray, (n, n)
+        Mass with the sensors' masses, and stiffness of the parts and supports without the joints.
+    joints : tuple of JointOperators
+        In the rig file's order.
+    layout : Layout
+        What it was made of.
+    meshes : dict
+        Beams and parts given by matrices, by name, over all displacements.
+    basis : ndarray, (N, n)
+        All displacements of the parts from the coordinates,
+    free : ndarray of int, (n,)
+        which are these displacements themselves.
+    """
+
+    M: Matrix
+    K0: Matrix
+    joints: tuple[JointOperators, ...]
+    layout: Layout
+    meshes: dict[str, BeamMesh | MatrixCoordinates]
+    basis: Matrix
+    free: NDArray[np.int64]
+
+    def stiffness(self, E: float | Sequence[float] | Matrix, G: float | Sequence[float] | Matrix) -> Matrix:
+        """K at moduli E', G' in N/m2: one for each joint, or one for all."""
+        K = self.K0
+        for joint, e, g in zip(
+            self.joints, np.broadcast_to(E, len(self.joints)), np.broadcast_to(G, len(self.joints)), strict=True
+        ):
+            K = K + e * joint.KE + g * joint.KG
+        return K
+
+    def row(self, place: Place) -> Matrix:
+        """Row c (n,) with c x the displacement at a place in its direction.
+
+        Raises
+        ------
+        ValueError
+            If the place is not on the structure.
+        """
+        return self._over(*self.meshes[place.part].translation(place.at, place.direction))
+
+    def translations(self, place: Place) -> Matrix:
+        """Rows (k, n) of the displacement there: along x and y of a beam, along z too of a part given by matrices."""
+        mesh = self.meshes[place.part]
+        axes = PLANE if isinstance(mesh, BeamMesh) else (*PLANE, (0.0, 0.0, 1.0))
+        return np.array([self._over(*mesh.translation(place.at, axis)) for axis in axes])
+
+    def deflection(self, position_m: float) -> Matrix:
+        """Row with v(position), the displacement across the beam that lies there."""
+        return self.row(self.layout.place(position_m))
+
+    def axial(self, position_m: float) -> Matrix:
+        """Row with u(position), the displacement along it."""
+        place = self.layout.place(position_m)
+        return self.row(place.towards((*self.layout.beam(place.part).axis, 0.0)))
+
+    def slope(self, position_m: float) -> Matrix:
+        """Row with v'(position), the derivative of :meth:`deflection` with respect to position."""
+        place = self.layout.place(position_m)
+        return self._over(*self._beam(place).slope(place.at))
+
+    def curvature(self, position_m: float) -> Matrix:
+        """Row with v''(position), the beam's curvature."""
+        place = self.layout.place(position_m)
+        return self._over(*self._beam(place).curvature(place.at))
+
+    def surface_motion(self, place: Place, *, side: int) -> Matrix:
+        """Row of the motion along a beam at its surface, half a thickness off the axis: +1 the left one, -1 the right.
+
+        Of a part given by matrices there is no such surface: no motion.
+        """
+        mesh = self.meshes[place.part]
+        if not isinstance(mesh, BeamMesh):
+            return np.zeros(len(self.M))
+        along = self.row(place.towards((*mesh.part.axis, 0.0)))
+        return along - side * mesh.part.thickness / 2 * self._over(*mesh.slope(place.at))
+
+    def rigid_translation(self, direction: tuple[float, float, float]) -> Matrix:
+        """Coordinates (n,) of a unit translation of everything that is not held."""
+        whole = np.zeros(len(self.basis))
+        for mesh in self.meshes.values():
+            whole[mesh.first : mesh.first + mesh.size] = mesh.rigid_translation(direction)
+        return whole[self.free]
+
+    @property
+    def transverse(self) -> NDArray[np.bool_]:
+        """Which coordinates are no displacement along a beam that lies along x."""
+        along = np.zeros(len(self.basis), bool)
+        for mesh in self.meshes.values():
+            if isinstance(mesh, BeamMesh):
+                along[mesh.first : mesh.first + mesh.size : 3] = True
+        return np.asarray(~along[self.free])
+
+    def with_point_mass(self, position_m: float, mass_kg: float) -> Structure:
+        """The same structure with a mass fixed to a beam."""
+        return self.with_mass_at(self.layout.place(position_m), mass_kg)
+
+    def with_mass_at(self, place: Place, mass_kg: float) -> Structure:
+        """The same structure with a mass fixed at a place."""
+        rows = self.translations(place)
+        M = self.M
+        for row in rows[::-1]:
+            M = M + mass_kg * np.outer(row, row)
+        return replace(self, M=M)
+
+    def with_lateral_spring(self, place: Place, stiffness_N_per_m: float) -> Structure:
+        """The same structure on a spring to ground along a beam, at its right surface, which resists slope too."""
+        row = self.surface_motion(place, side=-1)
+        return replace(self, K0=self.K0 + stiffness_N_per_m * np.outer(row, row))
+
+    def with_gradient(self, gradient: float, *, joint: int = 0) -> Structure:
+        """The same structure with a joint whose moduli vary along it, see :meth:`JointOperators.with_gradient`."""
+        joints = tuple(j.with_gradient(gradient) if n == joint else j for n, j in enumerate(self.joints))
+        return replace(self, joints=joints)
+
+    def _beam(self, place: Place) -> BeamMesh:
+        mesh = self.meshes[place.part]
+        assert isinstance(mesh, BeamMesh)
+        return mesh
+
+    def _over(self, dofs: NDArray[np.int64], coefficients: Matrix) -> Matrix:
+        return np.asarray(coefficients @ self.basis[dofs])
