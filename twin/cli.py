@@ -25,6 +25,7 @@ __all__ = ["main"]
 
 SUMMARIES = {
     "demo": "The main job from end to end: serve, acquire, identify, find a hidden effect, report.",
+    "rig": "Show a rig: drawn, its natural frequencies, what is implausible.",
     "rehearse": "Run a procedure on the twin, faster than real time.",
     "serve": "Serve the virtual instruments of a rig over serial, TCP and CAN.",
     "acquire": "Run a procedure against instruments, virtual or real, and record it.",

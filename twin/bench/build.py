@@ -19,8 +19,9 @@ from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense
 from twin.bench.shaker import COORDINATES, Shaker
 from twin.joint import Hinges, Law, jenkins
 from twin.rigs import Place
-from twin.structure import assemble, layer_points, normal_modes
+from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
+from twin.structure.modes import MOST_RIGID
 
 __all__ = ["Built", "build"]
 
@@ -30,9 +31,6 @@ RESOLVED = 0.4
 """Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint force."""
 SUSPENSION_Hz, SUSPENSION_DAMPING = 0.5, 0.05
 """What hangs free hangs on something: natural frequency and damping ratio of its rigid motions on soft cords."""
-RIGID_MOTIONS = 6
-RIGID = 1e-4
-"""Frequency of a rigid motion at most, over that of the first elastic mode."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,8 +247,8 @@ def _matrices(plan: Plan) -> tuple[Matrices, int]:
     K = with_layers(
         matrices.K0, matrices.K_E, matrices.K_G, [joint.E for joint in plan.joints], [joint.G for joint in plan.joints]
     )
-    modes = normal_modes(matrices.M, K, RIGID_MOTIONS + 1)
-    rigid = modes.Phi[:, modes.omega < RIGID * modes.omega[-1]]
+    modes = normal_modes(matrices.M, K, MOST_RIGID + 1)
+    rigid = modes.Phi[:, : rigid_motions(modes.omega)]
     held = matrices.M @ rigid
     matrices.K0 += (2 * np.pi * SUSPENSION_Hz) ** 2 * (held @ held.T)
     return matrices, rigid.shape[1]

@@ -11,6 +11,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin demo",
         "twin demo --seed 7 --cause added-mass --out demo",
     ),
+    "rig": (
+        "twin rig show steel-lap-joint",
+        "twin rig show my-rig.toml --picture my-rig.png --save my-rig.rrd",
+    ),
     "rehearse": (
         "twin rehearse steel-sweeps --rig steel-lap-joint --out rehearsal",
         "twin rehearse my-sweep.toml --rig my-rig.toml --preload 120N --preload 540N --out rehearsal",

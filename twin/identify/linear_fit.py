@@ -17,6 +17,7 @@ from twin.identify.gauss_newton import minimise
 from twin.identify.linear_model import DAMPED_MODES, BaseParameters, LinearModel
 from twin.identify.poles import poles_near
 from twin.identify.spectrum import BroadbandRecord
+from twin.structure import rigid_motions
 
 DETUNING_STD = 1e-4
 """Prior of what the finite elements and rounded dimensions leave wrong in a natural frequency."""
@@ -303,6 +304,10 @@ def _complex_modes(model: LinearModel, base: BaseParameters) -> tuple[Complex, C
     inverse = solve_triangular(np.linalg.cholesky(s.M), np.eye(len(s.M)), lower=True)
     values, vectors = np.linalg.eig(inverse @ K @ inverse.T)
     order = np.argsort(values.real)
+    # Rigid motions last, as in the model's own basis.
+    rigid = rigid_motions(np.sqrt(np.abs(values[order].real)))
+    values[order[:rigid]] = 0.0
+    order = np.r_[order[rigid:], order[:rigid]]
     vectors = vectors[:, order]
     return values[order], inverse.T @ (vectors / np.sqrt(np.sum(vectors**2, axis=0)))
 
@@ -319,12 +324,13 @@ def _reference(model: LinearModel, base: BaseParameters) -> tuple[Callable[[Real
     zeta = np.concatenate([base.zeta, model.basis.zeta])[: len(values)]
     zeta = np.concatenate([zeta, np.full(len(values) - len(zeta), zeta[-1])])
     residues = (model.ports.rows[model.ports.outputs] @ Phi) * (model.ports.rows[model.ports.drive] @ Phi)
-    kept = 40
+    elastic = np.count_nonzero(values)
+    near = np.r_[: min(40, elastic), elastic : len(values)]
 
     def response(omega: Real) -> Complex:
         w = omega[:, None]
-        D = 1.0 / (values[:kept] - w**2 + 2j * zeta[:kept] * omega_r[:kept] * w)
-        static = np.sum(residues[:, kept:] / values[kept:], axis=1)
-        return (D @ residues[:, :kept].T + static) * model.to_quantity(omega)
+        D = 1.0 / (values[near] - w**2 + 2j * zeta[near] * omega_r[near] * w)
+        static = np.sum(residues[:, 40:elastic] / values[40:elastic], axis=1)
+        return (D @ residues[:, near].T + static) * model.to_quantity(omega)
 
-    return response, omega_r, zeta + values.imag / (2 * values.real)
+    return response, omega_r[:elastic], zeta[:elastic] + values[:elastic].imag / (2 * values[:elastic].real)

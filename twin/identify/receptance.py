@@ -19,7 +19,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure import JointOperators, Modes, normal_modes
+from twin.structure import JointOperators, Modes, normal_modes, rigid_motions
 
 __all__ = ["ModalBasis", "attach", "layer_ports", "lowest_modes_basis", "update_receptance", "update_receptance_numpy"]
 
@@ -88,15 +88,21 @@ class ModalBasis:
 
 
 def lowest_modes_basis(M: Real, K: Real, zeta: Real, *, kept: int = KEPT_MODES) -> ModalBasis:
-    """The `kept` lowest modes of M, K with damping ratios `zeta`, and the rest as flexibility."""
+    """The `kept` lowest modes of M, K with damping ratios `zeta`, and the rest as flexibility.
+
+    Rigid motions come last: a mode's number, and its damping ratio, count those that strain something.
+    """
     modes: Modes = normal_modes(M, K)
     kept = min(kept, len(modes.omega))
-    Phi, rest = modes.Phi[:, :kept], modes.Phi[:, kept:]
+    rigid = rigid_motions(modes.omega)
+    order = np.r_[rigid:kept, :rigid]
+    rest = modes.Phi[:, kept:]
     scaled = rest / modes.omega[kept:]
     scaled2 = scaled / modes.omega[kept:]
     return ModalBasis(
-        modes.omega[:kept], _extend(np.asarray(zeta, float), kept), Phi, scaled @ scaled.T, scaled2 @ scaled2.T
-    )
+        modes.omega[order], _extend(np.asarray(zeta, float), kept), modes.Phi[:, order], scaled @ scaled.T,
+        scaled2 @ scaled2.T,
+    )  # fmt: skip
 
 
 def layer_ports(joint: JointOperators) -> tuple[Real, Real]:

@@ -179,7 +179,7 @@ def _check_shape(path: Path, shape: Sequence[int]) -> None:
 
 
 def _matrix_market(path: Path, stream: BinaryIO) -> csr_array:
-    rows, columns, entries, form, field, symmetry = mminfo(stream)
+    rows, columns, entries, form, field, symmetry = mminfo(str(path))
     _check_shape(path, (rows, columns))
     if field not in ("real", "double", "integer", "unsigned-integer") or symmetry not in ("general", "symmetric"):
         raise InputError(path, "line 1", f"{field} {symmetry}", "needs a real or integer matrix, symmetric or general")
@@ -187,8 +187,7 @@ def _matrix_market(path: Path, stream: BinaryIO) -> csr_array:
     if entries > size:
         raise InputError(path, "", f"says it has {entries} entries, more than the file can hold", "export it again")
     _check_numbers(path, stream)
-    stream.seek(0)
-    matrix = mmread(stream)
+    matrix = mmread(str(path))  # of a stream it reads ahead and cannot go back
     if form == "array":
         return csr_array(np.asarray(matrix, dtype=float))
     whole = csr_array(matrix, dtype=float)

@@ -1,21 +1,25 @@
 """Structures of any parts and joints: meshes, elements, layers, assembly, modes."""
 
 from twin.structure.assembly import assemble
-from twin.structure.drawn import BeamLine, beam_lines, drawn_position
+from twin.structure.drawn import BeamLine, DrawnPart, beam_lines, drawn_parts, drawn_position, point_of
 from twin.structure.layer_points import LayerPoints, layer_points
-from twin.structure.modes import Modes, eigenvalue_sensitivity, normal_modes
+from twin.structure.modes import Modes, eigenvalue_sensitivity, normal_modes, rigid_motions
 from twin.structure.structure import JointOperators, Structure
 
 __all__ = [
     "BeamLine",
+    "DrawnPart",
     "JointOperators",
     "LayerPoints",
     "Modes",
     "Structure",
     "assemble",
     "beam_lines",
+    "drawn_parts",
     "drawn_position",
     "eigenvalue_sensitivity",
     "layer_points",
     "normal_modes",
+    "point_of",
+    "rigid_motions",
 ]

@@ -1,4 +1,4 @@
-"""Beams laid out along one axis, to draw their deflections over it."""
+"""What a picture of a structure needs: its parts in space, and its beams laid out along one axis."""
 
 from __future__ import annotations
 
@@ -6,15 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 
 from twin.rigs import BeamPart, Layout, Place
+from twin.rigs.layout import DIRECTIONS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
-__all__ = ["BeamLine", "beam_lines", "drawn_position"]
+__all__ = ["BeamLine", "DrawnPart", "beam_lines", "drawn_parts", "drawn_position", "point_of"]
 
 Array = NDArray[np.float64]
 
+FLAT = 1e-6
+"""Spread of nodes across their longest axis, over that along it, below which they lie on a line."""
 PARALLEL = 1e-6
 """Sine of the angle between beams up to which they are drawn where they lie."""
 
@@ -26,6 +30,68 @@ class BeamLine:
     name: str
     x: Array
     rows: Array
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnPart:
+    """A part as a picture shows it.
+
+    Attributes
+    ----------
+    points : ndarray, (k, 3)
+        Coordinates of its nodes, m.
+    edges : ndarray of int, (e, 2)
+        Which of them are joined by a line.
+    rows : ndarray, (3, k, n)
+        Their displacements along x, y and z.
+    """
+
+    name: str
+    points: Array
+    edges: NDArray[np.int64]
+    rows: Array
+
+
+def drawn_parts(structure: Structure) -> tuple[DrawnPart, ...]:
+    """Every part: a beam as its line, a part given by matrices as a net of its nodes."""
+    parts = []
+    for mesh in structure.meshes.values():
+        name = mesh.part.name
+        if isinstance(mesh, BeamMesh):
+            points = np.column_stack([mesh.points, np.zeros(len(mesh.s))])
+            nodes = list(mesh.s)
+            edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
+        else:
+            points, nodes = mesh.matrices.coordinates, list(mesh.matrices.nodes)
+            edges = _net(points)
+        rows = np.array([
+            [structure.row(Place(name, float(node), axis)) for node in nodes] for axis in DIRECTIONS.values()
+        ])  # fmt: skip
+        parts.append(DrawnPart(name, points, edges, rows))
+    return tuple(parts)
+
+
+def point_of(structure: Structure, place: Place) -> Array:
+    """Coordinates (3,) of a place, m."""
+    mesh = structure.meshes[place.part]
+    if isinstance(mesh, BeamMesh):
+        return np.array([*(np.array(mesh.part.start) + place.at * np.array(mesh.part.axis)), 0.0])
+    return np.asarray(mesh.matrices.coordinates_of(int(place.at)))
+
+
+def _net(points: Array) -> NDArray[np.int64]:
+    """Pairs of neighbours as seen on the plane in which the nodes spread most; a chain where they lie on a line.
+
+    Matrices come without elements: this is a net to look at, and no more.
+    """
+    away = points - points.mean(axis=0)
+    _, spread, axes = np.linalg.svd(away, full_matrices=False)
+    if len(points) < 4 or spread[1] < FLAT * spread[0]:
+        order = np.argsort(away @ axes[0])
+        return np.column_stack([order[:-1], order[1:]])
+    corners = Delaunay(away @ axes[:2].T).simplices
+    sides = np.vstack([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [0, 2]]])
+    return np.unique(np.sort(sides, axis=1), axis=0).astype(np.int64)
 
 
 def beam_lines(structure: Structure) -> tuple[BeamLine, ...]:

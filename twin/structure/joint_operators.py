@@ -93,7 +93,14 @@ def _of_beams(layer: LayerMesh, first: BeamMesh, second: BeamMesh, size: int) ->
         shear_at=np.concatenate(shear_at),
         shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
         ends=(float(layer.first[0]), float(layer.first[-1])),
+        points=_along(first, np.concatenate(normal_at)),
     )
+
+
+def _along(mesh: BeamMesh, s: Matrix) -> Matrix:
+    """Coordinates (r, 3) of places along a beam."""
+    points = np.array(mesh.part.start) + s[:, None] * np.array(mesh.part.axis)
+    return np.column_stack([points, np.zeros(len(s))])
 
 
 def _of_pairs(
@@ -130,6 +137,7 @@ def _of_pairs(
         shear_at=at[order[kept]],
         shear_direction=directions[kept],
         ends=(float(at.min()) - 1e-6 * reach, float(at.min()) + (1 + 1e-6) * reach),
+        points=points,
     )
 
 

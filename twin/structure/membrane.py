@@ -87,6 +87,7 @@ def with_layer_element(
         shear_weight=np.concatenate(shear_weight),
         normal_at=np.concatenate(normal_at),
         shear_at=np.concatenate(shear_at),
+        points=np.zeros((sum(len(at) for at in normal_at), 3)),
         shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
     )
     return replace(structure, joints=tuple(own if n == joint else j for n, j in enumerate(structure.joints)))

@@ -8,7 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-__all__ = ["Modes", "eigenvalue_sensitivity", "normal_modes"]
+__all__ = ["Modes", "eigenvalue_sensitivity", "normal_modes", "rigid_motions"]
+
+MOST_RIGID = 6
+RIGID = 1e-4
+"""Natural frequency of a rigid motion at most, over that of the lowest that must be elastic."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,12 @@ def normal_modes(M: NDArray[np.float64], K: NDArray[np.float64], count: int | No
     subset = None if count is None else (0, min(count, len(M)) - 1)
     values, Phi = eigh(K, M, subset_by_index=subset)
     return Modes(np.sqrt(np.maximum(values, 0.0)), Phi)
+
+
+def rigid_motions(omega: NDArray[np.float64]) -> int:
+    """How many of rising natural frequencies are those of motions that nothing holds: six at most, of one body."""
+    elastic = omega[min(MOST_RIGID, len(omega) - 1)]
+    return int(np.count_nonzero(omega[:MOST_RIGID] < RIGID * elastic))
 
 
 def eigenvalue_sensitivity(Phi: NDArray[np.float64], B: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -41,6 +41,8 @@ class JointOperators:
         In which of the layer's directions a row slips: 0, or 1 across it.
     ends : tuple of float
         Where the layer begins and ends on that scale.
+    points : ndarray, (r, 3)
+        Coordinates of the normal points, m.
     """
 
     name: str
@@ -52,6 +54,7 @@ class JointOperators:
     shear_at: Matrix
     shear_direction: NDArray[np.int64]
     ends: tuple[float, float]
+    points: Matrix
 
     @property
     def KE(self) -> Matrix:

@@ -1,0 +1,69 @@
+"""``twin rig show``: any rig drawn, its natural frequencies, and what of it is implausible."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from recordings.errors import InputError
+from twin.commands.output import json_option, print_json, say, working
+
+__all__ = ["command"]
+
+USUAL_s = 1.0
+
+
+@click.group("rig", short_help="Show a rig: drawn, its natural frequencies, what is implausible.")
+def command() -> None:
+    """Look at a rig before anything is measured with it."""
+
+
+@command.command("show")
+@click.argument("rig", metavar="RIG")
+@click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
+@click.option("--save", metavar="FILE.rrd", type=click.Path(path_type=Path), help="The rig and its modes for rerun.")
+@click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The same as a picture.")
+@json_option
+def show(rig: str, preload: str | None, save: Path | None, picture: Path | None, as_json: bool) -> None:
+    """Assemble RIG, draw it, and tell its natural frequencies and what is implausible of it.
+
+    RIG is a shipped rig's name or a rig file of format 1 or 2.
+    """
+    from twin.lab.modelled_rig import modelled_rig, rig_table
+    from twin.rigs import known_preload, load_rig
+    from twin.rigs.beam import is_beam_rig
+    from twin.rigs.modal import is_modal_rig
+
+    for path in (save, picture):
+        if path is not None and not path.parent.is_dir():
+            raise InputError(path, "", "its folder does not exist")
+    if is_modal_rig(rig) or is_beam_rig(rig):
+        raise InputError(rig, "kind", "has no parts and sensors to show", "give a rig of format 1 or 2")
+    loaded = load_rig(rig)
+    with working(f"assembling {loaded.name}", usual_s=USUAL_s):
+        modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
+        table = rig_table(modelled)
+    if picture is not None:
+        from recordings.whole import whole_file
+        from twin.views.rig_figure import rig_figure
+
+        with whole_file(picture) as part:
+            rig_figure(modelled).savefig(part, format=picture.suffix.removeprefix(".") or "png", dpi=130)
+    if save is not None:
+        from twin.views.rerun_rig import save_rig_view
+
+        save_rig_view(modelled, save)
+    if as_json:
+        print_json(table)
+        return
+    say(f"{loaded.name}: {loaded.sentence}")
+    if modelled.rigid:
+        say(f"{modelled.rigid} rigid motions")
+    for number, frequency in enumerate(table["natural_frequencies_Hz"], start=1):
+        say(f"mode {number}: {frequency:.5g} Hz")
+    for warning in table["warnings"]:
+        say(f"implausible: {warning}")
+    for path in (picture, save):
+        if path is not None:
+            say(f"wrote {path}")

@@ -1,0 +1,145 @@
+"""What of a rig is implausible: usual slips of pen in a rig file, each told in a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.rigs import Rig
+from twin.structure.drawn import drawn_parts
+from twin.structure.mesh import BeamMesh
+from twin.structure.modes import Modes
+from twin.structure.structure import Structure
+
+__all__ = ["ModelledRig", "implausible"]
+
+Array = NDArray[np.float64]
+
+MODULUS_Pa, DENSITY_kg_m3 = (1e6, 1.3e12), (10.0, 23e3)
+"""From foam to diamond; from foam to osmium."""
+STOUT = 10.0
+"""Length over thickness below which shear is felt in the first bending mode, by a per cent and more."""
+HEAVY = 0.05
+"""Share of the structure's mass from which a sensor's is unusual."""
+DAMPED = 0.1
+"""Modal damping ratio beyond which a structure hardly resonates."""
+COARSE = 2
+"""Elements for each half wave of the highest mode that is told: with two its frequency is half a per cent off."""
+STILL = 0.01
+"""Motion in a mode, over the largest of any place, below which a place counts as a node of it."""
+STIFF = 1e3
+"""Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other way."""
+LOOKED_AT = 4
+"""Modes in which a drive or a sensor should move."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelledRig:
+    """A rig, its structure at one preload, and its modes without the rigid ones."""
+
+    rig: Rig
+    structure: Structure
+    modes: Modes
+    rigid: int
+
+
+def implausible(modelled: ModelledRig) -> tuple[str, ...]:
+    """A line for everything that a rig file is unlikely to mean."""
+    return tuple(line for check in CHECKS for line in check(modelled))
+
+
+def _materials(m: ModelledRig) -> Iterator[str]:
+    for beam in m.rig.layout().beams:
+        for name, value, (low, high), unit in (
+            ("youngs_modulus", beam.youngs_modulus, MODULUS_Pa, "N/m2"),
+            ("density", beam.density, DENSITY_kg_m3, "kg/m3"),
+        ):
+            if not low <= value <= high:
+                yield f"part {beam.name!r}: {name} {value:g} {unit} is no solid's; SI units are asked for"
+
+
+def _slenderness(m: ModelledRig) -> Iterator[str]:
+    for beam in m.rig.layout().beams:
+        if beam.length < STOUT * beam.thickness and beam.shear_ratio == 0:
+            yield (
+                f"part {beam.name!r}: {beam.length / beam.thickness:.2g} times as long as thick; without a shear_ratio "
+                "(about 3 for a metal) it bends too little"
+            )
+
+
+def _layers(m: ModelledRig) -> Iterator[str]:
+    for joint in m.rig.joints:
+        for name, moduli in joint.preload.items():
+            ratio = moduli.shear_modulus / moduli.normal_modulus
+            if not 1 / STIFF < ratio < STIFF:
+                yield f"joint {joint.name!r}, preload {name}: G' is {ratio:.2g} times E'"
+
+
+def _motions(m: ModelledRig) -> Iterator[str]:
+    held = 0 if m.rig.layout().supports else _of_one_body(m)
+    if m.rigid > held:
+        loose = m.rigid - held
+        yield (
+            f"{loose} motion{'s' if loose > 1 else ''} of parts that nothing holds: a part without joint, tie or "
+            "support, or a support or tie that leaves one free"
+        )
+
+
+def _of_one_body(m: ModelledRig) -> int:
+    return 3 if all(isinstance(mesh, BeamMesh) for mesh in m.structure.meshes.values()) else 6
+
+
+def _damping(m: ModelledRig) -> Iterator[str]:
+    for number, ratio in enumerate(m.rig.damping.modal_ratio, start=1):
+        if ratio > DAMPED:
+            yield f"damping.modal_ratio: {ratio:g} of mode {number}; a ratio, not per cent, is asked for"
+
+
+def _masses(m: ModelledRig) -> Iterator[str]:
+    along = m.structure.rigid_translation((1.0, 0.0, 0.0))
+    whole = float(along @ m.structure.M @ along)
+    for sensor in m.rig.sensors:
+        if sensor.mass > HEAVY * whole > 0:
+            yield f"sensor {sensor.channel!r}: {1e3 * sensor.mass:.3g} g, {sensor.mass / whole:.0%} of the structure"
+
+
+def _still_places(m: ModelledRig) -> Iterator[str]:
+    rows = np.concatenate([part.rows.reshape(-1, len(m.structure.M)) for part in drawn_parts(m.structure)])
+    largest = np.max(np.abs(rows @ m.modes.Phi[:, :LOOKED_AT]), axis=0)
+    for name, place in _places(m.rig):
+        row = m.structure.row(place)
+        if not np.any(row):
+            yield f"{name}: nothing moves there in its direction"
+            continue
+        still = np.flatnonzero(np.abs(row @ m.modes.Phi[:, :LOOKED_AT]) < STILL * largest)
+        if len(still):
+            numbers = ", ".join(str(number + 1) for number in still)
+            yield f"{name}: at a node of mode{'s' if len(still) > 1 else ''} {numbers}, or across its motion"
+
+
+def _places(rig: Rig):  # type: ignore[no-untyped-def]
+    yield "drive", rig.drive_place
+    for sensor in rig.response_sensors:
+        yield f"sensor {sensor.channel!r}", rig.place_of(sensor.channel)
+
+
+def _meshes(m: ModelledRig) -> Iterator[str]:
+    highest = float(m.modes.omega[min(9, len(m.modes.omega) - 1)])
+    for mesh in m.structure.meshes.values():
+        if isinstance(mesh, BeamMesh):
+            beam = mesh.part
+            wave = (beam.youngs_modulus * beam.second_moment / (beam.density * beam.area * highest**2)) ** 0.25
+            longest = float(np.max(np.diff(mesh.s)))
+            if longest * COARSE > np.pi * wave:
+                yield (
+                    f"part {beam.name!r}: elements of {1e3 * longest:.3g} mm are coarse for mode 10 at "
+                    f"{highest / (2 * np.pi):.4g} Hz; give it more"
+                )
+
+
+CHECKS: tuple[Callable[[ModelledRig], Iterator[str]], ...] = (
+    _materials, _slenderness, _layers, _motions, _damping, _masses, _still_places, _meshes,
+)  # fmt: skip

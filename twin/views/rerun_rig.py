@@ -1,0 +1,81 @@
+"""A rig in rerun: its parts in space with joints, shaker and sensors, and its mode shapes moving."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from recordings.whole import whole_file
+from twin.structure import drawn_parts, point_of
+from twin.structure.plausibility import ModelledRig
+from twin.views.rig_figure import extent, mode_scale, unit_arrow
+from twin.views.style import level_colour, on_dark, rgb
+
+__all__ = ["save_rig_view"]
+
+Array = NDArray[Any]
+
+SLOW_MOTION = "slow_motion"
+FRAMES, CYCLE_S = 32, 2.0
+MODES = 6
+JOINT, DRIVE, SENSOR = "#d55e00", "#cc79a7", "#009e73"
+
+
+def save_rig_view(modelled: ModelledRig, path: Path) -> None:
+    """Write a rig as an .rrd file, whole or not at all."""
+    with whole_file(path) as part:
+        recording = rr.RecordingStream("twin-rig")
+        recording.save(str(part))
+        recording.send_blueprint(_draw(recording, modelled))
+        recording.flush()
+        recording.disconnect()
+
+
+def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Blueprint:
+    structure = modelled.structure
+    parts = drawn_parts(structure)
+    size = extent(parts)
+    for number, part in enumerate(parts):
+        lines = rr.LineStrips3D(
+            part.points[part.edges].astype(np.float32), colors=[on_dark(level_colour(number))], radii=0.004 * size
+        )
+        recording.log(f"rig/{rr.escape_entity_path_part(part.name)}", lines, static=True)
+    for joint in structure.joints:
+        recording.log(
+            f"rig/joints/{rr.escape_entity_path_part(joint.name)}",
+            rr.Points3D(joint.points, colors=[rgb(JOINT)], radii=0.008 * size), static=True,
+        )  # fmt: skip
+    rig = modelled.rig
+    marks = [("drive", rig.drive_place, DRIVE)]
+    marks += [(sensor.channel, rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
+    for name, place, colour in marks:
+        arrow = rr.Arrows3D(
+            origins=[point_of(structure, place)], vectors=[unit_arrow(place.direction, 0.1 * size)],
+            colors=[rgb(colour)], radii=0.005 * size, labels=[name],
+        )  # fmt: skip
+        recording.log(f"rig/at/{rr.escape_entity_path_part(name)}", arrow, static=True)
+    views: list[Any] = [rrb.Spatial3DView(origin="/rig", name="Rig")]
+    for mode in range(min(MODES, modelled.modes.Phi.shape[1])):
+        phi = modelled.modes.Phi[:, mode]
+        scale = mode_scale(parts, phi, size)
+        for number, part in enumerate(parts):
+            moved = scale * (part.rows @ phi).T
+            path = f"modes/{mode + 1}/{rr.escape_entity_path_part(part.name)}"
+            for frame in range(FRAMES + 1):
+                recording.set_time(SLOW_MOTION, duration=CYCLE_S * frame / FRAMES)
+                points = part.points + np.sin(2 * np.pi * frame / FRAMES) * moved
+                recording.log(path, rr.LineStrips3D(
+                    points[part.edges].astype(np.float32), colors=[on_dark(level_colour(number))], radii=0.003 * size
+                ))  # fmt: skip
+        recording.reset_time()
+        title = f"Mode {mode + 1}, {modelled.modes.frequency_Hz[mode]:.5g} Hz"
+        views.append(rrb.Spatial3DView(origin=f"/modes/{mode + 1}", name=title))
+    return rrb.Blueprint(
+        rrb.Horizontal(views[0], rrb.Grid(*views[1:]), column_shares=[1, 2]),
+        rrb.TimePanel(state="collapsed", timeline=SLOW_MOTION), collapse_panels=True,
+    )  # fmt: skip

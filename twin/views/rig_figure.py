@@ -1,0 +1,122 @@
+"""A rig as a picture: its parts, joints, supports, shaker and sensors, and below them its first mode shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from twin.rigs import MatricesPart, Place
+from twin.structure import DrawnPart, drawn_parts, point_of
+from twin.structure.plausibility import ModelledRig
+from twin.views.figures import Drawing, legend
+from twin.views.style import level_colour
+
+__all__ = ["extent", "mode_scale", "rig_figure", "unit_arrow"]
+
+Array = NDArray[Any]
+
+JOINT, DRIVE, SENSOR, SUPPORT = "#d55e00", "#cc79a7", "#009e73", "#5f5f5f"
+MODES = 4
+DEFLECTED = 0.12
+"""Largest displacement of a drawn mode, over the size of the structure."""
+
+
+def rig_figure(modelled: ModelledRig) -> Figure:
+    """The rig at rest above, and its first modes below."""
+    structure = modelled.structure
+    parts = drawn_parts(structure)
+    flat = not any(isinstance(part, MatricesPart) for part in structure.layout.parts)
+    count = min(MODES, modelled.modes.Phi.shape[1])
+    figure = Drawing(figsize=(10.0, 8.4), layout="constrained")
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 1.0))
+    options = {} if flat else {"projection": "3d"}
+    axes = figure.add_subplot(grid[0, :], **options)
+    for number, part in enumerate(parts):
+        _draw(axes, part.points, part.edges, level_colour(number), flat=flat, width=2.5)
+    for joint in structure.joints:
+        _scatter(axes, joint.points, JOINT, "o", 26, flat=flat)
+    for support in structure.layout.supports:
+        from_place = point_of(structure, _at(support.part, support.at))
+        _scatter(axes, from_place[None], SUPPORT, "^", 110, flat=flat)
+    size = extent(parts)
+    for place, colour in _looked_at(modelled):
+        start, arrow = point_of(structure, place), unit_arrow(place.direction, 0.08 * size)
+        _draw(axes, np.array([start, start + arrow]), np.array([[0, 1]]), colour, flat=flat, width=2.0)
+        _scatter(axes, start[None], colour, "s", 30, flat=flat)
+    axes.set_title(f"{modelled.rig.name}: {modelled.rig.sentence}", fontsize=10)
+    _frame(axes, parts, flat=flat)
+    for number in range(count):
+        below = figure.add_subplot(grid[1 + number // 2, number % 2], **options)
+        phi = modelled.modes.Phi[:, number]
+        scale = mode_scale(parts, phi, size)
+        for k, part in enumerate(parts):
+            _draw(below, part.points, part.edges, "#bbbbbb", flat=flat, width=0.8)
+            moved = part.points + scale * (part.rows @ phi).T
+            _draw(below, moved, part.edges, level_colour(k), flat=flat, width=1.8)
+        below.set_title(f"mode {number + 1}: {modelled.modes.frequency_Hz[number]:.5g} Hz", fontsize=10)
+        _frame(below, parts, flat=flat)
+    entries = [Line2D([], [], color=level_colour(n), linewidth=2.5, label=part.name) for n, part in enumerate(parts)]
+    for name, colour, mark in (("joint", JOINT, "o"), ("drive", DRIVE, "s"), ("sensor", SENSOR, "s")):
+        entries.append(Line2D([], [], color=colour, marker=mark, linestyle="none", label=name))
+    if structure.layout.supports:
+        entries.append(Line2D([], [], color=SUPPORT, marker="^", linestyle="none", label="support"))
+    legend(figure, entries, columns=min(len(entries), 8))
+    return figure
+
+
+def mode_scale(parts: Sequence[DrawnPart], phi: Array, size: float) -> float:
+    """What a mode is drawn larger by."""
+    largest = max(float(np.max(np.abs(part.rows @ phi))) for part in parts)
+    return DEFLECTED * size / largest if largest else 0.0
+
+
+def unit_arrow(direction: tuple[float, float, float], length: float) -> Array:
+    """An arrow (3,) of that length."""
+    return length * np.array(direction)
+
+
+def extent(parts: Sequence[DrawnPart]) -> float:
+    """Longest side of the box that holds all parts, m."""
+    points = np.concatenate([part.points for part in parts])
+    return float(np.max(np.ptp(points, axis=0)))
+
+
+def _at(part: str, at: float) -> Place:
+    return Place(part, at, (0.0, 1.0, 0.0))
+
+
+def _looked_at(modelled: ModelledRig) -> list[tuple[Place, str]]:
+    rig = modelled.rig
+    sensors = [(rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
+    return [(rig.drive_place, DRIVE), *sensors]
+
+
+def _draw(axes: Any, points: Array, edges: Array, colour: str, *, flat: bool, width: float) -> None:
+    if flat:
+        axes.add_collection(LineCollection(list(points[edges][:, :, :2]), colors=colour, linewidths=width))
+    else:
+        axes.add_collection3d(Line3DCollection(points[edges], colors=colour, linewidths=0.5 * width))
+
+
+def _scatter(axes: Any, points: Array, colour: str, mark: str, size: float, *, flat: bool) -> None:
+    axes.scatter(*(points.T[:2] if flat else points.T), c=colour, marker=mark, s=size, zorder=3)
+
+
+def _frame(axes: Any, parts: Sequence[DrawnPart], *, flat: bool) -> None:
+    """Equal scales, with room for what moves."""
+    points = np.concatenate([part.points for part in parts])
+    room = 0.2 * extent(parts)
+    low, high = points.min(axis=0) - room, points.max(axis=0) + room
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x, m", ylabel="y, m")
+    if flat:
+        axes.set_aspect("equal")
+    else:
+        axes.set(zlim=(low[2], high[2]), zlabel="z, m")
+        axes.set_box_aspect(high - low)
