@@ -237,7 +237,8 @@ def write_files(rig: dict[str, Any], plate: Kept, stiffener: Kept) -> None:
     for name, kept in (("plate", plate), ("stiffener", stiffener)):
         part = files[name]
         M, K = reduced(kept, KEPT_TO * part["modes_to_Hz"])
-        print(f"{name}: {kept.part.M.shape[0]} rows, reduced to {len(kept.boundary)} + {M.shape[0] - len(kept.boundary)}")
+        held = len(kept.boundary)
+        print(f"{name}: {kept.part.M.shape[0]} rows, reduced to {held} kept ones and {M.shape[0] - held} modes")
         for file, matrix in ((part["mass"], M), (part["stiffness"], K)):
             path = RIG.parent / file
             path.parent.mkdir(exist_ok=True)

@@ -172,10 +172,9 @@ def record_hidden(
         return folder / name
 
     noise = read_run(record(BROADBAND, broadband()))
-    force, response = rig.force_sensor.channel, rig.response_sensors[0].channel
     for mode in range(1, modes + 1):
-        found_Hz = resonance(noise, force=force, response=response, mode=mode)
-        for name, procedure in planned_sweeps(found_Hz, mode).items():
+        found_Hz = resonance(noise, rig, mode=mode)
+        for name, procedure in planned_sweeps(rig, found_Hz, mode).items():
             record(name, procedure)
     return aborted
 

@@ -108,7 +108,6 @@ def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dic
     from recordings import read_run
     from twin.demo import BROADBAND, HELD_OUT, SWEEPS, broadband, planned_sweeps, resonance
 
-    response = believed.response_sensors[-1].channel
     with open_instruments(instruments) as acquisition:
         stages.say(
             f"A client has opened {_addresses(instruments)}: "
@@ -116,8 +115,8 @@ def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dic
         )
         stages.begin("broadband", f"Random noise up to 1000 Hz for 60 s of the rig's time, into {out / BROADBAND}")
         _record(broadband(), acquisition, believed, out / BROADBAND, stages, steps=0)
-        resonance_Hz = resonance(read_run(out / BROADBAND), force=believed.force_sensor.channel, response=response)
-        planned = planned_sweeps(resonance_Hz)
+        resonance_Hz = resonance(read_run(out / BROADBAND), believed)
+        planned = planned_sweeps(believed, resonance_Hz)
         stages.begin(
             "sweeps",
             f"Mode 1 shows at {resonance_Hz:.2f} Hz: stepped sines about it at 1.5, 3 and 6 N, into {out / SWEEPS}, "

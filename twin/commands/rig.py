@@ -12,6 +12,8 @@ from twin.commands.output import json_option, print_json, say, working
 __all__ = ["command"]
 
 USUAL_s = 1.0
+TOLD = 10
+"""Natural frequencies that are told at least, as far as there are so many."""
 
 
 @click.group("rig", short_help="Show a rig: drawn, its natural frequencies, what is implausible.")
@@ -30,10 +32,11 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
 
     RIG is a shipped rig's name or a rig file of format 1 or 2.
     """
-    from twin.lab.modelled_rig import modelled_rig, rig_table
     from twin.rigs import known_preload, load_rig
     from twin.rigs.beam import is_beam_rig
     from twin.rigs.modal import is_modal_rig
+    from twin.structure.modelled_rig import modelled_rig
+    from twin.structure.plausibility import implausible
 
     for path in (save, picture):
         if path is not None and not path.parent.is_dir():
@@ -43,7 +46,8 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     loaded = load_rig(rig)
     with working(f"assembling {loaded.name}", usual_s=USUAL_s):
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
-        table = rig_table(modelled)
+        frequencies = modelled.modes.frequency_Hz[:TOLD].tolist()
+        warnings = implausible(modelled)
     if picture is not None:
         from recordings.whole import whole_file
         from twin.views.rig_figure import rig_figure
@@ -55,14 +59,21 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
 
         save_rig_view(modelled, save)
     if as_json:
-        print_json(table)
+        print_json({
+            "natural_frequencies_Hz": frequencies,
+            "rigid_modes": modelled.rigid,
+            "parts": [part.name for part in modelled.structure.layout.parts],
+            "joints": [joint.name for joint in loaded.joints],
+            "sensors": [sensor.channel for sensor in loaded.sensors],
+            "warnings": list(warnings),
+        })  # fmt: skip
         return
     say(f"{loaded.name}: {loaded.sentence}")
     if modelled.rigid:
         say(f"{modelled.rigid} rigid motions")
-    for number, frequency in enumerate(table["natural_frequencies_Hz"], start=1):
+    for number, frequency in enumerate(frequencies, start=1):
         say(f"mode {number}: {frequency:.5g} Hz")
-    for warning in table["warnings"]:
+    for warning in warnings:
         say(f"implausible: {warning}")
     for path in (picture, save):
         if path is not None:

@@ -74,7 +74,6 @@ def rig_with_law(rig: Rig, sweeps: Sweeps, preload: str) -> Rig:
 def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evidence:
     """A broadband run and the sweeps about the resonance that it shows, recorded to MCAP, read back and reduced."""
     true = rig_with_law(rig, sweeps, preload)
-    response = rig.response_sensors[0].channel
     with tempfile.TemporaryDirectory(prefix="twin-papers-") as temporary:
         folder = Path(temporary)
 
@@ -90,7 +89,7 @@ def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evide
 
         record(BROADBAND, broadband(), seed)
         noise = read_run(folder / BROADBAND)
-        planned = planned_sweeps(resonance(noise, force=rig.force_sensor.channel, response=response))[SWEEPS]
+        planned = planned_sweeps(rig, resonance(noise, rig))[SWEEPS]
         guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensors}
         limits = planned.limits.model_copy(update={"peak": guards})
         record(SWEEPS, planned.model_copy(update={"amplitudes": sweeps.forces_N, "limits": limits}), seed + 1)

@@ -118,8 +118,8 @@ def _rows(boundary: Sequence[int] | Rows, n: int) -> Rows:
 
 
 def _reduced(M: csr_array, K: csr_array, T: Matrix) -> ReducedPart:
-    small = [T.T @ (A @ T) for A in (M, K)]
-    return ReducedPart(*((A + A.T) / 2 for A in small), T=T)
+    few_M, few_K = (T.T @ (A @ T) for A in (M, K))
+    return ReducedPart((few_M + few_M.T) / 2, (few_K + few_K.T) / 2, T)
 
 
 def _basis(M: csr_array, K: csr_array, boundary: Rows, modes_to_Hz: float) -> Matrix:
@@ -154,7 +154,7 @@ def _factorised(A: csc_array) -> Solve:
         lu = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
         raise ValueError("the stiffness is singular beyond rigid motions") from error
-    return lu.solve  # type: ignore[no-any-return]
+    return lu.solve
 
 
 def _static_shapes(K: csc_array, K_boundary: csc_array, solve: Solve) -> Matrix:

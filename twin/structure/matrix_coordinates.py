@@ -112,9 +112,12 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
             row for node in nodes for name in TRANSLATIONS_AND_ROTATIONS
             if (row := matrices.row(node, name)) is not None
         ]  # fmt: skip
-        reduced = cached_craig_bampton(
-            matrices, np.array(rows, np.int64), modes_to_Hz=part.modes_to_Hz, folder=layout.folder
-        )
+        try:
+            reduced = cached_craig_bampton(
+                matrices, np.array(rows, np.int64), modes_to_Hz=part.modes_to_Hz, folder=layout.folder
+            )
+        except ValueError as error:
+            raise InputError(_file(layout, part.stiffness, part.name), f"part {part.name!r}", str(error)) from error
         found.append(MatrixCoordinates(part, matrices, reduced, first))
         first += found[-1].size
     return tuple(found)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,9 @@ from numpy.typing import NDArray
 from twin.rigs import Rig
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
-from twin.structure.modes import Modes
-from twin.structure.structure import Structure
+from twin.structure.modelled_rig import ModelledRig
 
-__all__ = ["ModelledRig", "implausible"]
+__all__ = ["implausible"]
 
 Array = NDArray[np.float64]
 
@@ -34,16 +32,6 @@ STIFF = 1e3
 """Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other way."""
 LOOKED_AT = 4
 """Modes in which a drive or a sensor should move."""
-
-
-@dataclass(frozen=True, eq=False)
-class ModelledRig:
-    """A rig, its structure at one preload, and its modes without the rigid ones."""
-
-    rig: Rig
-    structure: Structure
-    modes: Modes
-    rigid: int
 
 
 def implausible(modelled: ModelledRig) -> tuple[str, ...]:

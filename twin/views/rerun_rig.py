@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from recordings.whole import whole_file
 from twin.structure import drawn_parts, point_of
-from twin.structure.plausibility import ModelledRig
+from twin.structure.modelled_rig import ModelledRig
 from twin.views.rig_figure import extent, mode_scale, unit_arrow
 from twin.views.style import level_colour, on_dark, rgb
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twin.rigs import MatricesPart, Place
 from twin.structure import DrawnPart, drawn_parts, point_of
-from twin.structure.plausibility import ModelledRig
+from twin.structure.modelled_rig import ModelledRig
 from twin.views.figures import Drawing, legend
 from twin.views.style import level_colour
 

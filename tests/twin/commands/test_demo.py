@@ -42,7 +42,7 @@ def test_nothing_hidden_is_told_as_none():
 
 
 def test_sweeps_move_with_the_resonance():
-    here, there = planned_sweeps(26.3), planned_sweeps(24.0)
+    here, there = planned_sweeps(RIG, 26.3), planned_sweeps(RIG, 24.0)
     for name in here:
         assert np.asarray(there[name].frequencies) == pytest.approx(
             np.asarray(here[name].frequencies) * 24.0 / 26.3, abs=1e-4
@@ -55,7 +55,7 @@ def test_sweeps_about_every_mode_enclose_its_resonance(mode):
     structure, moduli = assemble(RIG), RIG.joint.preload["120N"]
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     natural_Hz = normal_modes(structure.M, K, count=3).omega[mode - 1] / (2 * np.pi)
-    planned = planned_sweeps(natural_Hz, mode)
+    planned = planned_sweeps(RIG, natural_Hz, mode)
     assert tuple(planned) == recording_names(mode)
     for procedure in planned.values():
         assert min(procedure.frequencies) < 0.99 * natural_Hz
@@ -73,7 +73,7 @@ def test_mode_1_is_read_off_a_broadband_run(tmp_path):
     moduli = RIG.joint.preload["120N"]
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     frequency_Hz = normal_modes(structure.M, K, count=1).omega[0] / (2 * np.pi)
-    found = resonance(read_run(path), force="force", response="acc2")
+    found = resonance(read_run(path), RIG)
     assert found == pytest.approx(frequency_Hz, abs=0.25)  # the shaker and its stinger pull a little
 
 
@@ -84,9 +84,11 @@ def test_runs_are_measured_through_instruments_and_tell_nothing_of_the_truth(tmp
     hidden.mkdir()
     out.mkdir()
     save_rig(case.rig, hidden / "truth.toml")
-    short = {name: p.model_copy(update={"frequencies": p.frequencies[:2]}) for name, p in planned_sweeps(20.0).items()}
+    short = {
+        name: p.model_copy(update={"frequencies": p.frequencies[:2]}) for name, p in planned_sweeps(RIG, 20.0).items()
+    }
     monkeypatch.setattr(twin.demo, "broadband", lambda: broadband().model_copy(update={"duration": 5.0}))
-    monkeypatch.setattr(twin.demo, "planned_sweeps", lambda resonance_Hz: short)
+    monkeypatch.setattr(twin.demo, "planned_sweeps", lambda rig, resonance_Hz: short)
     usual_s = {"serve": 1.0, "broadband": 1.0, "sweeps": 1.0}
     with Stages(usual_s) as stages, ServedRig(hidden / "truth.toml", folder=hidden, seed=1) as served:
         served.wait_ready()

@@ -1,0 +1,45 @@
+"""A rig's structure at one preload with its modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from twin.rigs import Rig
+from twin.structure.assembly import assemble
+from twin.structure.modes import Modes, normal_modes, rigid_motions
+from twin.structure.structure import Structure
+
+__all__ = ["ModelledRig", "modelled_rig"]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelledRig:
+    """A rig, its structure, its modes without the rigid ones, and how many of these there are."""
+
+    rig: Rig
+    structure: Structure
+    modes: Modes
+    rigid: int
+
+
+def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
+    """Assemble a rig and solve for its modes.
+
+    Parameters
+    ----------
+    preload
+        The rig's first if not given.
+
+    Raises
+    ------
+    InputError
+        If a file of a part given by matrices cannot be read or does not fit.
+    KeyError
+        If the rig has no such preload.
+    """
+    structure = assemble(rig)
+    moduli = rig.moduli(preload)
+    K = structure.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
+    modes = normal_modes(structure.M, K)
+    rigid = rigid_motions(modes.omega)
+    return ModelledRig(rig, structure, Modes(modes.omega[rigid:], modes.Phi[:, rigid:]), rigid)
