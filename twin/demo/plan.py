@@ -27,8 +27,9 @@ SEEN = 0.1
 """Motion of a sensor in a mode, over the largest of any, from which the mode is looked for there."""
 HEADROOM = 0.92
 """Share of its range up to which a response may come."""
-LINEAR_PEAK = 0.5
-"""Share of a sensor's range up to which the largest force may move it at a resonance whose joint is linear."""
+LINEAR_PEAK = 1.6
+"""Share of a sensor's range up to which the largest force would move it at a resonance if its joint lost nothing: one that
+is driven so far loses a good part of it."""
 WRITTEN_FOR_Hz = (26.3, 156.0, 470.0)
 """The steel rig's resonances that the sweeps' files are written for; another's mode takes those of the nearest."""
 

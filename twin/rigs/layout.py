@@ -342,7 +342,7 @@ def unit_vector(direction: str | Sequence[float]) -> tuple[float, float, float]:
         factor = -1.0 if sign == "-" else 1.0
         return factor * x, factor * y, factor * z
     values = [*direction, 0.0] if len(direction) == 2 else list(direction)
-    if len(values) != 3 or abs(math.sqrt(sum(v * v for v in values)) - 1) > 1e-3:
+    if len(values) != 3 or not abs(math.sqrt(sum(v * v for v in values)) - 1) <= 1e-3:
         raise ValueError(f"direction {list(direction)} is not a unit vector")
     size = math.sqrt(sum(v * v for v in values))
     return values[0] / size, values[1] / size, values[2] / size

@@ -104,9 +104,13 @@ class StructureRig(Rig):
             self._check_place(f"sensor {sensor.channel!r}", sensor.part, sensor.at)
             self._check_plane(f"sensor {sensor.channel!r}", sensor.place)
         self._check_force_cell()
-        preloads = {frozenset(joint.preload) for joint in self.joint}
-        if len(preloads) > 1:
-            raise ValueError("all joints must have the same preloads, by name")
+        for joint in self.joint[1:]:
+            first = self.joint[0]
+            if set(joint.preload) != set(first.preload):
+                raise ValueError(
+                    f"joint {joint.name!r}: all joints must have the same preloads; it has {', '.join(joint.preload)}, "
+                    f"joint {first.name!r} has {', '.join(first.preload)}"
+                )
         return self
 
     def _find(self, where: str, name: str) -> Part:
@@ -163,7 +167,11 @@ class StructureRig(Rig):
             if not any((d.part, d.at) == (sensor.part, sensor.at) for d in self.drive):
                 raise ValueError(f"sensor {sensor.channel!r}: a force cell sits where a shaker drives")
 
-    def in_folder(self, folder: Path) -> StructureRig:
+    def __eq__(self, other: object) -> bool:
+        """Whether both say the same; where their files lie is not said in them."""
+        return super().__eq__(other.in_folder(self._folder)) if isinstance(other, StructureRig) else NotImplemented
+
+    def in_folder(self, folder: Path | None) -> StructureRig:
         """The same rig, with its files looked for in a folder."""
         rig = self.model_copy()
         rig._folder = folder

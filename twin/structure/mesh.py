@@ -15,8 +15,16 @@ __all__ = ["BeamMesh", "LayerMesh", "mesh_beams", "mesh_layers"]
 
 Array = NDArray[np.float64]
 
-SAME_m = 1e-9
-"""Nodes nearer than this are one."""
+SAME = 1e-4
+"""Of the shortest beam: nodes nearer than this are one.
+
+An element so short is so stiff that rounding in it drowns the whole structure's stiffness, and places in a rig file are
+rounded: the end of an inclined beam, say.
+"""
+SAME_OF_LAYER = 0.25
+"""The same of the shortest element of a layer."""
+BEYOND_m = 1e-6
+"""By so much a place may lie beyond an end; it is at the end then."""
 NODE_DOFS = 3
 """x, y and rz of a plane beam's node."""
 
@@ -31,11 +39,14 @@ class BeamMesh:
         Metres along the beam.
     first : int
         Number of its first degree of freedom; a node has x, y and rz.
+    near : float
+        So far from a node a place may lie that is to have it, m.
     """
 
     part: BeamPart
     s: Array
     first: int
+    near: float
 
     @property
     def size(self) -> int:
@@ -60,7 +71,7 @@ class BeamMesh:
     def node_dofs(self, s: float) -> NDArray[np.int64]:
         """Degrees of freedom of the node at `s`; ValueError where there is none."""
         node = int(np.argmin(np.abs(self.s - s)))
-        if abs(self.s[node] - s) > SAME_m:
+        if abs(self.s[node] - s) > max(self.near, BEYOND_m):
             raise ValueError(f"no node of {self.part.name!r} at {s} m")
         return self.first + NODE_DOFS * node + np.arange(NODE_DOFS)
 
@@ -84,8 +95,9 @@ class BeamMesh:
         return np.tile([*direction[:2], 0.0], len(self.s))
 
     def _row(self, s: float, shapes) -> tuple[NDArray[np.int64], Array]:  # type: ignore[no-untyped-def]
-        if not -SAME_m <= s <= self.s[-1] + SAME_m:
+        if not -BEYOND_m <= s <= self.s[-1] + BEYOND_m:
             raise ValueError(f"{s} m is not on {self.part.name!r}")
+        s = min(max(s, 0.0), self.s[-1])
         e = int(np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2))
         length = self.s[e + 1] - self.s[e]
         local = np.zeros(6)
@@ -116,7 +128,7 @@ class LayerMesh:
 def mesh_layers(layout: Layout) -> tuple[LayerMesh, ...]:
     """Element borders of the layers between beams, at what other joints, supports and ties need within them, too."""
     joints = [joint for joint in layout.joints if joint.begin is not None]
-    needed = _single_nodes(layout)
+    needed, near = _single_nodes(layout), _near(layout)
     borders = [np.linspace(float(j.begin or 0.0), float(j.to or 0.0), j.layer_elements + 1) for j in joints]
     for _ in range(len(joints) + 1):
         for number, joint in enumerate(joints):
@@ -129,7 +141,7 @@ def mesh_layers(layout: Layout) -> tuple[LayerMesh, ...]:
                     own += [_facing(two, first, _facing(one, two, at))] if two.name in joint.between else []
             inside = np.concatenate(own)
             inside = inside[(inside > borders[number][0]) & (inside < borders[number][-1])]
-            borders[number] = _merged(borders[number], inside)
+            borders[number] = _merged(borders[number], inside, near)
     return tuple(
         LayerMesh(joint, at, _facing(layout.beam(joint.between[0]), layout.beam(joint.between[1]), at))
         for joint, at in zip(joints, borders, strict=True)
@@ -138,19 +150,22 @@ def mesh_layers(layout: Layout) -> tuple[LayerMesh, ...]:
 
 def mesh_beams(layout: Layout, layers: Sequence[LayerMesh]) -> tuple[BeamMesh, ...]:
     """Nodes of every beam: the layers' borders, supports, ties, and evenly between as many as the part asks for."""
-    needed, first, meshes = _single_nodes(layout), 0, []
+    needed, near, first, meshes = _single_nodes(layout), _near(layout), 0, []
     for beam in layout.beams:
         own = [layer.first for layer in layers if layer.joint.between[0] == beam.name]
         own += [np.sort(layer.second) for layer in layers if layer.joint.between[1] == beam.name]
-        s = _beam_nodes(beam, own, needed.get(beam.name, np.zeros(0)))
-        meshes.append(BeamMesh(beam, s, first))
+        s = _beam_nodes(beam, own, needed.get(beam.name, np.zeros(0)), near)
+        meshes.append(BeamMesh(beam, s, first, near))
         first += meshes[-1].size
     return tuple(meshes)
 
 
-def _beam_nodes(beam: BeamPart, layers: Sequence[Array], single: Array) -> Array:
-    nodes = _merged(np.array([0.0, beam.length]), np.concatenate([single, *layers]))
-    inside = np.array([any(a[0] - SAME_m < s < a[-1] - SAME_m for a in layers) for s in nodes[:-1]])
+def _beam_nodes(beam: BeamPart, layers: Sequence[Array], single: Array, near: float) -> Array:
+    needed = np.clip(np.concatenate([*layers, single]), 0.0, beam.length)
+    nodes = _merged(np.array([0.0, beam.length]), needed, near)
+    inside = np.zeros(len(nodes) - 1, bool)
+    for at in layers:
+        inside[np.argmin(np.abs(nodes - at[0])) : np.argmin(np.abs(nodes - at[-1]))] = True
     lengths = np.diff(nodes)
     count = np.where(inside, 1, 0)
     outside = np.flatnonzero(~inside)
@@ -182,6 +197,15 @@ def _single_nodes(layout: Layout) -> dict[str, Array]:
     return {name: np.array(sorted(at)) for name, at in found.items()}
 
 
+def _near(layout: Layout) -> float:
+    """How near nodes may be to each other, m."""
+    beams = [SAME * beam.length for beam in layout.beams]
+    layers = [
+        SAME_OF_LAYER * (j.to - j.begin) / j.layer_elements for j in layout.joints if j.begin is not None and j.to
+    ]
+    return min([*beams, *layers], default=0.0)
+
+
 def _facing(one: BeamPart, other: BeamPart, s: Array) -> Array:
     """Metres along another beam that lie across from `s` along one."""
     if one.name == other.name:
@@ -190,10 +214,10 @@ def _facing(one: BeamPart, other: BeamPart, s: Array) -> Array:
     return np.asarray((points - np.array(other.start)) @ np.array(other.axis))
 
 
-def _merged(nodes: Array, more: Array) -> Array:
+def _merged(nodes: Array, more: Array, near: float) -> Array:
     """Sorted; of those that are one, the first list's stay, the earlier before the later."""
     kept = list(nodes)
     for s in more:
-        if np.min(np.abs(np.array(kept) - s)) > SAME_m:
+        if np.min(np.abs(np.array(kept) - s)) > near:
             kept.append(float(s))
     return np.sort(np.array(kept))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,10 @@ class AirDrag(Cause):
 
     name = "air-drag"
     summary = "the air's resistance grows with the square of the velocity"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """One search where there are beams."""
+        return ({},) if evidence.rig.layout().beams else ()
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Drag per length and squared velocity."""
