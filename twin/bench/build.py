@@ -29,9 +29,9 @@ Matrix = NDArray[np.float64]
 
 RESOLVED = 0.4
 """Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint force."""
-SUSPENSION_Hz, SUSPENSION_DAMPING = 0.05, 0.05
-"""What hangs free hangs on something: natural frequency and damping ratio of its rigid motions, so low that from 5 Hz on
-its motion is that of a free one to 1e-4."""
+SUSPENSION_Hz, SUSPENSION_DAMPING = 0.05, 1e-3
+"""What hangs free hangs on cords: natural frequency and damping ratio of its rigid motions, so low that from 5 Hz on
+they are those of a body in space to 1e-4."""
 
 
 @dataclass(frozen=True, eq=False)

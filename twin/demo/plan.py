@@ -28,7 +28,7 @@ SEEN = 0.1
 HEADROOM = 0.92
 """Share of its range up to which a response may come."""
 LINEAR_PEAK = 1.6
-"""Share of a sensor's range up to which the largest force would move it at a resonance if its joint lost nothing: one that
+"""Share of a sensor's range to which the largest force would move it at a resonance if its joint lost nothing: one that
 is driven so far loses a good part of it."""
 WRITTEN_FOR_Hz = (26.3, 156.0, 470.0)
 """The steel rig's resonances that the sweeps' files are written for; another's mode takes those of the nearest."""
