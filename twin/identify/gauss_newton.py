@@ -106,7 +106,8 @@ def minimise(
         Largest change of each parameter in one iteration.
     residual_alone
         Returns the residual only.  With it steps follow the residual's curvature (geodesic acceleration: Transtrum and
-        Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.
+        Sethna 2012): where parameters make up for each other the valley bends, and straight steps must be tiny.  Once
+        a step has failed, derivatives are computed only where the residual alone says that the cost is lower.
     """
     x = np.array(start, float)
     lower, upper = bounds or (np.full(len(x), -np.inf), np.full(len(x), np.inf))
@@ -137,10 +138,12 @@ def minimise(
                 ahead = residual_alone(np.clip(x + PROBED * step, lower, upper))
                 step = step + _turn(step, free, scaled, J, (ahead - residual) / PROBED + J @ step)
             trial = np.clip(x + step, lower, upper)
-            r, Jr = evaluate(trial)
-            if np.isfinite(r).all() and np.isfinite(Jr).all():
-                c, p = float(r @ r), float((trial - mean) @ precision @ (trial - mean))
-                if c + p < chi2 + penalty:
+            p = float((trial - mean) @ precision @ (trial - mean))
+            promising = residual_alone is None or not bends or _square(residual_alone(trial)) + p < chi2 + penalty
+            if promising:
+                r, Jr = evaluate(trial)
+                c = _square(r)
+                if c + p < chi2 + penalty and np.isfinite(Jr).all():
                     accepted = True
                     break
             damping *= 8.0
@@ -157,6 +160,11 @@ def minimise(
             ended = "settled"
             break
     return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), ended)
+
+
+def _square(r: Array) -> float:
+    """Sum of squares; NaN, so that it is below no limit, where an entry is not finite."""
+    return float(r @ r) if np.isfinite(r).all() else np.nan
 
 
 def _solved(A: Array, b: Array) -> Array:

@@ -203,3 +203,24 @@ def test_a_parameter_without_effect_and_without_a_prior_only_stays_where_it_is()
             lambda x: (y - A @ x, A), np.array([0.0, 5.0]), mean=np.zeros(2), precision=np.diag([1e-9, nothing])
         )
         assert np.isfinite(found.x).all()
+
+
+def test_a_step_that_fails_costs_no_derivatives():
+    """A narrow bent valley: most of the trials fail, and the way is the same as with all derivatives computed."""
+
+    def residual(x):
+        return np.array([1.0 - x[0], 30.0 * (x[0] ** 2 - x[1])])
+
+    counted = []
+
+    def evaluate(x):
+        counted.append(x)
+        return residual(x), np.array([[1.0, 0.0], [-60.0 * x[0], 30.0]])
+
+    found = minimise(
+        evaluate, np.array([-2.0, 1.0]), mean=np.zeros(2), precision=1e-6 * np.eye(2), iterations=100, tolerance=1e-9,
+        residual_alone=residual,
+    )  # fmt: skip
+    np.testing.assert_allclose(found.x, [1.0, 1.0], rtol=1e-3)
+    # The start, each step that was taken, and the first that failed: before it none was expected to.
+    assert len(counted) <= len(found.history) + 1
