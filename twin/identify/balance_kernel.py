@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.elimination import COMPILED, eliminate, eliminate_complex
+from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide, slide
 
 __all__ = ["settle", "turn"]
 
@@ -58,23 +59,36 @@ def turn(
 @COMPILED
 def settle(
     opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
-    amplitude: Array, more: Array, log_a: Array, z: Array, k: Array, worst: Array, turns: int, settled: float,
-    longest: float, shortest: float,
+    amplitude: Array, more: Array, sliders: Array, compliance: Array, common: Array, log_a: Array, z: Array, k: Array,
+    worst: Array, turns: int, settled: float, longest: float, shortest: float, difference: float,
 ) -> None:  # fmt: skip
-    """The same without nonlinear forces, to the end: `log_a` is moved to where nothing is missed; `worst` (s,) is left.
+    """The same to the end, where all nonlinear forces are sliders: `log_a` is moved to where nothing is missed.
 
     A step that does not help is shortened, down to the `shortest` share; no logarithm moves by more than `longest`.
+
+    Parameters
+    ----------
+    sliders : ndarray, (m, 2)
+        Stiffness and slip force of each, as in :class:`twin.identify.slipping.Slider`.
+    compliance, common : ndarray, (s, m, 3) and (s, m)
+        What each slips into, and what that has in common, see :func:`twin.identify.slipping.common_spring`.
+    worst : ndarray, (s,)
+        Filled with the largest disagreement that is left.
+    difference : float
+        Relative step of an amplitude for the derivative of a slider's stiffness.
     """
     n = driven.shape[1]
     A, right, slope = np.empty((n, n), np.complex128), np.empty((n, n + 1), np.complex128), np.empty(n, np.complex128)
     J, r = np.empty((n, n)), np.empty(n)
-    none, nothing = np.zeros(0, np.complex128), np.zeros(0, np.complex128)
+    own, growth = np.empty(len(sliders), np.complex128), np.empty(len(sliders), np.complex128)
+    force, room = np.empty(1 + len(RIPPLES), np.complex128), room_to_slide()
     gap, step, trial = np.empty(n), np.empty(n), np.empty(n)
     new_gap, new_step, new_z, new_k = np.empty(n), np.empty(n), np.empty(n, np.complex128), np.empty(n, np.complex128)
     for s in range(len(driven)):
+        _slide_all(sliders, compliance[s], common[s], log_a[s], difference, own, growth, force, room)
         _turn_one(
             opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-            none, nothing, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
+            own, growth, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
         )  # fmt: skip
         worst[s] = np.max(np.abs(gap))
         share = 1.0
@@ -83,9 +97,10 @@ def settle(
                 break
             for i in range(n):
                 trial[i] = log_a[s, i] + share * min(max(step[i], -longest), longest)
+            _slide_all(sliders, compliance[s], common[s], trial, difference, own, growth, force, room)
             _turn_one(
                 opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-                none, nothing, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
+                own, growth, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
             )  # fmt: skip
             left = np.max(np.abs(new_gap))
             if left < worst[s] or share <= shortest:
@@ -93,6 +108,22 @@ def settle(
                 worst[s], share = left, 1.0
             else:
                 share /= 4.0
+
+
+@COMPILED
+def _slide_all(
+    sliders: Array, compliance: Array, common: Array, log_a: Array, difference: float, own: Array, growth: Array,
+    force: Array, room: tuple[Array, ...],
+) -> None:  # fmt: skip
+    """Stiffness of the sliders, whose ports are the last ones, and its derivative by the log amplitude of each."""
+    first = len(log_a) - len(sliders)
+    for i in range(len(sliders)):
+        a, k = np.exp(log_a[first + i]), sliders[i, 0]
+        slide(a, k, sliders[i, 1], common[i], compliance[i], force, room)
+        own[i] = force[0] / max(a, LEAST_SLIP) - k
+        a *= 1.0 + difference
+        slide(a, k, sliders[i, 1], common[i], compliance[i], force, room)
+        growth[i] = (force[0] / max(a, LEAST_SLIP) - k - own[i]) / difference
 
 
 @COMPILED

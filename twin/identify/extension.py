@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
 
@@ -86,12 +87,15 @@ class NonlinearForce:
     random : callable, optional
         Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
         (f,): statistical linearisation.  Without it the force is taken to vanish there.
+    slider : Slider, optional
+        What `equivalent` is that of, which compiled code then evaluates by itself.
     """
 
     row: Callable[[Structure], Array]
     equivalent: Callable[[Array, Array], Array]
     harmonics: Callable[[Array, int, Array], Array]
     random: Callable[[NoiseMotion, Array], Array] | None = None
+    slider: Slider | None = None
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.errors import InputError
 from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
 from twin.identify.softened import PortPairs
 from twin.rigs import Place, Rig
@@ -274,7 +275,17 @@ def build_linear_model(
         The response channels to predict.
     structure
         Other than the one `rig` describes: a cause that changes the beams, say.
+
+    Raises
+    ------
+    InputError
+        If the rig has not one joint.
     """
+    if len(rig.joints) != 1:
+        raise InputError(
+            rig.name, "joint", f"{len(rig.joints)} joints: so far one joint's moduli and law are identified",
+            "rehearse, serve and show this rig; identify one of its joints alone",
+        )  # fmt: skip
     structure = structure or assemble(rig)
     (moduli,) = rig.moduli(preload)
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)

@@ -13,6 +13,7 @@ wrong by half of itself.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from twin.identify.balance_kernel import settle, turn
 from twin.identify.extension import NoiseMotion, NonlinearForce
 from twin.identify.joint_law import LayerLaw, cubics, spline_basis
+from twin.identify.slipping import RIPPLES, Slider, common_spring
 
 __all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]
 
@@ -219,10 +221,12 @@ class LocalForces:
             opening, cubics(law.slip_knots, law.loss), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, more,
         )  # fmt: skip
-        if not self.forces:
+        sliders = [force.slider for force in self.forces if force.slider]
+        if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)
             worst = np.empty(len(omega))
-            settle(*rig, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST)
+            kinds = _as_arrays(sliders, omega)
+            settle(*rig, *kinds, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST, DIFFERENCE)
             return Balance(z, k, more, worst)
         now = _Turn.of(log_a)
         self._turn(rig, omega, log_a, np.arange(len(omega)), now)
@@ -284,6 +288,17 @@ class LocalForces:
     def equivalent(self, amplitude: Array, omega: Array) -> Array:
         """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n)."""
         return np.stack([f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.forces)], axis=1)
+
+
+def _as_arrays(sliders: Sequence[Slider], omega: Array) -> tuple[Array, Array, Array]:
+    """Stiffness and slip force (m, 2) of each; what it slips into (s, m, 3), and what that has in common (s, m)."""
+    values, compliance = np.empty((len(sliders), 2)), np.empty((len(omega), len(sliders), len(RIPPLES)), complex)
+    common = np.empty((len(omega), len(sliders)))
+    for i, slider in enumerate(sliders):
+        values[i] = slider.stiffness, slider.slip_force
+        compliance[:, i] = slider.compliance(omega)
+        common[:, i] = common_spring(compliance[:, i])
+    return values, compliance, common
 
 
 def _log(amplitude: Array) -> Array:

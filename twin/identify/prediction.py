@@ -219,7 +219,10 @@ class Predictor(ExtendedRig):
         openings = replace(openings, fundamental=balance.motion[:, :p])
         force = balance_openings(unknowns.law, openings, self.extension.opening, start=start).force
         even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
-        at = self.harmonics.field @ layer_points(self.harmonics.structure, p).opening.T
+        at = (
+            self.harmonics.field
+            @ layer_points(self.harmonics.structure, self.evidence.rig.joints[0].layer_elements).opening.T
+        )
         return -np.asarray(np.einsum("shop,shp->sho", at, even))
 
     def _harmonics(

@@ -97,9 +97,10 @@ def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed
     start = np.abs(driven / reading[:, None] * amplitude[:, None])
     log_a, worst = np.log(start), np.empty(STEPS)
     z, k = np.empty((2, STEPS, n), complex)
+    none = np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0))
     settle(
-        cubics(LAW.opening_knots, LAW.softening), cubics(LAW.slip_knots, LAW.loss), weights, *ports,
-        log_a, z, k, worst, 60, 1e-10, 0.7, 1 / 64,
+        cubics(LAW.opening_knots, LAW.softening), cubics(LAW.slip_knots, LAW.loss), weights, *ports, *none,
+        log_a, z, k, worst, 60, 1e-10, 0.7, 1 / 64, 1e-5,
     )  # fmt: skip
     assert np.all(worst < 1e-10)
     assert np.median(np.abs(np.log(np.abs(z) / start))) > 0.1, "what acts there matters"

@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 from twin.identify.extension import NonlinearForce
 from twin.identify.joint_law import LayerLaw
 from twin.identify.local_forces import Influence, LocalForces, Surroundings
+from twin.identify.slipping import Slider
 
 M, K = np.diag([1.0, 0.5, 0.2]), np.array([[900.0, -300.0, 0.0], [-300.0, 500.0, -200.0], [0.0, -200.0, 260.0]])
 OMEGA = np.array([3.0, 11.0, 17.0, 24.0, 33.0])
@@ -52,6 +53,28 @@ def local(name):
         return NonlinearForce(None, lambda a, omega: law(a) + 0j, None)
 
     return LocalForces(tuple(force(OTHERWISE[part]) for part in name.split()), np.zeros((len(OMEGA), 0)))
+
+
+def test_sliders_balanced_in_compiled_code_are_those_balanced_one_turn_after_the_other():
+    """Beside a point of the layer, at steps where they stick, begin to slip and slip far."""
+
+    def compliance(omega):
+        return 1 / (1e3 - np.outer(omega, [3, 5, 7]) ** 2 + 40j * omega[:, None])
+
+    sliders = [Slider(300.0, 200.0, compliance), Slider(150.0, 30.0, compliance)]
+    R, port = receptance(), [1, 2, 1, 2]
+    here = Surroundings(R[:, port][:, :, port], R[:, port, 0], R[:, 0, 0], R[:, 0, port], np.full(len(OMEGA), MOVED))
+    known, plain = (
+        LocalForces(tuple(NonlinearForce(None, s.equivalent, s.harmonics, slider=own) for s, own in each), WEIGHT)
+        for each in (zip(sliders, sliders, strict=True), zip(sliders, (None, None), strict=True))
+    )
+    found, expected = known.balance(LAW, OMEGA, here), plain.balance(LAW, OMEGA, here)
+    slips = np.abs(found.motion[:, 2:]) * [300.0, 150.0] > [200.0, 30.0]
+    assert np.any(slips), "some slip"
+    assert not np.all(slips), "some stick"
+    assert np.all(found.unsettled < 1e-9)
+    np.testing.assert_allclose(found.motion, expected.motion, rtol=1e-10)
+    np.testing.assert_allclose(found.stiffness, expected.stiffness, rtol=1e-9, atol=1e-9 * 300.0)
 
 
 SETS = ["layer", "hardening slipping", "slipping slipping", "slipping hardening"]

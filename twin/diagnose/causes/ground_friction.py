@@ -9,9 +9,9 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position, single_point
 from twin.diagnose.slider_in_noise import slider_in_noise
-from twin.diagnose.slipping import jenkins_harmonics
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
+from twin.identify.slipping import jenkins_harmonics
 
 __all__ = ["GroundFriction"]
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.diagnose.slipping import RIPPLES, slipping_harmonics
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension, NonlinearForce
 from twin.identify.joint_motion import largest_motion
 from twin.identify.receptance import ModalBasis
+from twin.identify.slipping import RIPPLES, Slider
 from twin.structure import Structure, layer_points
 
 __all__ = ["JointFriction"]
@@ -76,20 +76,9 @@ class JointFriction(Cause):
         slip_force = k * values["slip_m"]
         row = slip(evidence.model.structure)[None]
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
-
-        ripple = _Ripple(evidence.model.basis, row)
-
-        def harmonics(a: Any, count: int, omega: Any) -> Any:
-            force = slipping_harmonics(a, k, slip_force, ripple(omega))
-            out = np.zeros((len(a), max(count, RIPPLES[-1])), complex)
-            out[:, [0, *(h - 1 for h in RIPPLES)]] = force
-            out[:, 0] -= k * a
-            return out[:, :count]
-
-        def equivalent(a: Any, omega: Any) -> Any:
-            return slipping_harmonics(a, k, slip_force, ripple(omega))[:, 0] / np.maximum(a, 1e-15) - k
-
-        return Extension(attachments=(stuck,), nonlinear=(NonlinearForce(slip, equivalent, harmonics),))
+        slider = Slider(k, slip_force, _Ripple(evidence.model.basis, row))
+        force = NonlinearForce(slip, slider.equivalent, slider.harmonics, slider=slider)
+        return Extension(attachments=(stuck,), nonlinear=(force,))
 
     def _largest_slip(self, evidence: Evidence, label: Mapping[str, str]) -> float:
         """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
@@ -104,11 +93,12 @@ class _Ripple:
         self._omega, self._compliance = np.zeros(0), np.zeros((0, len(RIPPLES)), complex)
 
     def __call__(self, omega: Any) -> Any:
-        if not np.isin(omega, self._omega).all():
+        at = np.searchsorted(self._omega, omega)
+        if np.max(at, initial=0) == len(self._omega) or np.any(self._omega[at] != omega):
             self._omega = np.unique(np.concatenate([self._omega, omega]))
-            at = [self._basis.receptance(self._row, h * self._omega)[:, 0, 0] for h in RIPPLES]
-            self._compliance = np.stack(at, axis=1)
-        return self._compliance[np.searchsorted(self._omega, omega)]
+            found = [self._basis.receptance(self._row, h * self._omega)[:, 0, 0] for h in RIPPLES]
+            self._compliance, at = np.stack(found, axis=1), np.searchsorted(self._omega, omega)
+        return self._compliance[at]
 
 
 def _slip(evidence: Evidence, label: Mapping[str, str]) -> Callable[[Structure], Any]:

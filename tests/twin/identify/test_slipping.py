@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.slipping import jenkins_harmonics, slipping_harmonics, slipping_harmonics_numpy
+from twin.identify.slipping import jenkins_harmonics, slipping_harmonics, slipping_harmonics_numpy
 from twin.joint import jenkins
 
 STIFFNESS, SLIP_FORCE = 2.5e6, 1.5

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from twin.identify.elimination import eliminate
+from twin.identify.elimination import COMPILED, eliminate
 
 __all__ = [
+    "LEAST_SLIP",
     "RIPPLES",
+    "Slider",
+    "common_spring",
     "jenkins_harmonics",
+    "room_to_slide",
+    "slide",
     "slipping_harmonics",
     "slipping_harmonics_numpy",
 ]
@@ -24,6 +30,40 @@ RIPPLES = (3, 5, 7)
 """Harmonics of the slip that are balanced.  Without the third a slip force comes out wrong by several per cent."""
 PASSES = 2
 """Of the common spring's motion and the ripples beyond it, which change each other little."""
+LEAST_SLIP = 1e-15
+"""Amplitude below which an equivalent stiffness is that at this one, m."""
+
+
+@dataclass(frozen=True)
+class Slider:
+    """What slipping takes off a spring.
+
+    Attributes
+    ----------
+    stiffness : float
+        Of the spring, N/m.
+    slip_force : float
+        At which it slips, N.
+    compliance : callable
+        Slip per force on it (f, 3) at 3, 5 and 7 times omega (f,), without it.
+    """
+
+    stiffness: float
+    slip_force: float
+    compliance: Callable[[Array], Array]
+
+    def equivalent(self, amplitude: Array, omega: Array) -> Array:
+        """Complex equivalent stiffness at amplitude (f,)."""
+        force = slipping_harmonics(amplitude, self.stiffness, self.slip_force, self.compliance(omega))
+        return np.asarray(force[:, 0] / np.maximum(amplitude, LEAST_SLIP) - self.stiffness)
+
+    def harmonics(self, amplitude: Array, count: int, omega: Array) -> Array:
+        """Complex harmonics 1 ... count (f, count) of the force for motion a cos(omega t)."""
+        force = slipping_harmonics(amplitude, self.stiffness, self.slip_force, self.compliance(omega))
+        out = np.zeros((len(amplitude), max(count, RIPPLES[-1])), complex)
+        out[:, [0, *(h - 1 for h in RIPPLES)]] = force
+        out[:, 0] -= self.stiffness * amplitude
+        return out[:, :count]
 
 
 def jenkins_harmonics(amplitude: Any, k: float, slip_force: float, count: int) -> Array:
@@ -62,7 +102,7 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     a = np.atleast_1d(np.asarray(amplitude, float))
     C = np.ascontiguousarray(np.broadcast_to(compliance, (len(a), len(RIPPLES))), complex)
     out = np.empty((len(a), 1 + len(RIPPLES)), complex)
-    _in_series(a, float(k), float(slip_force), _common(C), C, out)
+    _in_series(a, float(k), float(slip_force), common_spring(C), C, out)
     return out
 
 
@@ -70,7 +110,7 @@ def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compli
     """Plain numpy twin of :func:`slipping_harmonics`."""
     a = np.atleast_1d(np.asarray(amplitude, float))
     C = np.broadcast_to(compliance, (len(a), len(RIPPLES)))
-    c, rippled = _common(C), np.zeros(len(a), complex)
+    c, rippled = common_spring(C), np.zeros(len(a), complex)
     softer, rest = k / (1 + k * c), C - c[:, None]
     orders = np.array([1, *RIPPLES])
     for _ in range(PASSES):
@@ -84,7 +124,7 @@ def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compli
     return np.asarray(F * (np.conj(slip) / np.maximum(np.abs(slip), 1e-300))[:, None] ** orders)
 
 
-def _common(compliance: Array) -> Array:
+def common_spring(compliance: Array) -> Array:
     """Spring (s,) that compliances (s, 3) have in common: their middle, since one may lie near a resonance."""
     return np.maximum(np.sort(compliance.real, axis=1)[:, len(RIPPLES) // 2], 0.0)
 
@@ -115,13 +155,13 @@ def _rippling_numpy(y: Array, k: Array, slip_force: float, alone: Array, complia
     return _balanced(alone, both, compliance)
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@COMPILED
 def _bracket(a: float, c: float, rippled: float, softer: float) -> tuple[float, float]:
     """Amplitudes beyond the common spring that enclose the one whose slip is a: with slipping, and with none."""
     return max(a - c * rippled, 0.0), (a + c * rippled) / (1.0 - c * softer)
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@COMPILED
 def _first(y: float, k: float, slip_force: float) -> complex:
     """The fundamental of :func:`jenkins_harmonics`."""
     top = min(slip_force, k * y)
@@ -130,7 +170,7 @@ def _first(y: float, k: float, slip_force: float) -> complex:
     return complex(k * y * (t - cosine * sine) / np.pi, k * y * sine * sine / np.pi)
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@COMPILED
 def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -> float:
     """What :func:`_beyond_numpy` returns, by false position (Illinois)."""
     low, high = _bracket(a, c, abs(rippled), k)
@@ -157,31 +197,47 @@ def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -
     return 0.5 * (low + high)
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@COMPILED
 def _in_series(a: Array, k: float, slip_force: float, c: Array, compliance: Array, out: Array) -> None:
     """Fill in the harmonics (s, 4)."""
-    count = len(RIPPLES)
-    both, alone = np.empty((1 + count, 2 * count), np.complex128), np.empty(1 + count, np.complex128)
-    own, integrals = np.empty(count, np.complex128), np.empty(3 * RIPPLES[-1] + 1, np.complex128)
-    J, X = np.empty((2 * count, 2 * count)), np.empty(2 * count)
+    room = room_to_slide()
     for s in range(len(a)):
-        softer, rippled, y = k / (1.0 + k * c[s]), 0j, a[s]
-        for i in range(count):
-            own[i] = compliance[s, i] - c[s]
-        for _ in range(PASSES):
-            y = _beyond(a[s], c[s], rippled, softer, slip_force)
-            _by_ripples(y, softer, slip_force, alone, both, integrals)
-            without = alone[0]
-            _balance(alone, both, own, J, X)
-            rippled = alone[0] - without
-        slip = y - c[s] * alone[0]
-        turn = slip.conjugate() / max(abs(slip), 1e-300)
-        out[s, 0] = alone[0] * turn
-        for i in range(count):
-            out[s, 1 + i] = alone[1 + i] * turn ** RIPPLES[i]
+        slide(a[s], k, slip_force, c[s], compliance[s], out[s], room)
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@COMPILED
+def room_to_slide() -> tuple[Array, ...]:
+    """What :func:`slide` works in."""
+    count = len(RIPPLES)
+    return (
+        np.empty((1 + count, 2 * count), np.complex128), np.empty(count, np.complex128),
+        np.empty(3 * RIPPLES[-1] + 1, np.complex128), np.empty((2 * count, 2 * count)), np.empty(2 * count),
+    )  # fmt: skip
+
+
+@COMPILED
+def slide(
+    a: float, k: float, slip_force: float, c: float, compliance: Array, out: Array, room: tuple[Array, ...]
+) -> None:
+    """What :func:`slipping_harmonics` returns at one amplitude, in `out` (4,); c as from :func:`common_spring`."""
+    both, own, integrals, J, X = room
+    softer, rippled, y = k / (1.0 + k * c), 0j, a
+    for i in range(len(RIPPLES)):
+        own[i] = compliance[i] - c
+    for _ in range(PASSES):
+        y = _beyond(a, c, rippled, softer, slip_force)
+        _by_ripples(y, softer, slip_force, out, both, integrals)
+        without = out[0]
+        _balance(out, both, own, J, X)
+        rippled = out[0] - without
+    slip = y - c * out[0]
+    turn = slip.conjugate() / max(abs(slip), 1e-300)
+    out[0] *= turn
+    for i in range(len(RIPPLES)):
+        out[1 + i] *= turn ** RIPPLES[i]
+
+
+@COMPILED
 def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array, integrals: Array) -> None:
     """Fill in the harmonics (4,) without ripples, and what the ripples' real and imaginary parts (4, 6) add."""
     highest = RIPPLES[-1]
@@ -211,7 +267,7 @@ def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array
             both[i, j + len(RIPPLES)] = 1j * (ripple - conjugate)
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@COMPILED
 def _balance(alone: Array, both: Array, compliance: Array, J: Array, X: Array) -> None:
     """What :func:`_balanced` returns, in place of `alone`; J (6, 6) and X (6,) are room for it."""
     count = len(RIPPLES)
