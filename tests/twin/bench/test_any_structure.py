@@ -1,0 +1,95 @@
+"""The bench of rigs that are no clamped lap joint: against all their coordinates at once; what is hidden in them."""
+
+import numpy as np
+import pytest
+
+from twin.bench import no_law, open_bench
+from twin.bench.build import SUSPENSION_Hz
+from twin.rigs import Effect, load_rig
+from twin.structure import assemble, normal_modes, rigid_motions
+
+RIGS = ("hung-lap-joint", "l-frame", "two-lap-joints", "shaking-base", "stiffened-plate")
+FREQUENCIES_Hz = np.array([8.0, 31.0, 77.0, 160.0, 210.0, 420.0, 640.0])
+
+
+def dense_responses(rig, omega):
+    """Displacements of all response sensors per force, by a solve at each frequency with modal damping."""
+    s = assemble(rig, layout=rig.bench_layout())
+    moduli = rig.moduli()
+    K = s.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
+    modes = normal_modes(s.M, K)
+    rigid, ratios = rigid_motions(modes.omega), rig.damping.modal_ratio
+    zeta = np.array([0.0] * rigid + [ratios[min(n, len(ratios) - 1)] for n in range(len(modes.omega) - rigid)])
+    shapes = s.M @ modes.Phi
+    C = shapes @ np.diag(2 * zeta * modes.omega) @ shapes.T
+    rows = np.array([s.row(rig.place_of(sensor.channel)) for sensor in rig.response_sensors])
+    drive = s.row(rig.drive_place)
+    return np.array([rows @ np.linalg.solve(K + 1j * w * C - w**2 * s.M, drive) for w in omega])
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_a_rigs_linear_response_is_that_of_all_its_coordinates(name):
+    rig = load_rig(name)
+    built = open_bench(rig, drive="force", joint_law=no_law()).built
+    assert built.rigid == {"hung-lap-joint": 3, "stiffened-plate": 6}.get(name, 0)
+    channels = [sensor.channel for sensor in rig.sensors]
+    outputs = [built.locals + built.auxiliaries + channels.index(s.channel) for s in rig.response_sensors]
+    omega = 2 * np.pi * FREQUENCIES_Hz
+    found = built.rig(0.0, 51200.0).transfer(FREQUENCIES_Hz)[:, outputs, 0] / -(omega[:, None] ** 2)
+    expected = dense_responses(rig, omega)
+    # An acceleration does not feel the flexibility above the bench's modes, and free rigs hang on cords.
+    near = 5e-3 + (SUSPENSION_Hz / FREQUENCIES_Hz[:, None]) ** 2
+    assert np.all(np.abs(found - expected) < near * np.abs(expected).max(axis=1, keepdims=True))
+
+
+def first_modes(rig, **options):
+    return open_bench(rig, joint_law=no_law(), **options).built.modal(0.0, 51200.0).omega[:4]
+
+
+def test_an_effect_acts_on_the_joint_that_it_names():
+    rig = load_rig("two-lap-joints")
+    plain = first_modes(rig)
+    softer = {
+        joint: first_modes(rig, effects=[Effect(cause="joint-stiffness", parameters={
+            "joint": joint, "normal_factor": 0.5, "shear_factor": 0.5,
+        })]) for joint in ("inner", "outer")
+    }  # fmt: skip
+    for joint, frequencies in softer.items():
+        number = ("inner", "outer").index(joint)
+        halved = [
+            m.model_copy(update={"normal_modulus": m.normal_modulus / 2, "shear_modulus": m.shear_modulus / 2})
+            if n == number else m for n, m in enumerate(rig.moduli())
+        ]  # fmt: skip
+        np.testing.assert_allclose(frequencies, first_modes(rig.with_moduli("120N", halved)), rtol=1e-9)
+        assert frequencies[0] < plain[0] * (1 - 1e-5)
+    assert softer["inner"][0] < softer["outer"][0], "the root's joint carries more of mode 1"
+
+
+@pytest.mark.parametrize(
+    ("cause", "parameters", "told"),
+    [
+        ("joint-slap", {"gap_m": 1e-6, "stiffness_factor": 0.1}, "which joint: inner, outer"),
+        ("joint-slap", {"gap_m": 1e-6, "stiffness_factor": 0.1, "joint": "third"}, "no joint 'third'"),
+        ("added-mass", {"mass_kg": 0.01, "part": "nose", "position_m": 0.1}, "no part 'nose'"),
+        ("added-mass", {"mass_kg": 0.01, "part": "end", "position_m": 0.2}, "is not on 'end'"),
+        ("added-mass", {"mass_kg": 0.01}, "needs position_m"),
+        ("beam-modulus", {"beam": "lower", "factor": 0.9}, "no beam 'lower'; the rig has root, middle, end"),
+    ],
+)
+def test_a_place_or_joint_that_is_none_is_refused(cause, parameters, told):
+    with pytest.raises(ValueError, match=told):
+        open_bench(load_rig("two-lap-joints"), effects=[Effect(cause=cause, parameters=parameters)])
+
+
+def test_a_mass_at_a_node_is_felt_in_every_direction():
+    rig = load_rig("stiffened-plate")
+    node = int(rig.place_of("acc1").at)
+    heavier = open_bench(
+        rig, joint_law=no_law(),
+        effects=[Effect(cause="added-mass", parameters={"mass_kg": 0.05, "part": "plate", "node": node})],
+    ).built  # fmt: skip
+    s = assemble(rig, layout=rig.bench_layout()).with_mass_at(rig.place_of("acc1"), 0.05)
+    moduli = rig.moduli()
+    K = s.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
+    expected = normal_modes(s.M, K, 14).omega[6:]
+    np.testing.assert_allclose(heavier.modal(0.0, 51200.0).omega[6:14], expected, rtol=1e-5)

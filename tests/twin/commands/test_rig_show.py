@@ -1,0 +1,80 @@
+"""`twin rig show`: what it draws, what it tells, and what it calls implausible."""
+
+import json
+
+import pytest
+
+from recordings.errors import InputError
+from twin.cli import group
+from twin.rigs import RIG_FILES, load_rig, save_rig
+from twin.structure.modelled_rig import modelled_rig
+from twin.structure.plausibility import implausible
+
+
+def shown(capsys, *arguments):
+    group.main(args=["rig", "show", *arguments, "--json"], prog_name="twin", standalone_mode=False)
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("name", sorted(RIG_FILES))
+def test_every_shipped_rig_is_told(capsys, name):
+    table, rig = shown(capsys, name), load_rig(name)
+    assert set(table) == {"natural_frequencies_Hz", "rigid_modes", "parts", "joints", "sensors", "warnings"}
+    frequencies = table["natural_frequencies_Hz"]
+    assert len(frequencies) == 10
+    assert frequencies == sorted(frequencies)
+    assert frequencies[0] > 5.0
+    assert table["rigid_modes"] == {"hung-lap-joint": 3, "stiffened-plate": 6}.get(name, 0)
+    assert table["sensors"] == [sensor.channel for sensor in rig.sensors]
+    assert table["joints"] == [joint.name for joint in rig.joints]
+
+
+def test_pictures_are_written_whole(capsys, tmp_path):
+    picture, view = tmp_path / "rig.png", tmp_path / "rig.rrd"
+    shown(capsys, "l-frame", "--picture", str(picture), "--save", str(view))
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert view.read_bytes().startswith(b"RRF")
+    assert sorted(tmp_path.iterdir()) == [picture, view]
+
+
+@pytest.mark.parametrize("arguments", [
+    ("nowhere.toml",), ("l-frame", "--preload", "3N"), ("l-frame", "--picture", "nowhere/rig.png"), ("composite-beam",),
+])  # fmt: skip
+def test_what_cannot_be_shown_is_told_in_one_line(arguments):
+    with pytest.raises(InputError) as refused:
+        group.main(args=["rig", "show", *arguments], prog_name="twin", standalone_mode=False)
+    assert "\n" not in str(refused.value)
+
+
+def warnings(tmp_path, **changes):
+    """What is told of a two-joint rig whose file is changed by text."""
+    path = tmp_path / "rig.toml"
+    save_rig(load_rig("two-lap-joints"), path)
+    text = path.read_text()
+    for was, now in changes.values():
+        assert was in text
+        text = text.replace(was, now, 1)
+    path.write_text(text)
+    return implausible(modelled_rig(load_rig(path)))
+
+
+def test_nothing_is_implausible_of_a_plausible_rig(tmp_path):
+    assert warnings(tmp_path) == ()
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "told"),
+    [
+        ("youngs_modulus = 198000000000.0", "youngs_modulus = 198000.0", "no solid's"),
+        ("density = 7880.0", "density = 7.88", "no solid's"),
+        ("thickness = 0.00636", "thickness = 0.03", "times as long as thick"),
+        ("0.0023", "0.23", "not per cent"),
+        ("mass = 0.002", "mass = 0.2", "of the structure"),
+        ('part = "middle"\nat = 0.1', 'part = "root"\nat = 0.0', "nothing moves there"),
+        ("shear_modulus = 76000000.0", "shear_modulus = 7.6e12", "times E'"),
+        ("elements = 18", "elements = 4", "coarse"),
+        ('fix = [\n    "x",\n    "y",\n    "rz",\n]', 'fix = ["x"]', "nothing holds"),
+    ],
+)
+def test_a_slip_of_the_pen_is_told(tmp_path, was, now, told):
+    assert any(told in line for line in warnings(tmp_path, change=(was, now)))
