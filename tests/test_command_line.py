@@ -23,6 +23,7 @@ from twin.commands.examples import EXAMPLES
 RIG = ["--rig", "steel-lap-joint"]
 BAD = {
     "demo": ["--cause", "gremlins", "--out", "out"],
+    "rig": ["show", "missing.toml"],
     "rehearse": ["no-such-procedure", *RIG, "--out", "out"],
     "serve": ["--rig", "no-such-rig", "--serial", "auto", "--instruments-out", "out"],
     "acquire": ["steel-sweeps", "--instruments", "missing.toml", "--out", "out.mcap"],
@@ -41,6 +42,7 @@ BAD = {
     "speed": ["--no-such-option"],
 }
 RUBBISH = {
+    "rig": ["show", "rubbish.toml"],
     "rehearse": ["rubbish.toml", *RIG, "--out", "out"],
     "serve": ["--rig", "rubbish.toml", "--serial", "auto", "--instruments-out", "out"],
     "acquire": ["steel-sweeps", "--instruments", "rubbish.toml", "--out", "out.mcap"],
@@ -62,6 +64,12 @@ def run(*arguments: str) -> int:
     return int(ended.value.code or 0)
 
 
+def spoken(name: str) -> list[list[str]]:
+    """The words that call a command, or each command of a group."""
+    command = importlib.import_module(f"twin.commands.{name}").command
+    return [[name, one] for one in command.commands] if isinstance(command, click.Group) else [[name]]
+
+
 def test_a_bad_case_is_tried_for_every_command():
     assert list(BAD) == list(SUMMARIES)
 
@@ -75,18 +83,20 @@ def test_alone_it_tells_its_commands(capsys):
 
 @pytest.mark.parametrize("name", SUMMARIES)
 def test_every_command_helps_and_speaks_json(name, capsys):
-    assert run(name, "--help") == 0
-    shown = capsys.readouterr()
-    assert "--json" in shown.out
-    assert shown.err == ""
+    for words in spoken(name):
+        assert run(*words, "--help") == 0
+        shown = capsys.readouterr()
+        assert "--json" in shown.out
+        assert shown.err == ""
 
 
 @pytest.mark.parametrize("name", SUMMARIES)
 def test_every_option_is_explained(name):
-    command = importlib.import_module(f"twin.commands.{name}").command
-    assert command.help
-    silent = [p.name for p in command.params if isinstance(p, click.Option) and not p.help]
-    assert silent == []
+    whole = importlib.import_module(f"twin.commands.{name}").command
+    for command in (whole, *whole.commands.values()) if isinstance(whole, click.Group) else (whole,):
+        assert command.help
+        silent = [p.name for p in command.params if isinstance(p, click.Option) and not p.help]
+        assert silent == []
 
 
 @pytest.mark.parametrize("name", SUMMARIES)

@@ -13,6 +13,7 @@ from twin.cli import SUMMARIES, main
 
 GOOD = {
     "demo": ["--out", "new"],
+    "rig": ["steel-lap-joint", "--picture", "new.png"],
     "rehearse": ["steel-sweeps", "--rig", "steel-lap-joint", "--out", "new"],
     "serve": ["--rig", "steel-lap-joint", "--serial", "auto", "--instruments-out", "new.toml"],
     "acquire": ["steel-sweeps", "--instruments", "instruments.toml", "--out", "new.mcap"],
@@ -34,7 +35,7 @@ GOOD = {
 LONG = "x" * 5000
 READ = {"runs", "run", "loops", "source", "what", "instruments", "drive", "held_out"}
 """Parameters that name files to be read."""
-NAMES = {"procedure", "procedure_name", "rig_name", "model"}
+NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}
 """Parameters that name something shipped, or a file."""
 
 
@@ -57,11 +58,19 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def mistakes(name: str) -> Iterator[list[str]]:
     """Command lines with one thing wrong each."""
-    good = GOOD[name]
+    command = importlib.import_module(f"twin.commands.{name}").command
+    first = []
+    if isinstance(command, click.Group):
+        ((word, command),) = command.commands.items()
+        first = [word]
+    for words in _mistakes(GOOD[name], command.params):
+        yield [*first, *words]
+
+
+def _mistakes(good: list[str], parameters: list[click.Parameter]) -> Iterator[list[str]]:
     yield [*good, "--no-such-option"]
     yield [*good, "--json=yes"]
     yield [*good, "--quiet", "one", "too", "many", LONG]
-    parameters = importlib.import_module(f"twin.commands.{name}").command.params
     for option in (p for p in parameters if isinstance(p, click.Option) and not p.is_flag):
         flag = max(option.opts, key=len)
         yield [*good, flag]

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError
 from twin.commands.output import json_option, print_json, say, working
 
+if TYPE_CHECKING:
+    from twin.structure.modelled_rig import ModelledRig
+
 __all__ = ["command"]
 
 USUAL_s = 1.0
+PICTURES = (".png", ".svg", ".pdf", ".jpg")
 TOLD = 10
 """Natural frequencies that are told at least, as far as there are so many."""
 
@@ -41,6 +46,8 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     for path in (save, picture):
         if path is not None and not path.parent.is_dir():
             raise InputError(path, "", "its folder does not exist")
+    if picture is not None and picture.suffix.lower() not in PICTURES:
+        raise InputError(picture, "", f"{picture.suffix!r} is no picture's suffix", f"one of {', '.join(PICTURES)}")
     if is_modal_rig(rig) or is_beam_rig(rig):
         raise InputError(rig, "kind", "has no parts and sensors to show", "give a rig of format 1 or 2")
     loaded = load_rig(rig)
@@ -48,16 +55,7 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
         frequencies = modelled.modes.frequency_Hz[:TOLD].tolist()
         warnings = implausible(modelled)
-    if picture is not None:
-        from recordings.whole import whole_file
-        from twin.views.rig_figure import rig_figure
-
-        with whole_file(picture) as part:
-            rig_figure(modelled).savefig(part, format=picture.suffix.removeprefix(".") or "png", dpi=130)
-    if save is not None:
-        from twin.views.rerun_rig import save_rig_view
-
-        save_rig_view(modelled, save)
+    _write(modelled, picture, save)
     if as_json:
         print_json({
             "natural_frequencies_Hz": frequencies,
@@ -78,3 +76,19 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     for path in (picture, save):
         if path is not None:
             say(f"wrote {path}")
+
+
+def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:
+    """Write both files that were asked for, or neither."""
+    if picture is None:
+        if view is not None:
+            from twin.views.rerun_rig import save_rig_view
+
+            save_rig_view(modelled, view)
+        return
+    from recordings.whole import whole_file
+    from twin.views.rig_figure import rig_figure
+
+    with whole_file(picture) as part:
+        rig_figure(modelled).savefig(part, format=picture.suffix.lower().removeprefix("."), dpi=130)
+        _write(modelled, None, view)

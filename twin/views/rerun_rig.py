@@ -10,10 +10,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from recordings.whole import whole_file
 from twin.structure import drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.rig_figure import extent, mode_scale, unit_arrow
+from twin.views.rrd import recording_file, send_layout
 from twin.views.style import level_colour, on_dark, rgb
 
 __all__ = ["save_rig_view"]
@@ -27,16 +27,18 @@ JOINT, DRIVE, SENSOR = "#d55e00", "#cc79a7", "#009e73"
 
 
 def save_rig_view(modelled: ModelledRig, path: Path) -> None:
-    """Write a rig as an .rrd file, whole or not at all."""
-    with whole_file(path) as part:
-        recording = rr.RecordingStream("twin-rig")
-        recording.save(str(part))
-        recording.send_blueprint(_draw(recording, modelled))
-        recording.flush()
-        recording.disconnect()
+    """Write a rig as an .rrd file, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    with recording_file(path) as recording:
+        send_layout(recording, _draw(recording, modelled), timeline=SLOW_MOTION)
 
 
-def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Blueprint:
+def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Horizontal:
     structure = modelled.structure
     parts = drawn_parts(structure)
     size = extent(parts)
@@ -75,7 +77,4 @@ def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Blueprint
         recording.reset_time()
         title = f"Mode {mode + 1}, {modelled.modes.frequency_Hz[mode]:.5g} Hz"
         views.append(rrb.Spatial3DView(origin=f"/modes/{mode + 1}", name=title))
-    return rrb.Blueprint(
-        rrb.Horizontal(views[0], rrb.Grid(*views[1:]), column_shares=[1, 2]),
-        rrb.TimePanel(state="collapsed", timeline=SLOW_MOTION), collapse_panels=True,
-    )  # fmt: skip
+    return rrb.Horizontal(views[0], rrb.Grid(*views[1:]), column_shares=[1, 2])

@@ -38,7 +38,8 @@ def test_pictures_are_written_whole(capsys, tmp_path):
 
 
 @pytest.mark.parametrize("arguments", [
-    ("nowhere.toml",), ("l-frame", "--preload", "3N"), ("l-frame", "--picture", "nowhere/rig.png"), ("composite-beam",),
+    ("nowhere.toml",), ("l-frame", "--preload", "3N"), ("l-frame", "--picture", "nowhere/rig.png"),
+        ("l-frame", "--picture", "rig.xyz"), ("composite-beam",),
 ])  # fmt: skip
 def test_what_cannot_be_shown_is_told_in_one_line(arguments):
     with pytest.raises(InputError) as refused:
