@@ -50,8 +50,8 @@ def parse_rig(data: bytes, *, source: str) -> Rig:
 
 
 def save_rig(rig: Rig, path: Path) -> None:
-    """Write `rig` as TOML that `load_rig` reads back equal."""
-    path.write_bytes(_toml(rig))
+    """Write `rig` as TOML that `load_rig` reads back equal; its parts' files stay where they are, and are named so."""
+    path.write_bytes(_toml(rig.named_from(path.parent) if isinstance(rig, StructureRig) else rig))
 
 
 def believed_rig_file(rig: Rig) -> bytes:

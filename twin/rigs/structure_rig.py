@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -176,6 +177,21 @@ class StructureRig(Rig):
         rig = self.model_copy()
         rig._folder = folder
         return rig
+
+    def named_from(self, folder: Path) -> StructureRig:
+        """The same rig as a file in another folder says it: its parts' files named by the way that leads to them."""
+        if self._folder is None or self._folder.resolve() == folder.resolve():
+            return self
+        home = self._folder.resolve()
+
+        def led_to(table: Table, *names: str) -> Any:
+            files = {name: getattr(table, name) for name in names if getattr(table, name)}
+            ways = {name: os.path.relpath(home / file, folder.resolve()) for name, file in files.items()}
+            return table.model_copy(update={name: Path(way).as_posix() for name, way in ways.items()})
+
+        parts = [led_to(p, "mass", "stiffness", "nodes") if isinstance(p, MatricesPart) else p for p in self.part]
+        joints, ties = [led_to(joint, "pairs") for joint in self.joint], [led_to(tie, "pairs") for tie in self.tie]
+        return self.model_copy(update={"part": parts, "joint": joints, "tie": ties}).in_folder(folder)
 
     def layout(self, *, beam_elements: int | None = None, layer_elements: int | None = None) -> Layout:
         """Parts, supports, joints and ties; elements as the file says, or others of each beam and of each layer."""
