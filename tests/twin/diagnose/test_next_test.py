@@ -251,14 +251,21 @@ def test_sweeps_that_two_masses_explain_alike_call_for_noise(swept, believe, tmp
 
 
 @pytest.mark.slow
-def test_a_model_that_cannot_be_marched_still_proposes_its_test_and_says_so(learnt, believe, tmp_path, monkeypatch):
+@pytest.mark.parametrize("error", [
+    InputError("extended.toml", "", "joint.law: it is not the law of a passive layer"),
+    ArithmeticError("the joint's equations had no solution in 1 of 1408 steps"),
+], ids=["refused", "fallen-apart"])  # fmt: skip
+def test_a_model_that_cannot_be_marched_still_proposes_its_test_and_says_so(
+    learnt, believe, tmp_path, monkeypatch, error
+):  # fmt: skip
     def refuse(*arguments, **options):
-        raise InputError("extended.toml", "", "joint.law: it is not the law of a passive layer")
+        raise error
 
     monkeypatch.setattr("twin.diagnose.next_test.plan.open_twin", refuse)
     best = believe("added-mass", mass_kg=0.009, position_m=0.30)
     other = believe("stiffness-loss", behind=2.0, factor=0.8, position_m=0.2)
     found = plan_next_test(*learnt, (best, other), RIG, tmp_path)
     assert found is not None
-    assert "not rehearsed, for joint.law: it is not the law of a passive layer" in found.why
+    reason = error.reason if isinstance(error, InputError) else str(error)
+    assert f"not rehearsed, for {reason}" in found.why
     assert load_procedure(tmp_path / found.procedure)

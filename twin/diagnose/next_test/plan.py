@@ -84,10 +84,10 @@ def plan_next_test(
         report(f"rehearsing {valued.proposal.what}")
         try:
             rehearsed = _rehearsed(valued.proposal, extended, evidence.preload)
-        except InputError as error:
+        except (InputError, ArithmeticError) as error:
             # A law that is known badly need be no passive layer's, which could be marched in time.
             procedure, rig_time_s = valued.proposal.procedure, valued.proposal.rig_time_s
-            told = f"not rehearsed, for {error.reason}"
+            told = f"not rehearsed, for {error.reason if isinstance(error, InputError) else error}"
             break
         if not rehearsed.must_not_run:
             procedure, rig_time_s = rehearsed.rehearsal.procedure, rehearsed.rehearsal.result.duration_s
