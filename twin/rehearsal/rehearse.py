@@ -151,7 +151,8 @@ def rehearse(
     Raises
     ------
     InputError
-        If the rig has not what the procedure asks for, or the recording cannot be written.
+        If the rig has not what the procedure asks for, or its joint's law has no answer so far out, or the recording
+        cannot be written.
     """
     check_channels(procedure, source.channels)
     info = {
@@ -171,7 +172,12 @@ def rehearse(
         sink: RunSink = writer
         if watch is not None:
             acquisition, sink = watch(acquisition, sink)
-        result = run_procedure(procedure, acquisition, sink, progress=progress, on_step=on_step)
+        try:
+            result = run_procedure(procedure, acquisition, sink, progress=progress, on_step=on_step)
+        except ArithmeticError as error:
+            raise InputError(
+                info["rig"], "joint", f"driven so far its law falls apart: {error}", "ask for less force"
+            ) from error
     rehearsal = Rehearsal(
         procedure=procedure,
         result=result,
