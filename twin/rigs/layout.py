@@ -9,8 +9,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from twin.rigs.tables import LawTable, LayerLawTable, Name, NonNegative, Positive, Preload, Table
@@ -32,6 +33,9 @@ Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Fie
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 At = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Metres along a beam part, or a node number of a part given by matrices."""
+
+Along = TypeVar("Along", float, NDArray[Any])
+"""One number of metres, or several."""
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 ROUNDED_m = 1e-9
@@ -75,6 +79,12 @@ class BeamPart(Table):
     def normal(self) -> tuple[float, float]:
         """Unit vector to the left of the axis: +y of a beam along +x."""
         return -self.axis[1], self.axis[0]
+
+    def facing(self, other: BeamPart, at: Along) -> Along:
+        """Metres along another beam that lie across from `at` metres along this one."""
+        x = self.start[0] + at * self.axis[0] - other.start[0]
+        y = self.start[1] + at * self.axis[1] - other.start[1]
+        return x * other.axis[0] + y * other.axis[1]
 
     @property
     def area(self) -> float:

@@ -111,13 +111,10 @@ class Rig(Table, ABC):
         name = self.preload_name(preload)
         return tuple(joint.preload[name] for joint in self.joints)
 
-    def with_moduli(self, preload: str, moduli: Sequence[Preload], *, alone: bool = False) -> Self:
-        """The same rig with other moduli of its joints at a preload, which need not be one of the file's.
-
-        `alone` drops all other preloads.
-        """
+    def with_moduli(self, preload: str, moduli: Sequence[Preload]) -> Self:
+        """The same rig with other moduli of its joints at a preload, which need not be one of the file's."""
         return self.with_joints([
-            joint.model_copy(update={"preload": {**({} if alone else joint.preload), preload: own}})
+            joint.model_copy(update={"preload": {**joint.preload, preload: own}})
             for joint, own in zip(self.joints, moduli, strict=True)
         ])  # fmt: skip
 

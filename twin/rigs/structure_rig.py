@@ -145,7 +145,7 @@ class StructureRig(Rig):
         if abs(first.axis[0] * second.axis[1] - first.axis[1] * second.axis[0]) > PARALLEL:
             raise ValueError(f"{where}: {first.name!r} and {second.name!r} are not parallel")
         for s in (joint.begin, joint.to):
-            facing = facing_position(first, second, s)
+            facing = first.facing(second, s)
             if not -BEYOND_m <= facing <= second.length + BEYOND_m:
                 raise ValueError(
                     f"{where}: {s:g} m along {first.name!r} faces {facing:.6g} m along {second.name!r}, "
@@ -253,20 +253,6 @@ class StructureRig(Rig):
                 return next(d.place for d in self.drive if (d.part, d.at) == (sensor.part, sensor.at))
         raise KeyError(channel)
 
-    def driven_by(self, name: str) -> Self:
-        """The same rig with another of its shakers as the one that drives.
-
-        Raises
-        ------
-        KeyError
-            If there is none of that name.
-        """
-        chosen = [drive for drive in self.drive if drive.name == name]
-        if not chosen:
-            names = ", ".join(drive.name for drive in self.drive)
-            raise KeyError(f"rig {self.name!r} has no drive {name!r}; it has {names}")
-        return self.model_copy(update={"drive": chosen + [d for d in self.drive if d.name != name]})
-
     def with_joints(self, joints: Sequence[ThinLayer]) -> Self:
         """The same rig with these joints' preloads and laws."""
         own = [
@@ -284,13 +270,6 @@ class StructureRig(Rig):
         if moved.quantity == "force":
             drives = [d.model_copy(update=update) if (d.part, d.at) == (moved.part, moved.at) else d for d in drives]
         return self.model_copy(update={"sensor": sensors, "drive": drives})
-
-
-def facing_position(first: BeamPart, second: BeamPart, at: float) -> float:
-    """Metres along the second beam that lie across from `at` metres along the first."""
-    x = first.start[0] + at * first.axis[0] - second.start[0]
-    y = first.start[1] + at * first.axis[1] - second.start[1]
-    return x * second.axis[0] + y * second.axis[1]
 
 
 def _unique(what: str, names: Sequence[str]) -> None:

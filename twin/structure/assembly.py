@@ -125,7 +125,7 @@ def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Matri
     rows = []
     if tie.at is not None:
         a, b = tie.at
-        dx, dy = (_point(second, b) - _point(first, a))[:2]
+        dx, dy = (second.coordinates(b) - first.coordinates(a))[:2]
         turn = _row(first, a, "rz", size)
         for name, arm in (("x", -dy), ("y", dx), ("rz", 0.0)):
             one, two = _row(first, a, name, size), _row(second, b, name, size)
@@ -139,9 +139,3 @@ def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Matri
                 if one is not None and two is not None:
                     rows.append(two - one)
     return np.array(rows).reshape(-1, size)
-
-
-def _point(mesh: Mesh, at: float) -> Matrix:
-    if isinstance(mesh, MatrixCoordinates):
-        return np.asarray(mesh.matrices.coordinates_of(int(at)))
-    return np.array([*(np.array(mesh.part.start) + at * np.array(mesh.part.axis)), 0.0])

@@ -58,7 +58,7 @@ def drawn_parts(structure: Structure) -> tuple[DrawnPart, ...]:
     for mesh in structure.meshes.values():
         name = mesh.part.name
         if isinstance(mesh, BeamMesh):
-            points = np.column_stack([mesh.points, np.zeros(len(mesh.s))])
+            points = mesh.coordinates(mesh.s)
             nodes = list(mesh.s)
             edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
         else:
@@ -73,10 +73,7 @@ def drawn_parts(structure: Structure) -> tuple[DrawnPart, ...]:
 
 def point_of(structure: Structure, place: Place) -> Array:
     """Coordinates (3,) of a place, m."""
-    mesh = structure.meshes[place.part]
-    if isinstance(mesh, BeamMesh):
-        return np.array([*(np.array(mesh.part.start) + place.at * np.array(mesh.part.axis)), 0.0])
-    return np.asarray(mesh.matrices.coordinates_of(int(place.at)))
+    return structure.meshes[place.part].coordinates(place.at)
 
 
 def _net(points: Array) -> NDArray[np.int64]:

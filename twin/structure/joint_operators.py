@@ -93,14 +93,8 @@ def _of_beams(layer: LayerMesh, first: BeamMesh, second: BeamMesh, size: int) ->
         shear_at=np.concatenate(shear_at),
         shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
         ends=(float(layer.first[0]), float(layer.first[-1])),
-        points=_along(first, np.concatenate(normal_at)),
+        points=first.coordinates(np.concatenate(normal_at)),
     )
-
-
-def _along(mesh: BeamMesh, s: Matrix) -> Matrix:
-    """Coordinates (r, 3) of places along a beam."""
-    points = np.array(mesh.part.start) + s[:, None] * np.array(mesh.part.axis)
-    return np.column_stack([points, np.zeros(len(s))])
 
 
 def _of_pairs(
@@ -109,7 +103,7 @@ def _of_pairs(
     assert joint.pairs is not None
     pairs = node_pairs(layout, joint.pairs, where=joint.name, parts=[first.matrices, second.matrices])
     weight = np.sqrt(pairs.area_m2 / joint.layer_height)
-    points = np.array([first.matrices.coordinates_of(int(node)) for node in pairs.a])
+    points = np.array([first.coordinates(node) for node in pairs.a])
     along = points - points.mean(axis=0)
     # The longest axis of the contact, in a fixed sense.
     axis = np.linalg.svd(along, full_matrices=False)[2][0]

@@ -60,6 +60,10 @@ class MatrixCoordinates:
                 row += share * found[1]
         return self.first + np.arange(self.size), row
 
+    def coordinates(self, node: float) -> Array:
+        """Coordinates (3,) of a node, m."""
+        return np.asarray(self.matrices.coordinates_of(int(node)))
+
     def rigid_translation(self, direction: Sequence[float]) -> Array:
         """Coordinates (size,) of a unit translation."""
         whole = np.zeros(len(self.reduced.T))

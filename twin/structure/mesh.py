@@ -61,7 +61,12 @@ class BeamMesh:
     @property
     def points(self) -> Array:
         """Coordinates of the nodes, (k, 2)."""
-        return np.array(self.part.start) + self.s[:, None] * self.frame[0]
+        return self.coordinates(self.s)[:, :2]
+
+    def coordinates(self, s: float | Array) -> Array:
+        """Coordinates (..., 3) of places `s` (...) along the beam, m."""
+        points = np.array(self.part.start) + np.asarray(s, float)[..., None] * self.frame[0]
+        return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
 
     @property
     def element_dofs(self) -> NDArray[np.int64]:
@@ -210,8 +215,7 @@ def _facing(one: BeamPart, other: BeamPart, s: Array) -> Array:
     """Metres along another beam that lie across from `s` along one."""
     if one.name == other.name:
         return np.asarray(s, float)
-    points = np.array(one.start) + np.asarray(s, float)[:, None] * np.array(one.axis)
-    return np.asarray((points - np.array(other.start)) @ np.array(other.axis))
+    return np.asarray(one.facing(other, s))
 
 
 def _merged(nodes: Array, more: Array, near: float) -> Array:
