@@ -84,7 +84,7 @@ def _harmonic(tau: Array, order: Array) -> Array:
 
 def _force(law: LayerLaw, openings: Openings, slap: Opening | None, opening: Array) -> tuple[Array, Array]:
     """The law's force beyond its secant stiffness and its tangent, (s, p, t), N and N/m."""
-    x, f, slope = _odd_force(law, openings.modulus)
+    x, f, slope = _odd_force(law, openings.modulus[0])
     size, sign = np.abs(opening), np.sign(opening)
     odd = np.interp(size, x, f) + np.maximum(size - x[-1], 0.0) * slope[-1]
     tangent = np.interp(size, x, slope)
@@ -94,6 +94,6 @@ def _force(law: LayerLaw, openings: Openings, slap: Opening | None, opening: Arr
         lost = size > slap.gap_m
         force = force + share * np.where(lost, odd - np.interp(slap.gap_m, x, f), 0.0)
         tangent = tangent * (1 + share * sign * lost)
-    w, E = openings.weight[:, :, None], openings.modulus
+    w, E = openings.weight[:, :, None], openings.modulus[0]
     rest = openings.secant[:, :, None] + E * w
     return w * force - rest * opening, w * tangent - rest

@@ -24,6 +24,8 @@ Array = NDArray[Any]
 
 ROUGH = 1.0
 """Tolerance from which on a fit only ranks rivals, and keeps the weights that it begins with."""
+LARGEST_BASE_STEP = {"log_E": 0.3, "log_G": 0.3, "loss_E": 0.05, "loss_G": 0.3, "log_zeta": 1.0, "detuning": 0.01}
+"""Of the base parameters in one step of a fit."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +210,7 @@ def fit_candidate(
     """
     shared = []
     for blame in blames:
-        start, values = blame.cause.shared(evidence, start, blame.values)
+        start, values = blame.cause.shared(evidence, blame.label, start, blame.values)
         shared.append(replace(blame, values=values))
     trial = Trial(evidence, harmonics, start, tuple(shared), slack=slack, held=held)
     parameters, count = [p for _, p in trial.slots], trial.count
@@ -283,8 +285,9 @@ def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> fl
 
 
 def _largest_base_steps(unknowns: Unknowns) -> Array:
-    base = np.concatenate([[0.3, 0.3, 0.05, 0.3], np.full(5, 1.0), np.full(5, 1e-2)])
-    return np.concatenate([base, np.full(len(unknowns.law.vector), np.inf)])
+    steps = np.full(len(unknowns.blocks), np.inf)
+    steps[: unknowns.of_laws.start] = unknowns.base.blocks(unknowns.base.joints).pack(LARGEST_BASE_STEP)
+    return steps
 
 
 def _free_count(solution: Solution) -> int:

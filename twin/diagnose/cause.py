@@ -22,6 +22,9 @@ __all__ = [
     "Values",
     "all_channels",
     "along_beam",
+    "joint_labels",
+    "joint_name",
+    "joint_number",
     "main_strength",
     "measured_duration_s",
     "place_at",
@@ -123,7 +126,9 @@ class Cause(ABC):
         """Return the inverse of :meth:`reported`, with what is not reported at its likeliest."""
         return dict(values)
 
-    def shared(self, evidence: Evidence, unknowns: Unknowns, values: Values) -> tuple[Unknowns, dict[str, float]]:
+    def shared(
+        self, evidence: Evidence, label: Mapping[str, str], unknowns: Unknowns, values: Values
+    ) -> tuple[Unknowns, dict[str, float]]:
         """Where a fit begins: what the data only know of the base family and the cause together, shared by the priors.
 
         A fit need not creep along a line on which nothing changes; by default nothing is shared.
@@ -144,6 +149,22 @@ def measured_duration_s(evidence: Evidence) -> float:
     """From the first step of all runs to the last that is used; at least ten seconds, a scale for what drifts."""
     times = [*evidence.steps.time_s, *(data.time_s for data in evidence.broadband)]
     return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
+
+
+def joint_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    """Which joint: a single search where there is one, without a name."""
+    joints = evidence.rig.joints
+    return ({},) if len(joints) == 1 else tuple({"joint": joint.name} for joint in joints)
+
+
+def joint_number(evidence: Evidence, label: Mapping[str, str]) -> int:
+    """Of the joint that a label names, in the rig's order."""
+    return [joint.name for joint in evidence.rig.joints].index(joint_name(evidence, label))
+
+
+def joint_name(evidence: Evidence, label: Mapping[str, str]) -> str:
+    """The joint that a label names, or the only one."""
+    return label.get("joint") or evidence.rig.joints[0].name
 
 
 def place_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:

@@ -29,10 +29,10 @@ def turn(
 
     Parameters
     ----------
-    opening, slip : ndarray, (4 + 2, i)
-        The law's softening and loss as cubics, see :func:`twin.identify.joint_law.cubics`.
+    opening, slip : ndarray, (p, 4 + 2, i)
+        Softening and loss at each point as cubics, see :func:`twin.identify.joint_law.packed_laws`.
     weights : ndarray, (s, 2 p)
-        Of the layer's points.
+        Of the layers' points.
     among, driven, reference, to_reference, amplitude
         As in :class:`twin.identify.local_forces.Surroundings`.
     more : ndarray, (s, n)
@@ -135,10 +135,10 @@ def _turn_one(
     n, points = len(driven), len(weights) // 2
     for i in range(n):
         if i < points:
-            value, by_log = _cubic(opening, np.exp(log_a[i]))
+            value, by_log = _cubic(opening[i], np.exp(log_a[i]))
             k[i], slope[i] = complex(-weights[i] * value, 0.0), complex(-weights[i] * by_log, 0.0)
         elif i < 2 * points:
-            value, by_log = _cubic(slip, np.exp(log_a[i]))
+            value, by_log = _cubic(slip[i - points], np.exp(log_a[i]))
             k[i], slope[i] = complex(0.0, weights[i] * value), complex(0.0, weights[i] * by_log)
         else:
             k[i], slope[i] = own[i - 2 * points], growth[i - 2 * points]

@@ -29,6 +29,8 @@ READ_OFF = 1e-3
 """Relative error of a response within which a step's softening and loss count as found."""
 SMOOTHNESS = 0.3
 """Weight of a law's second differences beside the steps' own weights when it is first read off them."""
+SOFTENING_OF_A_STEP = (-0.5, 0.98)
+"""Least and largest that is looked for, over E'."""
 MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
 """Shares of E' that a law may take off or add."""
 REWEIGHTED = 10
@@ -46,72 +48,88 @@ def starting_unknowns(evidence: Evidence, *, knots: int = 20, extension: Extensi
 
 
 def law_from_steps(predictor: Predictor, base: BaseParameters, *, knots: int = 20) -> Unknowns:
-    """The law that reproduces each step's reference channel, smoothed onto knots that follow the layer's own motion.
+    """The laws that reproduce each step's reference channel, smoothed onto knots that follow the layers' own motion.
 
-    For each step by itself one softening and one loss are found that all points share, by Newton's method on the
-    inverse of the response, which near one resonance is almost linear in the layer's moduli: it converges from a linear
-    joint even where the resonance has moved by many of its widths.  A point counts in what is found by its part in the
-    energy, that is by the square of its motion.
+    For each step by itself one softening and one loss are found that all points share, as parts of their joint's E', by
+    Newton's method on the inverse of the response, which near one resonance is almost linear in the moduli: it
+    converges from linear joints even where the resonance has moved by many of its widths.  A point counts in what is
+    found by its part in the energy, that is by the square of its motion; a step counts in a joint's law as far as the
+    response feels that joint.
     """
     evidence = predictor.evidence
-    if not len(evidence.steps):
+    if not len(evidence.steps) or not len(predictor.points):
         nowhere = choose_knots(np.zeros(0), knots)
-        return Unknowns(base, LayerLaw.zero(nowhere, nowhere))
+        return Unknowns(base, (LayerLaw.zero(nowhere, nowhere),) * base.joints)
     steps, time, p = evidence.steps, predictor.step_times, len(predictor.points)
     omega = predictor.clock(steps.omega, time)
     free = predictor.receptance(omega, base, time, inner=False, points=True)
-    around, weights = predictor.surroundings(free, omega), predictor.local.weights
-    E = predictor.moduli[0]
-    largest_loss = LARGEST_LOSS * E
+    around = predictor.surroundings(free, omega)
+    E = predictor.moduli[0][predictor.points.joint]
+    weights = predictor.local.weights * np.concatenate([E, E])
     n = len(predictor.moving)
     s, loss = np.zeros((2, len(omega)))
     for _ in range(TURNS):
         stiffness = np.zeros((len(omega), n), complex)
         stiffness[:, :p], stiffness[:, p : 2 * p] = -s[:, None] * weights[:, :p], 1j * loss[:, None] * weights[:, p:]
         if predictor.local.forces:
-            law = _smoothed(predictor, s, loss, around.motion(stiffness)[0], knots)
-            stiffness[:, 2 * p :] = predictor.local.balance(law, omega, around).stiffness[:, 2 * p :]
+            laws = _smoothed(predictor, s, loss, around.motion(stiffness)[0], knots)
+            stiffness[:, 2 * p :] = predictor.local.balance(laws, omega, around).stiffness[:, 2 * p :]
         motion, reading, by_stiffness = around.reading(stiffness)
         # d(1/H) H = -dH/H; both unknowns are real, the equation is complex.
         gap = reading * steps.force[:, 0] / around.amplitude - 1
-        a = np.sum(by_stiffness[:, :p] * weights[:, :p], axis=1)
-        b = -1j * np.sum(by_stiffness[:, p : 2 * p] * weights[:, p:], axis=1)
+        each = by_stiffness[:, : 2 * p] * weights
+        a, b = np.sum(each[:, :p], axis=1), -1j * np.sum(each[:, p:], axis=1)
         determinant = a.real * b.imag - a.imag * b.real
         ds = (gap.real * b.imag - gap.imag * b.real) / determinant
         dl = (a.real * gap.imag - a.imag * gap.real) / determinant
-        s = np.clip(s + np.clip(ds, -0.3 * E, 0.3 * E), -0.5 * E, 0.98 * E)
-        loss = np.clip(loss + np.clip(dl, -E, E), -0.1 * largest_loss, largest_loss)
-    return Unknowns(base, _smoothed(predictor, s, loss, motion, knots, np.abs(a), np.abs(b), np.abs(gap)))
+        s = np.clip(s + np.clip(ds, -0.3, 0.3), *SOFTENING_OF_A_STEP)
+        loss = np.clip(loss + np.clip(dl, -1.0, 1.0), -0.1 * LARGEST_LOSS, LARGEST_LOSS)
+    return Unknowns(base, _smoothed(predictor, s, loss, motion, knots, each, np.abs(gap)))
 
 
 def _smoothed(
-    predictor: Predictor, s: Array, loss: Array, motion: Array, knots: int,
-    by_softening: Array | float = 1.0, by_loss: Array | float = 1.0, gap: Array | float = 0.0,
-) -> LayerLaw:  # fmt: skip
-    """Splines through what the steps show, each weighted by how much it shows it."""
-    p, weights = len(predictor.points), predictor.local.weights
-    found = []
-    for values, sensitivity, part in ((s, by_softening, slice(0, p)), (loss, by_loss, slice(p, 2 * p))):
-        amplitude = np.abs(motion[:, part])
-        x = choose_knots(amplitude, knots)
-        energy = weights[:, part] * amplitude**2
-        B = np.einsum("sp,spk->sk", energy / energy.sum(axis=1, keepdims=True), spline_basis(x, amplitude)[0])
-        weight = np.broadcast_to(sensitivity, len(values)) * (gap < READ_OFF)
-        weight = np.minimum(weight, 3 * np.median(weight))
-        weight = weight / (np.max(weight) or 1.0)
-        rows = np.vstack([weight[:, None] * B, SMOOTHNESS * np.diff(np.eye(knots), 2, axis=0), 1e-3 * np.eye(knots)])
-        right = np.concatenate([weight * values, np.zeros(len(rows) - len(values))])
-        found.append((x, np.linalg.lstsq(rows, right, rcond=None)[0]))
-    (opening, softening), (slip, losing) = found
-    E = predictor.moduli[0]
-    return LayerLaw(opening, slip, np.clip(softening, -MOST_STIFFENED * E, MOST_SOFTENED * E), np.maximum(losing, 0.0))
+    predictor: Predictor, s: Array, loss: Array, motion: Array, knots: int, by_moduli: Array | None = None,
+    gap: Array | float = 0.0,
+) -> tuple[LayerLaw, ...]:  # fmt: skip
+    """Splines through what the steps show of each joint, each weighted by how much it shows it.
+
+    Parameters
+    ----------
+    s, loss : ndarray, (s,)
+        Over E'.
+    by_moduli : ndarray, (s, 2 p)
+        Relative change of the response with that of each point.
+    """
+    p, weights, laws = len(predictor.points), predictor.local.weights, []
+    for joint, E in enumerate(predictor.moduli[0]):
+        own, found = predictor.local.of_joint(joint), []
+        for values, at in ((s, own), (loss, p + own)):
+            amplitude = np.abs(motion[:, at])
+            x = choose_knots(amplitude, knots)
+            energy = weights[:, at] * amplitude**2
+            B = np.einsum("sp,spk->sk", energy / energy.sum(axis=1, keepdims=True), spline_basis(x, amplitude)[0])
+            weight = 1.0 if by_moduli is None else np.abs(np.sum(by_moduli[:, at], axis=1))
+            weight = np.broadcast_to(weight, len(values)) * (gap < READ_OFF)
+            weight = np.minimum(weight, 3 * np.median(weight))
+            weight = weight / (np.max(weight) or 1.0)
+            straight = SMOOTHNESS * np.diff(np.eye(knots), 2, axis=0)
+            rows = np.vstack([weight[:, None] * B, straight, 1e-3 * np.eye(knots)])
+            right = np.concatenate([weight * values, np.zeros(len(rows) - len(values))])
+            found.append((x, np.linalg.lstsq(rows, right, rcond=None)[0]))
+        (opening, softening), (slip, losing) = found
+        softening = np.clip(softening, -MOST_STIFFENED, MOST_SOFTENED)
+        laws.append(LayerLaw(opening, slip, E * softening, E * np.maximum(losing, 0.0)))
+    return tuple(laws)
 
 
 def unknowns_bounds(unknowns: Unknowns, side: int) -> Array:
     """Lower (0) or upper (1) limits of the unknowns' vector: a layer gives no energy away, and keeps some stiffness."""
-    n, m, E = len(unknowns.law.softening), len(unknowns.law.loss), unknowns.base.E
-    softening, loss = ((-MOST_STIFFENED * E, 0.0), (MOST_SOFTENED * E, np.inf))[side]
-    return np.concatenate([base_bounds()[side], np.full(n, softening), np.full(m, loss)])
+    softening, loss = ((-MOST_STIFFENED, 0.0), (MOST_SOFTENED, np.inf))[side]
+    bounds = np.empty(len(unknowns.blocks))
+    bounds[: unknowns.of_laws.start] = base_bounds(unknowns.base.joints)[side]
+    for joint, E in enumerate(unknowns.base.E):
+        bounds[unknowns.softening(joint)], bounds[unknowns.loss(joint)] = softening * E, loss
+    return bounds
 
 
 def fit_base(

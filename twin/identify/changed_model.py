@@ -18,8 +18,8 @@ __all__ = ["ChangedModels", "changed_structure"]
 KEPT = 16
 
 Factors = tuple[tuple[str, float], ...]
-StructureKey = tuple[Factors, Factors, float, float]
-"""Young's moduli and shear ratios of the beams, the clamp's compliance, the layer's gradient."""
+StructureKey = tuple[Factors, ...]
+"""Young's moduli and shear ratios of the beams, the supports' compliance, the layers' gradients."""
 
 
 class ChangedModels:
@@ -40,11 +40,14 @@ class ChangedModels:
             for output in outputs
         )  # fmt: skip
         drive = layout.moved(self._rig.drive_place, extension.drive_offset_m)
-        structure = (
-            tuple(sorted(extension.beam_modulus.items())),
-            tuple(sorted(extension.beam_shear_ratio.items())),
-            extension.clamp_rad_per_Nm,
-            extension.layer_gradient,
+        structure = tuple(
+            tuple(sorted(changed.items()))
+            for changed in (
+                extension.beam_modulus,
+                extension.beam_shear_ratio,
+                extension.clamp_rad_per_Nm,
+                extension.layer_gradient,
+            )
         )
         return self._placed(structure, moved, drive)
 
@@ -57,14 +60,14 @@ def _build(
     preload: str,
     beam_modulus: Factors,
     beam_shear_ratio: Factors,
-    clamp_rad_per_Nm: float,
-    layer_gradient: float,
+    clamp_rad_per_Nm: Factors,
+    layer_gradient: Factors,
 ) -> LinearModel:
     changed = Extension(
         beam_modulus=dict(beam_modulus),
         beam_shear_ratio=dict(beam_shear_ratio),
-        clamp_rad_per_Nm=clamp_rad_per_Nm,
-        layer_gradient=layer_gradient,
+        clamp_rad_per_Nm=dict(clamp_rad_per_Nm),
+        layer_gradient=dict(layer_gradient),
     )
     return build_linear_model(rig, [], preload=preload, structure=changed_structure(rig, changed))
 
@@ -76,7 +79,10 @@ def changed_structure(rig: Rig, extension: Extension) -> Structure:
         modulus = beam.youngs_modulus * extension.beam_modulus.get(beam.name, 1.0)
         shear = beam.shear_ratio + extension.beam_shear_ratio.get(beam.name, 0.0)
         layout = layout.with_beam(beam.name, youngs_modulus=modulus, shear_ratio=shear)
-    if extension.clamp_rad_per_Nm:
-        layout = layout.softened(extension.clamp_rad_per_Nm)
+    for part, rad_per_Nm in extension.clamp_rad_per_Nm.items():
+        layout = layout.softened(rad_per_Nm, part=part)
     structure = assemble(rig, layout=layout)
-    return structure.with_gradient(extension.layer_gradient) if extension.layer_gradient else structure
+    for number, joint in enumerate(structure.joints):
+        if joint.name in extension.layer_gradient:
+            structure = structure.with_gradient(extension.layer_gradient[joint.name], joint=number)
+    return structure

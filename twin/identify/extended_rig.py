@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
 from twin.identify.extended_model import extended_model
-from twin.identify.extension import Extension, NoiseMotion
+from twin.identify.extension import UNCHANGED, Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
 from twin.identify.opening_harmonics import ODD, Openings, balance_openings, beside_openings
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.unknowns import Unknowns
-from twin.structure import layer_points
+from twin.structure import points_of_joints
 
 __all__ = ["ExtendedRig"]
 
@@ -41,33 +41,43 @@ class ExtendedRig:
     model : LinearModel
         With the extension's structure, positions and ports.
     points : LayerPoints
-        Of the joint.
+        Of all joints.
     step_model : LinearModel
         The same with the points as ports behind all others.
     moving : ndarray of int
         Ports of the points, openings before slips, and of the extension's nonlinear forces.
     local : LocalForces
         What acts there.
-    moduli : tuple of float
-        E', G' that the model's modes were computed with, N/m2.
+    moduli : pair of ndarray, (j,)
+        E', G' of the joints that the model's modes were computed with, N/m2.
+    moduli_factors : pair of ndarray, (j,)
+        The extension's, on E' and on G'.
+    slaps : tuple of Opening or None, j
+        One-sided contact in each joint.
     """
 
     def __init__(self, evidence: Evidence, extension: Extension | None = None) -> None:
         self.evidence = evidence
         self.extension = evidence.known.merged(extension) if extension else evidence.known
         self.model = extended_model(evidence, self.extension)
-        self.points = layer_points(self.model.structure, evidence.rig.joints[0].layer_elements)
+        self.layer_elements = tuple(joint.layer_elements for joint in evidence.rig.joints)
+        self.points = points_of_joints(self.model.structure, self.layer_elements)
         self.step_model = self.model.with_points(self.points.rows)
         count = len(self.model.ports.rows)
         forces = np.arange(count)[self.nonlinear_ports]
         self.moving = np.concatenate([np.arange(count, len(self.step_model.ports.rows)), forces])
-        self.local = LocalForces(self.extension.nonlinear, self._weights())
         self.moduli = (self.model.reference_E, self.model.reference_G)
+        joints = [joint.name for joint in self.model.structure.joints]
+        factors = np.array([self.extension.moduli_factor.get(name, UNCHANGED) for name in joints])
+        self.moduli_factors = tuple(factors.reshape(-1, 2).T)
+        self.slaps = tuple(self.extension.opening.get(name) for name in joints)
+        self._drift_per_s = np.array([self.extension.layer_drift_per_s.get(name, 0.0) for name in joints])
+        self.local = LocalForces(self.extension.nonlinear, self._weights(), self.points.joint)
 
     def _weights(self) -> Array:
         """Of the layer's points at each step; what a drift has left of E' is left of what the law takes off it, too."""
         weights = np.tile(self.points.weights, (len(self.evidence.steps), 1))
-        weights[:, : len(self.points)] *= self.normal_left(self.step_times)[:, None]
+        weights[:, : len(self.points)] *= self.normal_left(self.step_times)[:, self.points.joint]
         return weights
 
     @property
@@ -77,14 +87,14 @@ class ExtendedRig:
         return np.asarray(steps.time_s - self.evidence.origin_s) if len(steps) else np.zeros(0)
 
     def moduli_changes(self, base: BaseParameters, time_s: Array) -> tuple[Array, Array]:
-        """Complex changes of the linear layer's E' and G' by the extension, at times since the run's first step."""
-        more_E, more_G = self.extension.moduli_factor
-        dE = base.E * (1 + 1j * base.loss_E) * (more_E * self.normal_left(time_s) - 1)
-        return dE, np.full(len(time_s), base.G * (1 + 1j * base.loss_G) * (more_G - 1))
+        """Complex changes (t, j) of the layers' E' and G' by the extension, at times since the run's first step."""
+        more_E, more_G = self.moduli_factors
+        dE = base.complex_E * (more_E * self.normal_left(time_s) - 1)
+        return dE, np.broadcast_to(base.complex_G * (more_G - 1), dE.shape)
 
     def normal_left(self, time_s: Array) -> Array:
-        """Share that a drift has left of E', and of what its law takes off it at an opening."""
-        return np.asarray(1 - self.extension.layer_drift_per_s * time_s)
+        """Share (t, j) that a drift has left of each joint's E', and of what its law takes off it at an opening."""
+        return np.asarray(1 - self._drift_per_s * np.asarray(time_s)[:, None])
 
     def clock(self, omega: Array, time_s: Array) -> Array:
         """Frequency at which the undrifted model responds as the rig does at commanded `omega` and at `time_s`.
@@ -210,7 +220,7 @@ class ExtendedRig:
             more, known = np.zeros_like(around.driven), held.more.shape[1]
             more[:, :known] = held.more[:, : len(self.moving)]
             start = np.abs(held.motion) if known == len(self.moving) else None
-            found = self.local.balance(unknowns.law, omega, around, more=more, start=start)
+            found = self.local.balance(unknowns.laws, omega, around, more=more, start=start)
         else:
             found = self._with_harmonics(unknowns, omega, around)
         return update_receptance(free, self.moving, found.stiffness), omega, found
@@ -220,20 +230,20 @@ class ExtendedRig:
 
         What a slap does to the fundamental is one with the law's own softening, which is free to take it in.
         """
-        found, harmonics = self.local.balance(unknowns.law, omega, around), None
-        if not (np.any(unknowns.law.softening) and len(omega)):
+        found, harmonics = self.local.balance(unknowns.laws, omega, around), None
+        if not (any(np.any(law.softening) for law in unknowns.laws) and len(omega)):
             return found
         openings = self.openings(unknowns, found, ODD)
         p = len(self.points)
         for _ in range(HARMONIC_TURNS):
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
             openings = replace(openings, fundamental=found.motion[:, :p])
-            balance = balance_openings(unknowns.law, openings, start=harmonics)
+            balance = balance_openings(unknowns.laws, openings, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
             changed = np.max(np.abs(more - found.more), initial=0.0)
             start = np.abs(found.motion)
-            found = self.local.balance(unknowns.law, omega, around, more=more, start=start)
+            found = self.local.balance(unknowns.laws, omega, around, more=more, start=start)
             if changed < HARMONICS_SETTLED * np.max(np.abs(openings.secant), initial=0.0):
                 break
         return found
@@ -273,8 +283,8 @@ class ExtendedRig:
             compliance.append(R[:, at[:, None], at])
             driven.append(R[:, at, drive] * (force * (h % 2))[:, None])
         return Openings(
-            balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], unknowns.base.E, orders,
-            np.stack(compliance, axis=1), np.stack(driven, axis=1),
+            balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], unknowns.base.E, self.points.joint,
+            orders, np.stack(compliance, axis=1), np.stack(driven, axis=1),
         )  # fmt: skip
 
     @property

@@ -16,9 +16,12 @@ from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
 
-__all__ = ["Attachment", "Extension", "NoiseMotion", "NonlinearForce", "Opening", "point_mass"]
+__all__ = ["UNCHANGED", "Attachment", "Extension", "NoiseMotion", "NonlinearForce", "Opening", "point_mass"]
 
 Array = NDArray[Any]
+
+UNCHANGED = (1.0, 1.0)
+"""Factors on E' and G' of a joint that nothing is wrong with."""
 
 
 @dataclass(frozen=True)
@@ -119,10 +122,10 @@ class Extension:
         True over believed Young's modulus of a beam.
     beam_shear_ratio : mapping
         E / (kappa G) of a beam beside what it is believed to have.
-    clamp_rad_per_Nm : float
-        Rotation of the clamp per moment.
-    layer_gradient : float
-        Relative fall of the layer's moduli along the overlap.
+    clamp_rad_per_Nm : mapping
+        Rotation per moment of the supports of a part.
+    layer_gradient : mapping
+        Relative fall of a joint's moduli along its overlap.
     drive_offset_m : float
     output_offset_m : mapping
         How far towards the tip the drive, and response channels, are from where they are believed to be.
@@ -136,18 +139,20 @@ class Extension:
         Part of a source channel's reading that is added to a channel's.
     frequency_factor : float
         True over commanded frequency.
-    moduli_factor : (E', G')
-        Factors on the layer's moduli beyond what the experimenter may be wrong about anyway.
-    opening : Opening, optional
-        One-sided contact in the layer.
-    layer_drift_per_s, beam_drift_per_s : float
-        Relative rates at which the layer's E' and all moduli of the structure fall, from the first step on.
+    moduli_factor : mapping to (E', G')
+        Factors on a joint's moduli beyond what the experimenter may be wrong about anyway.
+    opening : mapping to Opening
+        One-sided contact in a joint.
+    layer_drift_per_s : mapping
+        Relative rate at which a joint's E' falls, from the first step on.
+    beam_drift_per_s : float
+        The same of all moduli of the structure.
     """
 
     beam_modulus: Mapping[str, float] = field(default_factory=dict)
     beam_shear_ratio: Mapping[str, float] = field(default_factory=dict)
-    clamp_rad_per_Nm: float = 0.0
-    layer_gradient: float = 0.0
+    clamp_rad_per_Nm: Mapping[str, float] = field(default_factory=dict)
+    layer_gradient: Mapping[str, float] = field(default_factory=dict)
     drive_offset_m: float = 0.0
     output_offset_m: Mapping[str, float] = field(default_factory=dict)
     attachments: tuple[Attachment, ...] = ()
@@ -156,9 +161,9 @@ class Extension:
     base_receptance: float = 0.0
     cross_talk: tuple[tuple[str, str, float], ...] = ()
     frequency_factor: float = 1.0
-    moduli_factor: tuple[float, float] = (1.0, 1.0)
-    opening: Opening | None = None
-    layer_drift_per_s: float = 0.0
+    moduli_factor: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    opening: Mapping[str, Opening] = field(default_factory=dict)
+    layer_drift_per_s: Mapping[str, float] = field(default_factory=dict)
     beam_drift_per_s: float = 0.0
 
     def merged(self, other: Extension) -> Extension:
@@ -170,8 +175,8 @@ class Extension:
         return Extension(
             beam_modulus=_products(self.beam_modulus, other.beam_modulus),
             beam_shear_ratio=_sums(self.beam_shear_ratio, other.beam_shear_ratio),
-            clamp_rad_per_Nm=self.clamp_rad_per_Nm + other.clamp_rad_per_Nm,
-            layer_gradient=self.layer_gradient + other.layer_gradient,
+            clamp_rad_per_Nm=_sums(self.clamp_rad_per_Nm, other.clamp_rad_per_Nm),
+            layer_gradient=_sums(self.layer_gradient, other.layer_gradient),
             drive_offset_m=self.drive_offset_m + other.drive_offset_m,
             output_offset_m=_sums(self.output_offset_m, other.output_offset_m),
             attachments=self.attachments + other.attachments,
@@ -180,12 +185,14 @@ class Extension:
             base_receptance=self.base_receptance + other.base_receptance,
             cross_talk=self.cross_talk + other.cross_talk,
             frequency_factor=self.frequency_factor * other.frequency_factor,
-            moduli_factor=(
-                self.moduli_factor[0] * other.moduli_factor[0],
-                self.moduli_factor[1] * other.moduli_factor[1],
-            ),
-            opening=other.opening or self.opening,
-            layer_drift_per_s=self.layer_drift_per_s + other.layer_drift_per_s,
+            moduli_factor={
+                joint: (E * more_E, G * more_G)
+                for joint in {**self.moduli_factor, **other.moduli_factor}
+                for E, G in [self.moduli_factor.get(joint, UNCHANGED)]
+                for more_E, more_G in [other.moduli_factor.get(joint, UNCHANGED)]
+            },
+            opening={**self.opening, **other.opening},
+            layer_drift_per_s=_sums(self.layer_drift_per_s, other.layer_drift_per_s),
             beam_drift_per_s=self.beam_drift_per_s + other.beam_drift_per_s,
         )
 

@@ -119,7 +119,9 @@ def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: 
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
     balance, p = predictor.step_receptance(unknowns, inner=False)[2], len(predictor.points)
-    lost = np.abs(balance.stiffness[:, :p].real) / (predictor.local.weights[:, :p] * unknowns.base.E)
+    lost = np.abs(balance.stiffness[:, :p].real) / (
+        predictor.local.weights[:, :p] * unknowns.base.E[predictor.points.joint]
+    )
     softened = np.max(lost, axis=1)
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
     return np.asarray((EVEN_ERROR**2 + softened[:, None] ** 2 + detuned) * likely)

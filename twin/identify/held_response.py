@@ -7,6 +7,7 @@ amplitudes; what they add to the fundamental's stiffness is a hundredth of it an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -74,8 +75,8 @@ class HeldRig:
     ----------
     rig
         With its effects.
-    law
-        Of the layer's points, nothing where they do not move.
+    laws
+        Of each joint's points, nothing where they do not move.
     rest
         Softening and loss there, N/m2.
     output
@@ -87,21 +88,27 @@ class HeldRig:
     """
 
     def __init__(
-        self, rig: ExtendedRig, base: BaseParameters, law: LayerLaw, rest: tuple[float, float], output: int,
-        frequency: Array, *, own_harmonics: bool,
+        self, rig: ExtendedRig, base: BaseParameters, laws: Sequence[LayerLaw], rest: Sequence[tuple[float, float]],
+        output: int, frequency: Array, *, own_harmonics: bool,
     ) -> None:  # fmt: skip
-        self._rig, self._base, self._law, self._rest, self._output = rig, base, law, rest, output
+        self._rig, self._base, self._laws, self._rest, self._output = rig, base, laws, rest, output
         now, p = np.zeros(len(frequency)), len(rig.points)
         weights = rig.points.weights * np.ones((len(frequency), 1))
-        weights[:, :p] *= rig.normal_left(now)[:, None]
-        self.weights, self._at_rest = weights, weights * np.repeat([-rest[0], 1j * rest[1]], p)
+        weights[:, :p] *= rig.normal_left(now)[:, rig.points.joint]
+        self.weights, self._at_rest = weights, weights * self._at_points(rest)
         self._frequency, self.omega = frequency, rig.clock(frequency, now)
         free = self._free()
         at, outputs, into = rig.moving, rig.model.ports.outputs, rig.driven(free, self.omega)
         self._among, self._driven = free[:, at[:, None], at], into[:, at]
         self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
         self._to_reading = rig.measured_change(free[:, outputs][:, :, at], self.omega)[:, output]
-        self._own_harmonics = own_harmonics and bool(np.any(law.softening))
+        self._own_harmonics = own_harmonics and any(np.any(law.softening) for law in laws)
+
+    def _at_points(self, of_joints: Sequence[tuple[float, float]]) -> Array:
+        """Complex modulus (2 p,) that softening and loss of each joint, N/m2, are at its points."""
+        joint = self._rig.points.joint
+        softening, loss = np.reshape(of_joints, (-1, 2)).T
+        return np.concatenate([-softening[joint], 1j * loss[joint]])
 
     @property
     def points(self) -> int:
@@ -114,7 +121,7 @@ class HeldRig:
         zeta[mode] *= 1 + DIFFERENCE
         base = replace(self._base, zeta=zeta)
         other = HeldRig(
-            self._rig, base, self._law, self._rest, self._output, self._frequency, own_harmonics=False
+            self._rig, base, self._laws, self._rest, self._output, self._frequency, own_harmonics=False
         )  # fmt: skip
         _, response, _ = other._surroundings(rows, np.ones(len(rows))).reading(states.stiffness)
         return np.asarray(np.log(response / states.response) / DIFFERENCE)
@@ -125,7 +132,7 @@ class HeldRig:
         The latter are zero where there is no law.
         """
         p = self.points
-        last = np.array([-self._law.softening[-1]] * p + [1j * self._law.loss[-1]] * p)
+        last = self._at_points([(law.softening[-1], law.loss[-1]) for law in self._laws])
         stiffness = np.zeros_like(self._driven)
         stiffness[:, : 2 * p] = last * self.weights
         linear, most = self._reading, np.zeros(len(self._reading))
@@ -133,11 +140,12 @@ class HeldRig:
         _, at_last, _ = self._surroundings(everywhere, np.ones(len(everywhere))).reading(stiffness)
         for k in (np.zeros_like(stiffness), stiffness):
             motion = np.abs(self._surroundings(everywhere, np.ones(len(everywhere))).motion(k)[0])
-            opening, slip = motion[:, :p].max(axis=1), motion[:, p : 2 * p].max(axis=1)
-            if np.any(self._law.softening):
-                most = np.maximum(most, self._law.opening_knots[-1] / opening)
-            if np.any(self._law.loss):
-                most = np.maximum(most, self._law.slip_knots[-1] / slip)
+            for number, law in enumerate(self._laws):
+                own = np.flatnonzero(self._rig.points.joint == number)
+                if np.any(law.softening):
+                    most = np.maximum(most, law.opening_knots[-1] / motion[:, own].max(axis=1))
+                if np.any(law.loss):
+                    most = np.maximum(most, law.slip_knots[-1] / motion[:, p + own].max(axis=1))
         return linear, at_last, most
 
     def at_resonance(self) -> float:
@@ -169,7 +177,7 @@ class HeldRig:
                 else:
                     start = 2 * self._log_motion[c - 1] - self._log_motion[c - 2]
                 found = self._forces(every).balance(
-                    self._law, self.omega, around, more=self._more[c], start=np.exp(start)
+                    self._laws, self.omega, around, more=self._more[c], start=np.exp(start)
                 )
                 motion[c], stiffness[c] = found.motion, found.stiffness - self._more[c]
                 self._log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
@@ -191,7 +199,7 @@ class HeldRig:
         cubics = (t * (1 - t) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2, t * (t + 1) * (2 - t) / 2, t * (t * t - 1) / 6)
         more = sum(cubic * self._more[lower + n, rows] for n, cubic in zip((-1, 0, 1, 2), cubics, strict=True))
         around = self._surroundings(rows, reading)
-        found = self._forces(rows).balance(self._law, self.omega[rows], around, more=more, start=np.exp(start))
+        found = self._forces(rows).balance(self._laws, self.omega[rows], around, more=more, start=np.exp(start))
         motion, response, by_stiffness = around.reading(found.stiffness)
         return HeldStates(motion, found.stiffness, response, by_stiffness, found.unsettled)
 
@@ -201,17 +209,19 @@ class HeldRig:
         )
 
     def _forces(self, rows: Array) -> LocalForces:
-        return LocalForces(self._rig.extension.nonlinear, self.weights[rows])
+        return LocalForces(self._rig.extension.nonlinear, self.weights[rows], self._rig.points.joint)
 
     def _by_harmonics(self, motion: Array, stiffness: Array) -> Array:
         """What the openings' harmonics add to the stiffness at each amplitude of the march, (c, f, n)."""
         p, orders = self.points, EVEN_TOO if self._rig.extension.opening else ODD
         among = [self._at_harmonic(h) for h in orders]
         more = np.zeros_like(motion)
-        softened = -(stiffness[:, :, :p].real / self.weights[:, :p]).min(axis=2)
-        felt = np.argwhere(np.abs(softened) > FELT * self._base.E)
+        joint = self._rig.points.joint
+        softened = stiffness[:, :, :p].real / (self.weights[:, :p] * self._base.E[joint])
+        felt = np.argwhere(np.abs(softened.min(axis=2)) > FELT)
         if self._rig.extension.opening:
-            felt = np.argwhere(np.abs(motion[:, :, :p]).max(axis=2) > self._rig.extension.opening.gap_m)
+            gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
+            felt = np.argwhere(np.any(np.abs(motion[:, :, :p]) > gaps, axis=2))
         for k in range(0, len(felt), CHUNK):
             c, rows = felt[k : k + CHUNK].T
             secant = stiffness[c, rows, : 2 * p]
@@ -220,10 +230,10 @@ class HeldRig:
                 for R, h in zip(among, orders, strict=True)
             ]
             openings = Openings(
-                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, orders,
-                np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex),
+                motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint,
+                orders, np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex),
             )  # fmt: skip
-            more[c, rows, :p] = balance_openings(self._law, openings, self._rig.extension.opening).more
+            more[c, rows, :p] = balance_openings(self._laws, openings, self._rig.slaps).more
         return more
 
     def _free(self, h: int = 1) -> Array:

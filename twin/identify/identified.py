@@ -14,7 +14,6 @@ from twin.identify.estimate import Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level
 from twin.identify.gauss_newton import Solution
-from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.polynomial_law import relative_error_percent
 from twin.identify.prediction import Predictor
 from twin.identify.sweeps import rows_by_sweep
@@ -39,13 +38,14 @@ class Identified:
     rig : Rig
         The model: the believed rig with what was identified, at the identified preload only.
     linear : dict
-        E', G', their loss factors and the modal damping ratios.  The values are the model's; the standard deviations
-        allow for natural frequencies that are a little wrong by themselves, which a rig file has no place for.
+        E', G', their loss factors and the modal damping ratios; a list where there are several, of one for each joint
+        or mode.  The values are the model's; the standard deviations allow for natural frequencies that are a little
+        wrong by themselves, which a rig file has no place for.
     unknowns : Unknowns
         Of the model.
     solution : Solution
     polynomials : Polynomials or None
-        None without sweeps.
+        None without sweeps, and of a rig that has not one joint: a function of one sensor's amplitude is one joint's.
     residual_percent : dict
         Root-mean-square relative error of the model's complex response at the reference channel, by sweep.
     warnings : tuple of str
@@ -84,8 +84,9 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
             report("fitting the broadband runs alone")
             linear, linear_solution = fit_base(evidence.without_steps())
             base = (linear.base, linear_solution.covariance)
-        report("identifying the papers' polynomials")
-        polynomials = polynomials_by_level(predictor, *base)
+        if len(evidence.rig.joints) == 1:
+            report("identifying the papers' polynomials")
+            polynomials = polynomials_by_level(predictor, *base)
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
@@ -101,22 +102,25 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
 
 def _held(unknowns: Unknowns) -> list[int]:
     """Unknowns that a rig file has no place for: they cost a few hundredths of a per cent of the response."""
-    names = unknowns.base.names
-    return [names.index("loss_E"), *(i for i, name in enumerate(names) if name.startswith("detuning"))]
+    every = np.arange(len(unknowns.blocks))
+    return [int(i) for name in ("loss_E", "detuning") for i in every[unknowns.blocks[name]]]
 
 
 def _linear(free: Unknowns, solution: Solution, model: Unknowns) -> dict[str, Estimate | list[Estimate]]:
-    std = np.sqrt(np.diag(solution.covariance))
+    std = free.blocks.unpack(np.sqrt(np.diag(solution.covariance)))
     base = model.base
-    return {
-        "normal_modulus": Estimate(base.E, float(base.E * std[0])),
-        "shear_modulus": Estimate(base.G, float(base.G * std[1])),
-        "normal_loss_factor": Estimate(free.base.loss_E, float(std[2])),
-        "shear_loss_factor": Estimate(free.base.loss_G, float(std[3])),
-        "modal_damping": [
-            Estimate(float(zeta), float(zeta * s)) for zeta, s in zip(base.zeta, std[4 : 4 + DAMPED_MODES], strict=True)
-        ],
-    }
+    linear: dict[str, Estimate | list[Estimate]] = {}
+    for name, values, errors in (
+        ("normal_modulus", base.E, base.E * std["log_E"]),
+        ("shear_modulus", base.G, base.G * std["log_G"]),
+        ("normal_loss_factor", free.base.loss_E, std["loss_E"]),
+        ("shear_loss_factor", free.base.loss_G, std["loss_G"]),
+    ):
+        each = [Estimate(float(value), float(error)) for value, error in zip(values, errors, strict=True)]
+        linear[name] = each[0] if len(each) == 1 else each
+    modes = zip(base.zeta, base.zeta * std["log_zeta"], strict=True)
+    linear["modal_damping"] = [Estimate(float(zeta), float(error)) for zeta, error in modes]
+    return linear
 
 
 def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]:

@@ -7,6 +7,7 @@ logarithm of amplitude, with s(0) = l(0) = 0: a law that saturates wants many or
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
-__all__ = ["LayerLaw", "choose_knots", "cubics", "spline_basis"]
+__all__ = ["LayerLaw", "choose_knots", "packed_laws", "spline_basis"]
 
 Array = NDArray[Any]
 
@@ -81,12 +82,25 @@ class LayerLaw:
         return np.asarray(self.loss_basis(np.atleast_1d(slip_m)) @ self.loss)
 
 
-def cubics(knots: Array, values: Array) -> Array:
-    """One spline of :func:`spline_basis` for compiled code, (6, i): four coefficients, breaks; offset and last knot."""
-    splines, _ = _splines(knots.tobytes())
-    packed = np.zeros((6, len(splines.x)))
-    packed[:4, :-1], packed[4] = splines.c @ values, splines.x
-    packed[5, :2] = knots[0] / 2, knots[-1]
+def packed_laws(laws: Sequence[LayerLaw], joint: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Softening and loss at points of these joints for compiled code, (p, 6, i).
+
+    Four rows of coefficients, one of breaks; then the offset and the last knot.
+    """
+    softening = _packed([(law.opening_knots, law.softening) for law in laws])
+    return softening[joint], _packed([(law.slip_knots, law.loss) for law in laws])[joint]
+
+
+def _packed(curves: Sequence[tuple[Array, Array]]) -> Array:
+    """Splines of :func:`spline_basis`; those of fewer knots than others end in intervals that nothing reaches."""
+    packed = np.zeros((len(curves), 6, 1 + max((len(knots) for knots, _ in curves), default=1)))
+    for spline, (knots, values) in zip(packed, curves, strict=True):
+        splines, _ = _splines(knots.tobytes())
+        last = len(splines.x) - 1
+        spline[:4, :last], spline[4] = splines.c @ values, np.inf
+        spline[3, last:] = values[-1]
+        spline[4, : last + 1] = splines.x
+        spline[5, :2] = knots[0] / 2, knots[-1]
     return packed
 
 

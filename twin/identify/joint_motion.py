@@ -19,13 +19,14 @@ UNKNOWN_M = 1e-8
 """Where nothing was measured that could tell."""
 
 
-def largest_motion(evidence: Evidence) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Largest opening and slip (p,) of each point over all steps, m, were the joint linear."""
+def largest_motion(evidence: Evidence, joint: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Largest opening and slip (p,) of each of a joint's points over all steps, m, were the joints linear."""
     predictor = Predictor(evidence)
     base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
-    p = len(predictor.points)
+    p, own = len(predictor.points), predictor.local.of_joint(joint)
     if not len(evidence.steps):
-        return np.full(p, UNKNOWN_M), np.full(p, UNKNOWN_M)
+        return np.full(len(own), UNKNOWN_M), np.full(len(own), UNKNOWN_M)
     nothing = np.array([UNKNOWN_M, 2 * UNKNOWN_M])
-    motion = np.abs(predictor.step_receptance(Unknowns(base, LayerLaw.zero(nothing, nothing)), inner=False)[2].motion)
-    return motion[:, :p].max(axis=0), motion[:, p : 2 * p].max(axis=0)
+    linear = Unknowns(base, (LayerLaw.zero(nothing, nothing),) * base.joints)
+    motion = np.abs(predictor.step_receptance(linear, inner=False)[2].motion)
+    return motion[:, own].max(axis=0), motion[:, p + own].max(axis=0)

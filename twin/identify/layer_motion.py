@@ -96,5 +96,5 @@ def _per_output(layer: LayerResponse, dE: Array, dG: Array, output: int) -> _Per
     strains, outputs = layer.by_drive(dE, dG)
     receptance = outputs[:, output]
     # The ports' common factor from strain to metres cancels in the comparison.
-    opening, slip = (np.linalg.norm(strains[:, part], axis=1) for part in (p.normal, p.shear))
+    opening, slip = (np.linalg.norm(strains[:, part], axis=1) for part in (p.normal[0], p.shear[0]))
     return _PerOutput(receptance, opening / np.abs(receptance), slip / np.abs(receptance))

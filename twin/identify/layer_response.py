@@ -1,4 +1,4 @@
-"""Responses at given frequencies with nothing but the layer's moduli free: what laws of amplitude are fitted with.
+"""Responses at given frequencies with nothing but one joint's moduli free: what laws of amplitude are fitted with.
 
 The rig's linear receptances are computed once; a change (dE, dG) of the layer's moduli is then one small solve in its
 strain ports, and the same solve gives the sensitivities, as products of receptances (2011 paper, equation 15)::
@@ -68,16 +68,16 @@ class LayerResponse:
         H = self.predictor.responses(R, self.omega)
         drive, outputs = into[:, :, 0], into[:, :, 1 : 1 + p.outputs.stop - p.outputs.start]
         receptance = R[:, p.outputs, p.drive]
-        by_E = -np.einsum("fn,fno->fo", drive[:, p.normal], outputs[:, p.normal]) / receptance
-        by_G = -np.einsum("fn,fno->fo", drive[:, p.shear], outputs[:, p.shear]) / receptance
+        by_E = -np.einsum("fn,fno->fo", drive[:, p.normal[0]], outputs[:, p.normal[0]]) / receptance
+        by_G = -np.einsum("fn,fno->fo", drive[:, p.shear[0]], outputs[:, p.shear[0]]) / receptance
         return H, by_E, by_G
 
     def with_moduli(self, dE: Array, dG: Array) -> Array:
         """Receptances (f, p, p) between all ports with these changes of the moduli, (f,)."""
         p = self.predictor.model.ports
-        S = np.empty((len(self.omega), p.shear.stop), complex)
-        S[:, p.normal], S[:, p.shear] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
-        return update_receptance(self.R, slice(0, p.shear.stop), S)
+        S = np.empty((len(self.omega), p.soft.stop), complex)
+        S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
+        return update_receptance(self.R, slice(0, p.soft.stop), S)
 
     def drive_receptance(self, dE: Array, dG: Array, ports: slice) -> Array:
         """Displacement of `ports` per drive force, (f, q)."""
@@ -94,10 +94,10 @@ class LayerResponse:
         """Receptances among drive, outputs and extra ports (others are left zero), and those from there to strains."""
         p = self.predictor.model.ports
         count = len(self.omega)
-        S = np.empty((count, p.shear.stop), complex)
-        S[:, p.normal], S[:, p.shear] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
-        layer, rest = slice(0, p.shear.stop), slice(p.drive, len(p.rows))
-        A = np.eye(p.shear.stop) + self.R[:, layer, layer] * S[:, None, :]
+        S = np.empty((count, p.soft.stop), complex)
+        S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
+        layer, rest = slice(0, p.soft.stop), slice(p.drive, len(p.rows))
+        A = np.eye(p.soft.stop) + self.R[:, layer, layer] * S[:, None, :]
         into = np.linalg.solve(A, self.R[:, layer, rest])
         R = np.zeros_like(self.R)
         R[:, rest, rest] = self.R[:, rest, rest] - self.R[:, rest, layer] @ (S[:, :, None] * into)

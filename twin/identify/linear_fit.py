@@ -32,8 +32,10 @@ LARGEST_ALIGNMENT = 0.2
 """A resonance farther off than this, as a logarithm, is not taken for the model's."""
 ASTRAY, FOUND = 4.0, 2.0
 """Chi2 per degree of freedom from which on other moduli are tried to begin with, and up to which they are believed."""
+LARGEST_STEP = {"log_E": 0.3, "log_G": 0.3, "loss_E": 0.1, "loss_G": 0.3, "log_zeta": 0.5, "detuning": 0.01}
+"""Of the base parameters in one step of a fit."""
 ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pair))
-"""Logarithms of factors on E' and G' to begin from."""
+"""Logarithms of factors on all joints' E' and G' to begin from."""
 
 __all__ = ["LinearFit", "base_bounds", "base_prior", "bin_broadband", "fit_linear", "reduce_broadband", "whiten"]
 
@@ -74,15 +76,15 @@ def base_prior(
         whatever is wrong with the model, and tightening it then asks the physical parameters to explain them: a way
         round the false minima that sharp resonances have.
     moduli_std
-        Of the logarithms of the layer's E' and G'.
+        Of the logarithms of the layers' E' and G'.
     """
+    blocks = believed.blocks(believed.joints)
     detuning = np.full(DAMPED_MODES, detuning_std)
     # The last of these modes lies above the band: nothing measured would hold a wide detuning of it in place.
     detuning[-1] = min(detuning_std, DETUNING_STD)
-    damping = slice(4, 4 + DAMPED_MODES)
-    std = np.concatenate([[moduli_std, moduli_std, 0.05, 0.2], np.full(DAMPED_MODES, EACH_DAMPING_STD), detuning])
-    covariance = np.diag(std**2)
-    covariance[damping, damping] += DAMPING_STD**2
+    moduli = {"log_E": moduli_std, "log_G": moduli_std, "loss_E": 0.05, "loss_G": 0.2}
+    covariance = np.diag(blocks.pack(moduli | {"log_zeta": EACH_DAMPING_STD, "detuning": detuning}) ** 2)
+    covariance[blocks["log_zeta"], blocks["log_zeta"]] += DAMPING_STD**2
     return believed.vector, np.linalg.inv(covariance)
 
 
@@ -94,12 +96,12 @@ def whiten(covariance: Complex, values: Complex) -> Complex:
     return np.linalg.solve(L, values)
 
 
-def base_bounds() -> tuple[Real, Real]:
+def base_bounds(joints: int = 1) -> tuple[Real, Real]:
     """Limits of ``base.vector``: no loss factor is negative, no damping ratio below a hundred-thousandth."""
-    free = np.full(2, np.inf)
-    zeta, detuning = np.full(DAMPED_MODES, np.log(1e-5)), np.full(DAMPED_MODES, 0.3)
-    lower = np.concatenate([-free, [0.0, 0.0], zeta, -detuning])
-    return lower, np.concatenate([free, [1.0, 3.0], np.full(DAMPED_MODES, np.log(0.3)), detuning])
+    pack = BaseParameters.blocks(joints).pack
+    lower = {"log_E": -np.inf, "log_G": -np.inf, "loss_E": 0.0, "loss_G": 0.0, "log_zeta": np.log(1e-5)}
+    upper = {"log_E": np.inf, "log_G": np.inf, "loss_E": 1.0, "loss_G": 3.0, "log_zeta": np.log(0.3)}
+    return pack(lower | {"detuning": -0.3}), pack(upper | {"detuning": 0.3})
 
 
 def fit_linear(
@@ -138,13 +140,13 @@ def fit_linear(
         J = whiten(covariance, model.sensitivity(R, omega, base) / H[:, :, None]).reshape(len(r), -1)
         return np.sqrt(2) * np.concatenate([r.real, r.imag]), np.sqrt(2) * np.vstack([J.real, J.imag])
 
-    largest = np.concatenate([[0.3, 0.3, 0.1, 0.3], np.full(DAMPED_MODES, 0.5), np.full(DAMPED_MODES, 0.01)])
+    largest = believed.blocks(believed.joints).pack(LARGEST_STEP)
     solution = minimise(
         evaluate,
         start.vector,
         mean=mean,
         precision=precision,
-        bounds=base_bounds(),
+        bounds=base_bounds(believed.joints),
         iterations=iterations,
         largest_step=largest,
     )
@@ -300,7 +302,9 @@ def _aligned(values: Complex, resonances_Hz: Real) -> Real:
 def _complex_modes(model: LinearModel, base: BaseParameters) -> tuple[Complex, Complex]:
     """Squares of the complex frequencies, with joint loss, and shapes with Phi' M Phi = 1, (n,) and (n, n)."""
     s = model.structure
-    K = s.K0 + base.E * (1 + 1j * base.loss_E) * s.joints[0].KE + base.G * (1 + 1j * base.loss_G) * s.joints[0].KG
+    K = s.K0 + np.zeros((), complex)
+    for joint, E, G in zip(s.joints, base.complex_E, base.complex_G, strict=True):
+        K = K + E * joint.KE + G * joint.KG
     inverse = solve_triangular(np.linalg.cholesky(s.M), np.eye(len(s.M)), lower=True)
     values, vectors = np.linalg.eig(inverse @ K @ inverse.T)
     order = np.argsort(values.real)

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import InputError
+from twin.identify.blocks import Blocks
 from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
 from twin.identify.softened import PortPairs
 from twin.rigs import Place, Rig
@@ -29,50 +30,69 @@ DAMPED_MODES = 5
 
 @dataclass(frozen=True)
 class BaseParameters:
-    """E', G' (N/m2), their loss factors, modal damping ratios, and detunings.
+    """E', G' (N/m2) of each joint, their loss factors, modal damping ratios, and detunings.
 
     A detuning is the relative error of one natural frequency that no parameter of the model explains: discretisation,
     neglected rotary inertia, a length rounded to tenths of a millimetre.  Its prior is tight.
+
+    Attributes
+    ----------
+    E, G, loss_E, loss_G : ndarray, (j,)
+        One for each joint, in the rig's order; a number stands for a single joint's.
+    zeta, detuning : ndarray, (DAMPED_MODES,)
     """
 
-    E: float
-    G: float
-    loss_E: float
-    loss_G: float
+    E: Real
+    G: Real
+    loss_E: Real
+    loss_G: Real
     zeta: Real
     detuning: Real
 
+    def __post_init__(self) -> None:
+        for name in ("E", "G", "loss_E", "loss_G"):
+            object.__setattr__(self, name, np.atleast_1d(np.asarray(getattr(self, name), float)))
+
+    @staticmethod
+    def blocks(joints: int) -> Blocks:
+        """Of :attr:`vector`: the form in which they are identified."""
+        layers = [(name, joints) for name in ("log_E", "log_G", "loss_E", "loss_G")]
+        return Blocks((*layers, ("log_zeta", DAMPED_MODES), ("detuning", DAMPED_MODES)))
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return len(self.E)
+
     @property
     def vector(self) -> Real:
-        """(log E, log G, loss_E, loss_G, log zeta ..., detuning ...): the form in which they are identified."""
-        return np.concatenate(
-            [[np.log(self.E), np.log(self.G), self.loss_E, self.loss_G], np.log(self.zeta), self.detuning]
-        )
+        """All in one vector, see :meth:`blocks`."""
+        logs = {"log_E": np.log(self.E), "log_G": np.log(self.G), "log_zeta": np.log(self.zeta)}
+        rest = {"loss_E": self.loss_E, "loss_G": self.loss_G, "detuning": self.detuning}
+        return self.blocks(self.joints).pack(logs | rest)
 
     @staticmethod
     def from_vector(vector: Real) -> BaseParameters:
         """Inverse of :attr:`vector`."""
-        zeta, detuning = vector[4 : 4 + DAMPED_MODES], vector[4 + DAMPED_MODES :]
+        part = BaseParameters.blocks((len(vector) - 2 * DAMPED_MODES) // 4).unpack(vector)
         return BaseParameters(
-            float(np.exp(vector[0])),
-            float(np.exp(vector[1])),
-            float(vector[2]),
-            float(vector[3]),
-            np.exp(zeta),
-            detuning,
+            E=np.exp(part["log_E"]),
+            G=np.exp(part["log_G"]),
+            loss_E=part["loss_E"],
+            loss_G=part["loss_G"],
+            zeta=np.exp(part["log_zeta"]),
+            detuning=part["detuning"],
         )
 
     @property
-    def names(self) -> list[str]:
-        """Names of the entries of :attr:`vector`."""
-        return [
-            "log_E",
-            "log_G",
-            "loss_E",
-            "loss_G",
-            *(f"log_zeta{i + 1}" for i in range(DAMPED_MODES)),
-            *(f"detuning{i + 1}" for i in range(DAMPED_MODES)),
-        ]
+    def complex_E(self) -> Complex:
+        """E' with its loss (j,): the convention exp(+j omega t) makes a loss a positive imaginary stiffness."""
+        return np.asarray(self.E * (1 + 1j * self.loss_E))
+
+    @property
+    def complex_G(self) -> Complex:
+        """G' with its loss, (j,)."""
+        return np.asarray(self.G * (1 + 1j * self.loss_G))
 
 
 @dataclass(frozen=True)
@@ -98,12 +118,13 @@ class Output:
 class Ports:
     """Row operators of the ports, stacked, and where each kind sits in the stack.
 
-    Order: layer normal strains, layer shear strains, damped modal coordinates, drive, outputs, extra ports.
+    Order: normal strains of the layers, joint by joint, their shear strains, damped modal coordinates, drive, outputs,
+    extra ports.
     """
 
     rows: Real
-    normal: slice
-    shear: slice
+    normal: tuple[slice, ...]
+    shear: tuple[slice, ...]
     modal: slice
     drive: int
     outputs: slice
@@ -111,18 +132,18 @@ class Ports:
 
     @property
     def soft(self) -> slice:
-        """The ports whose stiffness base parameters change: the layer's strains."""
-        return slice(0, self.shear.stop)
+        """The ports whose stiffness base parameters change: the layers' strains."""
+        return slice(0, self.modal.start)
 
 
 @dataclass(frozen=True)
 class LinearModel:
-    """A structure, its modal basis at reference moduli, and its ports."""
+    """A structure, its modal basis at reference moduli (j,), N/m2, and its ports."""
 
     structure: Structure
     basis: ModalBasis
-    reference_E: float
-    reference_G: float
+    reference_E: Real
+    reference_G: Real
     ports: Ports
     outputs: tuple[Output, ...]
 
@@ -158,8 +179,8 @@ class LinearModel:
         Parameters
         ----------
         omega : ndarray, (f,)
-        dE, dG
-            Changes of E', G' beyond E (1 + j loss_E), G (1 + j loss_G): one for all, or one for each frequency.
+        dE, dG : (f or 1, j)
+            Changes of E', G' beyond E (1 + j loss_E), G (1 + j loss_G), of each joint.
         inner
             Whether the layer's strains and the modal coordinates are wanted as well, which only sensitivities need;
             NaN without.
@@ -188,12 +209,13 @@ class LinearModel:
     def soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
         """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
         p = self.ports
-        # The sine convention exp(+j omega t) makes a loss a positive imaginary stiffness.
-        SE = base.E * (1 + 1j * base.loss_E) - self.reference_E + np.asarray(dE)
-        SG = base.G * (1 + 1j * base.loss_G) - self.reference_G + np.asarray(dG)
         S = np.empty((len(omega), p.soft.stop), complex)
-        S[:, p.normal] = np.broadcast_to(SE, len(omega))[:, None]
-        S[:, p.shear] = np.broadcast_to(SG, len(omega))[:, None]
+        for parts, moduli in (
+            (p.normal, base.complex_E - self.reference_E + dE), (p.shear, base.complex_G - self.reference_G + dG)
+        ):  # fmt: skip
+            by_joint = np.broadcast_to(moduli, (len(omega), len(parts)))
+            for joint, part in enumerate(parts):
+                S[:, part] = by_joint[:, joint, None]
         return S
 
     def output_field(
@@ -244,14 +266,11 @@ class LinearModel:
             Displacements of all ports by whatever drives the rig.
         """
         p, out = self.ports, R[:, ports, :]
-        E = -np.sum(out[:, :, p.normal] * into[:, None, p.normal], axis=2)[..., None]
-        G = -np.sum(out[:, :, p.shear] * into[:, None, p.shear], axis=2)[..., None]
-        columns = [
-            base.E * (1 + 1j * base.loss_E) * E,
-            base.G * (1 + 1j * base.loss_G) * G,
-            1j * base.E * E,
-            1j * base.G * G,
-        ]
+        E, G = np.empty((2, *out.shape[:2], base.joints), complex)
+        for joint, (normal, shear) in enumerate(zip(p.normal, p.shear, strict=True)):
+            E[:, :, joint] = -np.sum(out[:, :, normal] * into[:, None, normal], axis=2)
+            G[:, :, joint] = -np.sum(out[:, :, shear] * into[:, None, shear], axis=2)
+        columns = [base.complex_E * E, base.complex_G * G, 1j * base.E * E, 1j * base.G * G]
         modal = -2j * omega[:, None, None] * out[:, :, p.modal] * into[:, None, p.modal]
         omega_r = self.basis.omega[:DAMPED_MODES]
         shifted = omega_r * np.sqrt(1 + 2 * base.detuning)
@@ -275,35 +294,35 @@ def build_linear_model(
         The response channels to predict.
     structure
         Other than the one `rig` describes: a cause that changes the beams, say.
-
-    Raises
-    ------
-    InputError
-        If the rig has not one joint.
     """
-    if len(rig.joints) != 1:
-        raise InputError(
-            rig.name, "joint", f"{len(rig.joints)} joints: so far one joint's moduli and law are identified",
-            "rehearse, serve and show this rig; identify one of its joints alone",
-        )  # fmt: skip
     structure = structure or assemble(rig)
-    (moduli,) = rig.moduli(preload)
-    K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
+    moduli = rig.moduli(preload)
+    E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
+    K = structure.stiffness(E, G)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
-    QE, QG = layer_ports(structure.joints[0])
+    strains = [layer_ports(joint) for joint in structure.joints]
+    normal, a = _one_after_another([QE for QE, _ in strains], 0)
+    shear, b = _one_after_another([QG for _, QG in strains], a)
     modal = basis.Phi[:, :DAMPED_MODES].T @ structure.M
-    rows = np.vstack([QE, QG, modal, structure.row(rig.drive_place)])
-    a, b = len(QE), len(QE) + len(QG)
+    layers = [*(QE for QE, _ in strains), *(QG for _, QG in strains)]
+    rows = np.vstack([*layers, modal, structure.row(rig.drive_place)])
     c = b + DAMPED_MODES
     none = slice(c + 1, c + 1)
-    ports = Ports(rows, slice(0, a), slice(a, b), slice(b, c), c, outputs=none, extra=none)
-    model = LinearModel(structure, basis, moduli.normal_modulus, moduli.shear_modulus, ports, ())
+    ports = Ports(rows, normal, shear, slice(b, c), c, outputs=none, extra=none)
+    model = LinearModel(structure, basis, E, G, ports, ())
     return model.with_places(tuple(outputs), rig.drive_place)
+
+
+def _one_after_another(rows: list[Real], first: int) -> tuple[tuple[slice, ...], int]:
+    """Where each block of rows is in a stack, from `first` on; and where the next one would be."""
+    ends = first + np.cumsum([0, *(len(block) for block in rows)])
+    return tuple(slice(int(a), int(b)) for a, b in pairwise(ends)), int(ends[-1])
 
 
 def believed_parameters(rig: Rig, preload: str | None = None) -> BaseParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
-    (moduli,) = rig.moduli(preload)
+    moduli = rig.moduli(preload)
     zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
     zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
-    return BaseParameters(moduli.normal_modulus, moduli.shear_modulus, 0.0, 0.0, zeta, np.zeros(DAMPED_MODES))
+    E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
+    return BaseParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, np.zeros(DAMPED_MODES))

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from twin.identify.balance_kernel import settle, turn
 from twin.identify.extension import NoiseMotion, NonlinearForce
-from twin.identify.joint_law import LayerLaw, cubics, spline_basis
+from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
 __all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]
@@ -150,39 +150,55 @@ class _Turn:
 
 @dataclass(frozen=True)
 class LocalForces:
-    """Forces of the law at the layer's points, openings before slips, then nonlinear forces, each on its own port.
+    """Forces of the joints' laws at the layers' points, openings before slips, then nonlinear forces.
+
+    Each acts on its own port.
 
     Attributes
     ----------
     weights : ndarray, (s, 2 p)
-        Of the layer's points at each step: a modulus times its weight is a stiffness.
+        Of the layers' points at each step: a modulus times its weight is a stiffness.
+    joint : ndarray of int, (p,)
+        Whose law each point has.
     """
 
     forces: tuple[NonlinearForce, ...]
     weights: Array
+    joint: NDArray[np.int64]
 
     @property
     def points(self) -> int:
-        """Number of the layer's points."""
-        return self.weights.shape[1] // 2
+        """Number of the layers' points."""
+        return len(self.joint)
 
-    def stiffness(self, law: LayerLaw, amplitude: Array, omega: Array) -> tuple[Array, Array]:
+    def of_joint(self, joint: int) -> NDArray[np.intp]:
+        """Which points are a joint's."""
+        return np.flatnonzero(self.joint == joint)
+
+    def stiffness(self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array) -> tuple[Array, Array]:
         """Equivalent stiffness at amplitudes (s, n), and its derivative with the logarithm of each; (s, n) both."""
         p = self.points
-        by_opening, open_slope = spline_basis(law.opening_knots, amplitude[:, :p])
-        by_slip, slip_slope = spline_basis(law.slip_knots, amplitude[:, p : 2 * p])
-        k = np.concatenate([-(by_opening @ law.softening), 1j * (by_slip @ law.loss)], axis=1) * self.weights
-        growth = np.concatenate([-(open_slope @ law.softening), 1j * (slip_slope @ law.loss)], axis=1) * self.weights
+        k, growth = np.zeros((2, len(amplitude), 2 * p), complex)
+        for number, law in enumerate(laws):
+            opening, slip = self.of_joint(number), p + self.of_joint(number)
+            by_opening, open_slope = spline_basis(law.opening_knots, amplitude[:, opening])
+            by_slip, slip_slope = spline_basis(law.slip_knots, amplitude[:, slip])
+            k[:, opening], k[:, slip] = -(by_opening @ law.softening), 1j * (by_slip @ law.loss)
+            growth[:, opening], growth[:, slip] = -(open_slope @ law.softening), 1j * (slip_slope @ law.loss)
+        k, growth = k * self.weights, growth * self.weights
         if not self.forces:
             return k, growth
         own, own_growth = self._with_growth(amplitude[:, 2 * p :], omega)
         return np.concatenate([k, own], axis=1), np.concatenate([growth, own_growth], axis=1)
 
-    def by_law(self, law: LayerLaw, amplitude: Array) -> tuple[Array, Array]:
-        """Derivatives of the points' stiffness by the law's softening (s, p, n) and by its loss (s, p, m)."""
-        p = self.points
-        opening, slip = law.softening_basis(amplitude[:, :p]), law.loss_basis(amplitude[:, p : 2 * p])
-        return -self.weights[:, :p, None] * opening, 1j * self.weights[:, p:, None] * slip
+    def by_law(self, laws: Sequence[LayerLaw], amplitude: Array) -> list[tuple[Array, Array]]:
+        """Derivatives of the stiffness at each joint's p points by its softening (s, p, n) and its loss (s, p, m)."""
+        found = []
+        for number, law in enumerate(laws):
+            opening, slip = self.of_joint(number), self.points + self.of_joint(number)
+            by_softening = -self.weights[:, opening, None] * law.softening_basis(amplitude[:, opening])
+            found.append((by_softening, 1j * self.weights[:, slip, None] * law.loss_basis(amplitude[:, slip])))
+        return found
 
     @property
     def act_in_noise(self) -> bool:
@@ -198,7 +214,7 @@ class LocalForces:
         return Z
 
     def balance(
-        self, law: LayerLaw, omega: Array, around: Surroundings, *, more: Array | None = None,
+        self, laws: Sequence[LayerLaw], omega: Array, around: Surroundings, *, more: Array | None = None,
         start: Array | None = None,
     ) -> Balance:  # fmt: skip
         """Stiffness at the amplitudes that it itself allows.
@@ -216,9 +232,8 @@ class LocalForces:
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven))[0])
         log_a = _log(start)
-        opening = cubics(law.opening_knots, law.softening)
         rig = (
-            opening, cubics(law.slip_knots, law.loss), self.weights, around.among, around.driven, around.reference,
+            *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, more,
         )  # fmt: skip
         sliders = [force.slider for force in self.forces if force.slider]
@@ -252,8 +267,9 @@ class LocalForces:
         turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
 
     def follow(
-        self, law: LayerLaw, amplitude: Array, omega: Array, influence: Influence, motion: Array, response: Array
-    ) -> tuple[Array, Array]:
+        self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
+        response: Array,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Changes of log motion (s, n, u) and log response (s, o, u) once the stiffness has followed the amplitude.
 
         Parameters
@@ -261,7 +277,7 @@ class LocalForces:
         motion, response
             The same changes at a stiffness that is held.
         """
-        growth = self.stiffness(law, amplitude, omega)[1]
+        growth = self.stiffness(laws, amplitude, omega)[1]
         own = np.eye(amplitude.shape[1]) - (influence.motion * growth[:, None, :]).real
         k = growth[:, :, None] * np.linalg.solve(own, motion.real)
         return motion + influence.motion @ k, response + influence.response @ k

@@ -16,6 +16,7 @@ A layer that loses contact where it opens (a slap) has an even part beside that:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -64,8 +65,10 @@ class Openings:
         Stiffness that the law takes off each there, N/m (negative).
     weight : ndarray, (s, p)
         A modulus times it is a stiffness.
-    modulus : float
-        E', N/m2.
+    modulus : ndarray, (j,)
+        E' of the joints, N/m2.
+    joint : ndarray of int, (p,)
+        Which of them each point belongs to.
     orders : tuple of int
         The harmonics in question.
     compliance : ndarray, (s, h, p, p)
@@ -77,7 +80,8 @@ class Openings:
     fundamental: Array
     secant: Array
     weight: Array
-    modulus: float
+    modulus: Array
+    joint: NDArray[np.int64]
     orders: tuple[int, ...]
     compliance: Array
     driven: Array
@@ -124,31 +128,33 @@ def beside_openings(stiffness: Array, h: int) -> Array:
 
 
 def balance_openings(
-    law: LayerLaw, openings: Openings, slap: Opening | None = None, *, start: Array | None = None
+    laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening | None] = (), *, start: Array | None = None
 ) -> OpeningBalance:
     """Find the harmonics that go with given fundamentals.
 
     Parameters
     ----------
-    slap
-        Lost contact, if there is any; the orders must then hold the even ones.
+    slaps
+        Lost contact in each joint, if there is any; the orders must then hold the even ones.
     start : ndarray, (s, h, p)
         Motion to begin from.
     """
     a, orders = openings.fundamental, np.array(openings.orders)
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
     angle = np.outer(np.arange(2 * orders[-1] + 1), theta)
-    table = np.array(_odd_force(law, openings.modulus))
-    lost = np.zeros(3)
-    if slap is not None:
-        share = (slap.factor - 1) / (slap.factor + 1)
-        lost = np.array([share, slap.gap_m, np.interp(slap.gap_m, table[0], table[1])])
+    tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
+    lost = np.zeros((len(tables), 3))
+    for number, slap in enumerate(slaps):
+        if slap is not None:
+            share = (slap.factor - 1) / (slap.factor + 1)
+            lost[number] = share, slap.gap_m, np.interp(slap.gap_m, tables[number, 0], tables[number, 1])
     shape = (len(a), len(orders), a.shape[1])
     X = np.zeros(shape, complex) if start is None else start.copy()
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
     balance(
-        a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus, orders,
-        np.cos(angle), np.sin(angle), table, lost, X, force, more, unsettled, TURNS, BALANCED, SHORTEST,
+        a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus[openings.joint],
+        orders, np.cos(angle), np.sin(angle), tables[openings.joint], lost[openings.joint], X, force, more, unsettled,
+        TURNS, BALANCED, SHORTEST,
     )  # fmt: skip
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 

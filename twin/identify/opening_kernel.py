@@ -20,7 +20,7 @@ Array = NDArray[Any]
 
 @COMPILED
 def balance(
-    fundamental: Array, secant: Array, weight: Array, compliance: Array, driven: Array, modulus: float, orders: Array,
+    fundamental: Array, secant: Array, weight: Array, compliance: Array, driven: Array, modulus: Array, orders: Array,
     cosines: Array, sines: Array, table: Array, slap: Array, X: Array, force: Array, more: Array, unsettled: Array,
     turns: int, balanced: float, shortest: float,
 ) -> None:  # fmt: skip
@@ -32,9 +32,9 @@ def balance(
         As in :class:`twin.identify.opening_harmonics.Openings`; order zero, if any, comes first.
     cosines, sines : ndarray, (n, t)
         Of n theta at a period's samples, up to twice the highest order.
-    table : ndarray, (3, g)
+    table : ndarray, (p, 3, g)
         Openings evenly from zero, the layer's whole force there per weight, and its slope.
-    slap : ndarray, (3,)
+    slap : ndarray, (p, 3)
         Part of the force that is lost, with the sign of the opening; the gap; the force at the gap.
     force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
         Filled: see :class:`twin.identify.opening_harmonics.OpeningBalance`.
@@ -49,7 +49,7 @@ def balance(
     spectrum, tau = np.empty((p, len(cosines)), np.complex128), np.empty((p, len(cosines)), np.complex128)
     J, r = np.empty((2 * n - still, 2 * n - still)), np.empty(2 * n - still)
     base, taken = np.empty((H, p), np.complex128), np.empty((H, p), np.complex128)
-    miss, none = np.empty((H, p), np.complex128), np.array([0.0, 0.0, 0.0])
+    miss, none = np.empty((H, p), np.complex128), np.zeros(slap.shape)
     for s in range(steps):
         size = 1e-300
         for i in range(p):
@@ -112,25 +112,25 @@ def _open(fundamental: Array, X: Array, orders: Array, cosines: Array, sines: Ar
 
 @COMPILED
 def _forces(
-    around: Array, secant: Array, weight: Array, modulus: float, table: Array, slap: Array, path: Array, tangent: Array
+    around: Array, secant: Array, weight: Array, modulus: Array, table: Array, slap: Array, path: Array, tangent: Array
 ) -> None:
     """Fill in the force beyond the secant stiffness, and its tangent, (p, t)."""
-    last = table.shape[1] - 1
-    reach, spacing = table[0, last], table[0, 1]
+    last = table.shape[2] - 1
     for i in range(len(around)):
-        rest = secant[i] + modulus * weight[i]
+        reach, spacing = table[i, 0, last], table[i, 0, 1]
+        rest = secant[i] + modulus[i] * weight[i]
         for t in range(around.shape[1]):
             size = abs(around[i, t])
             sign = 1.0 if around[i, t] >= 0.0 else -1.0
             inside = min(size, reach)
             k = min(int(inside / spacing), last - 1)
             u = inside / spacing - k
-            whole = table[1, k] + u * (table[1, k + 1] - table[1, k]) + (size - inside) * table[2, last]
-            slope = table[2, k] + u * (table[2, k + 1] - table[2, k])
+            whole = table[i, 1, k] + u * (table[i, 1, k + 1] - table[i, 1, k]) + (size - inside) * table[i, 2, last]
+            slope = table[i, 2, k] + u * (table[i, 2, k + 1] - table[i, 2, k])
             value = sign * whole
-            if slap[0] != 0.0 and size > slap[1]:
-                value += slap[0] * (whole - slap[2])
-                slope *= 1.0 + slap[0] * sign
+            if slap[i, 0] != 0.0 and size > slap[i, 1]:
+                value += slap[i, 0] * (whole - slap[i, 2])
+                slope *= 1.0 + slap[i, 0] * sign
             path[i, t] = weight[i] * value - rest * around[i, t]
             tangent[i, t] = weight[i] * slope - rest
 

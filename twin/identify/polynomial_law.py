@@ -160,7 +160,7 @@ class PolynomialProblem:
             return layer.with_stiffness(ports, predictor.local.equivalent(amplitude, layer.omega))
 
         X = steps.amplitude_m * (steps.omega / evidence.reference_omega) ** 2
-        left = predictor.normal_left(predictor.step_times)
+        left = predictor.normal_left(predictor.step_times)[:, 0]
         measured = steps.response[:, ref, 0] / steps.force[:, 0]
         layer = layer_at(steps.omega)
         guess = _read_off(layer, measured, X, left, ref)
@@ -210,7 +210,7 @@ def _read_off(layer: LayerResponse, measured: Array, X: Array, left: Array, refe
 
     Newton's method on the inverse of the response, as in :func:`twin.identify.base_fit.law_from_steps`.
     """
-    E = layer.predictor.moduli[0]
+    E = layer.predictor.moduli[0][0]
     s, loss = np.zeros((2, len(X)))
     for _ in range(READ_OFF_TURNS):
         H, by_E, by_G = layer.responses(-left * s + 0j, 1j * loss)

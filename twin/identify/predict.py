@@ -99,7 +99,7 @@ class RigPrediction(ModalResponse):
 
 @dataclass(frozen=True)
 class _Law:
-    """A file's law, as splines beside what it is at rest, and standard deviations of E' - softening and of the loss."""
+    """A joint's law in a file: splines beside what it is at rest, and std of E' - softening and of the loss."""
 
     spline: LayerLaw
     rest: tuple[float, float]
@@ -122,15 +122,14 @@ class _Law:
         values = (curve(x) - zero for curve, x, zero in zip((softening, loss), knots, rest, strict=True))
         return _Law(LayerLaw(*knots, *values), rest, softening, loss, *stds)
 
-    def errors(self, motion: Array) -> tuple[Array, Array]:
-        """Standard deviations of the moduli at the points' openings and slips, (s, 2 p); farthest over the law's last.
+    def errors(self, opening: Array, slip: Array) -> tuple[Array, Array, Array]:
+        """Standard deviations (s, p) of the moduli at openings and at slips (s, p); farthest over the law's last (s,).
 
         The law's own error goes with its value.  Beyond its last knot it is anybody's guess: it may go on as steeply
         as it went there.
         """
-        p = motion.shape[1] // 2
-        std, farthest = [], np.zeros(len(motion))
-        halves = ((motion[:, :p], self.softening, self.softening_std), (motion[:, p:], self.loss, self.loss_std))
+        std, farthest = [], np.zeros(len(opening))
+        halves = ((opening, self.softening, self.softening_std), (slip, self.loss, self.loss_std))
         for amplitude, value, own in halves:
             past = amplitude / value.knots[-1]
             guess = np.ptp(value.values) * np.log(np.maximum(past, 1.0))
@@ -138,7 +137,7 @@ class _Law:
             std.append(np.hypot(ALLOWANCE_USED * known, guess))
             if np.any(value.values):
                 farthest = np.maximum(farthest, past.max(axis=1))
-        return np.concatenate(std, axis=1), farthest
+        return std[0], std[1], farthest
 
 
 @dataclass(frozen=True)
@@ -173,10 +172,13 @@ class RigResponse:
     def __init__(self, evidence: Evidence, *, channel: str | None = None, own_harmonics: bool = True) -> None:
         self._rig = ExtendedRig(evidence)
         base = believed_parameters(evidence.rig, evidence.preload)
-        more_E, more_G = self._rig.extension.moduli_factor
-        self._law = _Law.of(layer_table(evidence.rig, E=base.E * more_E, G=base.G * more_G))
+        more_E, more_G = self._rig.moduli_factors
+        self._laws = tuple(
+            _Law.of(layer_table(evidence.rig, E=float(E), G=float(G), joint=joint))
+            for joint, (E, G) in enumerate(zip(base.E * more_E, base.G * more_G, strict=True))
+        )
         self._base = base
-        table, names = evidence.rig.joints[0].law, evidence.channels
+        table, names = next((joint.law for joint in evidence.rig.joints), None), evidence.channels
         asked = table.channel if channel is None and isinstance(table, LawTable) else channel
         self.channel = asked or names[evidence.reference]
         self._at = names.index(self.channel)
@@ -219,8 +221,9 @@ class RigResponse:
         distinct, row = np.unique(f, return_inverse=True)
         omega = 2 * np.pi * distinct
         rig = HeldRig(
-            self._rig, self._base, self._law.spline, self._law.rest, self._at, omega, own_harmonics=self._own_harmonics
-        )
+            self._rig, self._base, [law.spline for law in self._laws], [law.rest for law in self._laws], self._at,
+            omega, own_harmonics=self._own_harmonics,
+        )  # fmt: skip
         return rig, row
 
     def _solutions(self, f: Array, target: Array) -> tuple[HeldRig, Array, Array, Array]:
@@ -306,10 +309,15 @@ class RigResponse:
 
     def _state(self, rig: HeldRig, rows: Array, reading: Array) -> _State:
         found, p = rig.states(rows, reading), rig.points
-        std, beyond = self._law.errors(np.abs(found.motion[:, : 2 * p]))
-        # All points err together, for they have one law.
-        by_modulus = (found.by_stiffness[:, : 2 * p] * rig.weights[rows] * np.repeat([1.0, 1j], p)).real * std
-        parts = by_modulus[:, :p].sum(axis=1) ** 2 + by_modulus[:, p:].sum(axis=1) ** 2
+        by_modulus = (found.by_stiffness[:, : 2 * p] * rig.weights[rows] * np.repeat([1.0, 1j], p)).real
+        parts, beyond, motion = np.zeros(len(rows)), np.zeros(len(rows)), np.abs(found.motion)
+        for joint, law in enumerate(self._laws):
+            own = np.flatnonzero(self._rig.points.joint == joint)
+            softening_std, loss_std, farthest = law.errors(motion[:, own], motion[:, p + own])
+            # All points of a joint err together, for they have one law.
+            parts += np.sum(by_modulus[:, own] * softening_std, axis=1) ** 2
+            parts += np.sum(by_modulus[:, p + own] * loss_std, axis=1) ** 2
+            beyond = np.maximum(beyond, farthest)
         for mode, error in self._damping_errors():
             parts = parts + (error * rig.by_damping(rows, found, mode).real) ** 2
         relative = np.sqrt(parts + ALLOWANCE_USED**2 * (COMMON_ERROR**2 + RATIO_ERROR**2))

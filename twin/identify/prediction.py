@@ -23,7 +23,7 @@ from twin.identify.local_forces import Balance
 from twin.identify.opening_harmonics import EVEN_TOO, Openings, balance_openings
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
-from twin.structure import layer_points
+from twin.structure import points_of_joints
 
 __all__ = ["Prediction", "Predictor"]
 
@@ -104,19 +104,20 @@ class Predictor(ExtendedRig):
             detuning_std=self.slack.detuning_std,
             moduli_std=self.slack.moduli_std,
         )
-        E, phi = self.moduli[0], self.model.basis.Phi[:, 0]
-        # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
-        layer = self.model.structure.joints[0]
-        shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
-        size = len(unknowns.vector)
+        phi = self.model.basis.Phi[:, 0]
+        size = len(unknowns.blocks)
         precision = np.zeros((size, size))
         precision[: len(mean), : len(mean)] = base
-        for block, scale in ((unknowns.softening, E), (unknowns.loss, 0.1 * E / shear_share)):
-            k = block.stop - block.start
-            # The same curvature, however many knots there are.
-            bend = self.slack.law_bend * (19 / max(k - 1, 1)) ** 2
-            second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
-            precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
+        for joint, layer in enumerate(self.model.structure.joints):
+            E = self.moduli[0][joint]
+            # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
+            shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
+            for block, scale in ((unknowns.softening(joint), E), (unknowns.loss(joint), 0.1 * E / shear_share)):
+                k = block.stop - block.start
+                # The same curvature, however many knots there are.
+                bend = self.slack.law_bend * (19 / max(k - 1, 1)) ** 2
+                second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
+                precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
         return np.concatenate([mean, np.zeros(size - len(mean))]), precision
 
     def evaluate(self, unknowns: Unknowns, *, sensitivities: bool = True) -> Prediction:
@@ -190,13 +191,15 @@ class Predictor(ExtendedRig):
         if not self.extension.opening:
             return Linearisation(factor, found, None, None)
         openings = self.openings(unknowns, found, EVEN_TOO)
-        harmonics = balance_openings(unknowns.law, openings, self.extension.opening).motion
+        harmonics = balance_openings(unknowns.laws, openings, self.slaps).motion
         return Linearisation(factor, found, openings, harmonics)
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
-        by_softening = J[:, :, unknowns.softening] @ unknowns.law.softening
-        by_loss = J[:, :, unknowns.loss] @ unknowns.law.loss
-        return step_factor(self.evidence.steps, (by_softening, by_loss), self.slack.error_scale)
+        by_law = []
+        for joint, law in enumerate(unknowns.laws):
+            by_law.append(J[:, :, unknowns.softening(joint)] @ law.softening)
+            by_law.append(J[:, :, unknowns.loss(joint)] @ law.loss)
+        return step_factor(self.evidence.steps, by_law, self.slack.error_scale)
 
     def motion_at_forces(self, unknowns: Unknowns) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
@@ -217,12 +220,9 @@ class Predictor(ExtendedRig):
         openings, start = (self._held.openings, self._held.harmonics) if self._held else (None, None)
         openings = openings or self.openings(unknowns, balance, EVEN_TOO)
         openings = replace(openings, fundamental=balance.motion[:, :p])
-        force = balance_openings(unknowns.law, openings, self.extension.opening, start=start).force
+        force = balance_openings(unknowns.laws, openings, self.slaps, start=start).force
         even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
-        at = (
-            self.harmonics.field
-            @ layer_points(self.harmonics.structure, self.evidence.rig.joints[0].layer_elements).opening.T
-        )
+        at = self.harmonics.field @ points_of_joints(self.harmonics.structure, self.layer_elements).opening.T
         return -np.asarray(np.einsum("shop,shp->sho", at, even))
 
     def _harmonics(
@@ -258,9 +258,12 @@ class Predictor(ExtendedRig):
     ) -> Array:
         """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
         change = self.model.displacement_sensitivity(R, omega, unknowns.base, ports, into)
-        more_E, more_G = self.extension.moduli_factor
-        change[:, :, [0, 2]] *= (more_E * self.normal_left(time_s))[:, None, None]
-        change[:, :, [1, 3]] *= more_G
+        more_E, more_G = self.moduli_factors
+        left = self.normal_left(time_s)
+        blocks = unknowns.base.blocks(unknowns.base.joints)
+        for names, factor in ((("log_E", "loss_E"), more_E * left), (("log_G", "loss_G"), more_G * np.ones_like(left))):
+            for name in names:
+                change[:, :, blocks[name]] *= factor[:, None, :]
         return change
 
     def _step_changes(self, unknowns: Unknowns, R: Array, omega: Array) -> tuple[Array, Array]:
@@ -268,18 +271,20 @@ class Predictor(ExtendedRig):
         p, into, moving = self.model.ports, self.driven(R, omega), self.moving
         ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
         change = self._base_change(R, omega, unknowns, self.step_times, ports, into)
-        change = np.pad(change, [(0, 0), (0, 0), (0, len(unknowns.law.vector))])
+        change = np.pad(change, [(0, 0), (0, 0), (0, len(unknowns.blocks) - change.shape[2])])
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
-        by_law = self.local.by_law(unknowns.law, amplitude)
-        for first, columns, k in zip((0, points), (unknowns.softening, unknowns.loss), by_law, strict=True):
-            which = slice(first, first + points)
-            response[:, :, columns] = influence.response[:, :, which] @ k
-            moved[:, :, columns] = influence.motion[:, :, which] @ k
-        moved, response = self.local.follow(unknowns.law, amplitude, omega, influence, moved, response)
+        for joint, by_law in enumerate(self.local.by_law(unknowns.laws, amplitude)):
+            own = self.local.of_joint(joint)
+            for which, columns, k in zip(
+                (own, points + own), (unknowns.softening(joint), unknowns.loss(joint)), by_law, strict=True
+            ):
+                response[:, :, columns] = influence.response[:, :, which] @ k
+                moved[:, :, columns] = influence.motion[:, :, which] @ k
+        moved, response = self.local.follow(unknowns.laws, amplitude, omega, influence, moved, response)
         return response, moved
 
     def _forced(self, R: Array) -> tuple[Array, int, Array]:

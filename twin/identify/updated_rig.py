@@ -1,4 +1,4 @@
-"""A fitted model as a rig file: the believed rig with the moduli, the damping and the joint's law that were identified.
+"""A fitted model as a rig file: the believed rig with its identified moduli, damping and joints' laws.
 
 A rig file has no place for loss factors and for detunings.  The constant loss of G' is part of the law's loss; what the
 others do is a few hundredths of a per cent of the response.
@@ -39,41 +39,45 @@ def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> R
         The minimum that they are; the first entries of its vector are those of ``unknowns.vector``.
     """
     rig, base = evidence.rig, unknowns.base
-    (joint,) = rig.joints
-    moduli = joint.preload[evidence.preload].model_copy(update={"normal_modulus": base.E, "shear_modulus": base.G})
     believed = list(rig.damping.modal_ratio)
     # Modes beyond the list take its last entry, so the believed one must stay the last.
-    relative = np.sqrt(np.diag(solution.covariance)[4 : 4 + len(base.zeta)])  # the vector has their logarithms
+    relative = np.sqrt(np.diag(solution.covariance))[unknowns.blocks["log_zeta"]]
     damping = rig.damping.model_copy(
         update={
             "modal_ratio": [*map(float, base.zeta), *(believed[DAMPED_MODES:] or believed[-1:])],
             "modal_ratio_std": (relative * base.zeta).tolist(),
         }
     )
-    law = _law_table(evidence, unknowns, solution)
-    joint = joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law})
+    joints = []
+    for number, joint in enumerate(rig.joints):
+        identified = {"normal_modulus": float(base.E[number]), "shear_modulus": float(base.G[number])}
+        moduli = joint.preload[evidence.preload].model_copy(update=identified)
+        law = _law_table(evidence, unknowns, solution, number)
+        joints.append(joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law}))
     measured = {name: table for name, table in rig.measured.items() if name == evidence.preload}
-    return rig.with_joints([joint]).model_copy(update={"damping": damping, "measured": measured})
+    return rig.with_joints(joints).model_copy(update={"damping": damping, "measured": measured})
 
 
-def _law_table(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> LayerLawTable:
+def _law_table(evidence: Evidence, unknowns: Unknowns, solution: Solution, joint: int) -> LayerLawTable:
     """Softening and loss with standard deviations of what a response feels: E' - g1, and g2 with mode 1's damping."""
-    law, base = unknowns.law, unknowns.base
+    law, base, blocks = unknowns.laws[joint], unknowns.base, unknowns.blocks
+    G, loss_G = base.G[joint], base.loss_G[joint]
     opening, slip = _file_knots(law.opening_knots), _file_knots(law.slip_knots)
     seen = len(evidence.steps) > 0
     if not seen:  # nothing but the constant loss is known, and the splines' wide prior does not count
         opening, slip = opening[[0, -1]], slip[[0, -1]]
     softens, loses = law.softening_basis(opening), law.loss_basis(slip)
     by_E, by_loss = np.zeros((len(opening), len(solution.x))), np.zeros((len(slip), len(solution.x)))
-    by_E[:, 0] = base.E
-    by_loss[:, 1], by_loss[:, 3], by_loss[:, 4] = base.G * base.loss_G, base.G, _loss_of_mode_1(evidence, unknowns)
+    by_E[:, blocks["log_E"].start + joint] = base.E[joint]
+    by_loss[:, blocks["log_G"].start + joint], by_loss[:, blocks["loss_G"].start + joint] = G * loss_G, G
+    by_loss[:, blocks["log_zeta"].start] = _loss_of_mode_1(evidence, unknowns, joint)
     if seen:
-        by_E[:, unknowns.softening], by_loss[:, unknowns.loss] = -softens, loses
+        by_E[:, unknowns.softening(joint)], by_loss[:, unknowns.loss(joint)] = -softens, loses
     return LayerLawTable(
         opening_m=opening.tolist(),
         softening=(softens @ law.softening).tolist(),
         slip_m=slip.tolist(),
-        loss=np.maximum(base.G * base.loss_G + loses @ law.loss, 0.0).tolist(),
+        loss=np.maximum(G * loss_G + loses @ law.loss, 0.0).tolist(),
         softening_std=_std(by_E, solution.covariance),
         loss_std=_std(by_loss, solution.covariance),
     )
@@ -83,11 +87,11 @@ def _file_knots(knots: Array) -> Array:
     return np.concatenate([[0.0], np.geomspace(knots[0] / BELOW, knots[-1], LAW_POINTS)])
 
 
-def _loss_of_mode_1(evidence: Evidence, unknowns: Unknowns) -> float:
+def _loss_of_mode_1(evidence: Evidence, unknowns: Unknowns, joint: int) -> float:
     """Loss modulus in shear that is worth the damping ratio of mode 1, N/m2: a sweep tells their sum, not each."""
     structure, base = evidence.model.structure, unknowns.base
     modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), 1)
-    sheared = float(np.sum((structure.joints[0].B_G @ modes.Phi[:, 0]) ** 2))
+    sheared = float(np.sum((structure.joints[joint].B_G @ modes.Phi[:, 0]) ** 2))
     return float(2 * modes.omega[0] ** 2 / sheared * base.zeta[0])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,15 +63,15 @@ class HarmonicResiduals:
         return white if values.ndim == 4 else white[:, 0]
 
 
-def step_factor(steps: StepArrays, by_law: tuple[Array, Array], error_scale: float) -> Array:
+def step_factor(steps: StepArrays, by_law: Sequence[Array], error_scale: float) -> Array:
     """Cholesky factors of the covariance of the steps' log residuals, real parts above imaginary ones.
 
     Noise, the force's noise and what had not settled, which all channels share, model error, and the law's own error.
 
     Parameters
     ----------
-    by_law : pair of ndarray, (s, o)
-        Change of the log responses by a unit relative change of the softening, and of the loss.
+    by_law : sequence of ndarray, (s, o)
+        Change of the log responses by a unit relative change of each softening and each loss.
     error_scale
         Factor on the model error.
 
@@ -78,7 +79,7 @@ def step_factor(steps: StepArrays, by_law: tuple[Array, Array], error_scale: flo
     -------
     ndarray, (s, 2 o, 2 o)
     """
-    count, outputs = by_law[0].shape
+    count, outputs = steps.response.shape[:2]
     relative = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
     shared = (
         steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2

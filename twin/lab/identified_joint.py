@@ -116,10 +116,10 @@ class IdentifiedJoint(Shown):
     def to_dict(self) -> dict[str, Any]:
         """As ``twin identify --json`` prints it, without the model file's name."""
         found = self.found
-        law = found.rig.joints[0].law
-        assert law is not None
+        laws = {joint.name: joint.law.model_dump() for joint in found.rig.joints if joint.law is not None}
         channel = self.evidence.channels[self.evidence.reference]
-        nonlinear: dict[str, Any] = {"law": law.model_dump(), "channel": channel}
+        nonlinear: dict[str, Any] = {"law": next(iter(laws.values()))} if len(laws) == 1 else {"laws": laws}
+        nonlinear["channel"] = channel
         if found.polynomials is not None:
             levels = {name: _fit_dict(fit) for name, fit in found.polynomials.levels.items()}
             nonlinear["polynomials"] = levels | {"all": _fit_dict(found.polynomials.together)}

@@ -123,7 +123,7 @@ def predict_response(
             f"the rig has {', '.join(evidence.channels)}",
         )  # fmt: skip
     warnings = left_out_effects(rig.effect)
-    if law is None:
+    if all(joint.law is None for joint in rig.joints):
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
     evidence = with_effects(evidence, source=source)
     try:

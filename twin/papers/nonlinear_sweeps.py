@@ -117,7 +117,7 @@ def _details(polynomials: Polynomials, rig: Rig, preload: str, law: Law) -> dict
     fit = polynomials.together
     X = np.linspace(0.05, 1.0, 96) * fit.largest_amplitude_m
     true = rig.moduli(preload)[0].normal_modulus - np.polynomial.polynomial.polyval(X, np.array(law.softening))
-    E = polynomials.base.E * float(np.exp(fit.base_change[0]))
+    E = float(polynomials.base.E[0]) * float(np.exp(fit.base_change[0]))
     softest = float(np.ptp(true))
     return {
         "orders_by_force": {name: list(one.orders) for name, one in polynomials.levels.items()},

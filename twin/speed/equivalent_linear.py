@@ -40,9 +40,9 @@ def softening_sweep(count: int = 400) -> SofteningSweep:
     """
     rig = load_rig("steel-lap-joint")
     model = build_linear_model(rig, [Output("acc2", "acceleration", rig.layout().place(rig.length))])
-    base = replace(believed_parameters(rig), loss_E=0.02, loss_G=0.05, zeta=np.full(5, 1e-12))
+    base = replace(believed_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
     omega = 2 * np.pi * np.linspace(20.0, 32.0, count)
-    return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E / 3, count))
+    return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E[0] / 3, count))
 
 
 def in_bands(parts: list[Array]) -> tuple[Array, int, Array]:
@@ -79,14 +79,13 @@ def equivalent_linear_sweep() -> Measured:
     sweep = softening_sweep()
     model, base = sweep.model, sweep.base
     response = banded_model(model)
-    E = base.E * (1 + 1j * base.loss_E) + sweep.dE
-    G = np.full(len(sweep.omega), base.G * (1 + 1j * base.loss_G))
+    E, G = base.complex_E[0] + sweep.dE, np.full(len(sweep.omega), base.complex_G[0])
 
     def full() -> Array:
         return response(sweep.omega, E, G)
 
     def ours() -> Array:
-        R = model.receptance(sweep.omega, base, dE=sweep.dE, inner=False)
+        R = model.receptance(sweep.omega, base, dE=sweep.dE[:, None], inner=False)
         return R[:, model.ports.outputs.start, model.ports.drive]
 
     mine, other = side_by_side(ours, full, ours_each=20)

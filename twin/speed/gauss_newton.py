@@ -29,7 +29,7 @@ def gauss_newton_step() -> Measured:
     shape = 1.0 / (1.0 + np.linspace(-2.0, 2.0, STEPS) ** 2)
     amplitude = np.concatenate([level * shape for level in (0.25, 0.5, 0.75, 1.0)])
     powers = amplitude[:, None] ** np.arange(1, 4)
-    start = np.array([base.E, base.G, 0.2, 0.5, *(-0.1 * base.E * np.ones(3)), *(0.05 * base.G * np.ones(3))])
+    start = np.concatenate([base.E, base.G, [0.2, 0.5], np.repeat(-0.1 * base.E, 3), np.repeat(0.05 * base.G, 3)])
     into_E = np.column_stack([np.ones(len(omega)), powers])
     port, drive = model.ports.outputs.start, model.ports.drive
 
@@ -45,10 +45,10 @@ def gauss_newton_step() -> Measured:
 
     def analytic() -> tuple[Array, Array]:
         E, G = moduli(start)
-        dE, dG = E - base.E * (1 + 1j * base.loss_E), G - base.G * (1 + 1j * base.loss_G)
-        R = model.receptance(omega, base, dE=dE, dG=dG, modal=False)
+        dE, dG = E - base.complex_E, G - base.complex_G
+        R = model.receptance(omega, base, dE=dE[:, None], dG=dG[:, None], modal=False)
         out, into = R[:, port], R[:, :, drive]
-        by_E, by_G = (-np.sum(out[:, s] * into[:, s], axis=1) for s in (model.ports.normal, model.ports.shear))
+        by_E, by_G = (-np.sum(out[:, s] * into[:, s], axis=1) for (s,) in (model.ports.normal, model.ports.shear))
         return R[:, port, drive], by_moduli(by_E, by_G)
 
     def differences() -> tuple[Array, Array]:

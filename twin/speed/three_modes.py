@@ -46,13 +46,13 @@ def gauss_newton_three_modes() -> Measured:
     evidence, unknowns = _sweeps()
     free = Predictor(evidence)
     receptance = free.receptance(evidence.steps.omega, unknowns.base, free.step_times, inner=False, points=True)
-    found = free.local.balance(unknowns.law, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
+    found = free.local.balance(unknowns.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
     predictor = Predictor(evidence, held=Linearisation(np.array(factor), found, None, None))
     full = _BandedRig(evidence, np.abs(found.motion))
 
-    law = np.arange(unknowns.softening.start, unknowns.loss.stop)
+    law = np.arange(len(unknowns.blocks))[unknowns.of_laws]
     columns, x = np.concatenate([np.arange(LINEAR), law]), unknowns.vector
 
     def ours() -> Array:
@@ -65,7 +65,7 @@ def gauss_newton_three_modes() -> Measured:
     mine, other = side_by_side(ours, one, repeats=1, ours_each=10)
     other *= 1 + len(columns)
     J, at = ours(), one()
-    unit = np.where(np.arange(len(columns)) < LINEAR, 1.0, unknowns.base.E)
+    unit = np.where(np.arange(len(columns)) < LINEAR, 1.0, unknowns.base.E[0])
     errors = []
     for column in np.linspace(0, len(columns) - 1, COMPARED).astype(int):
         moved = x.copy()
@@ -84,7 +84,7 @@ def _sweeps() -> tuple[Evidence, Unknowns]:
     rig = load_rig("steel-lap-joint")
     outputs = (Output("acc2", "acceleration", rig.layout().place(rig.length)),)
     model = build_linear_model(rig, list(outputs))
-    base = replace(believed_parameters(rig), loss_E=0.02, loss_G=0.05, zeta=np.full(5, 1e-12))
+    base = replace(believed_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
     shape = 1.0 / np.sqrt(1.0 + np.linspace(-4.0, 4.0, STEPS) ** 2)
     omega = np.concatenate(
         [w * np.tile(np.linspace(0.98, 1.01, STEPS), len(LEVELS)) for w in model.basis.omega[:MODES]]
@@ -103,7 +103,7 @@ def _sweeps() -> tuple[Evidence, Unknowns]:
     vars(evidence)["origin_s"] = 0.0  # there is no recording to begin
     opening, slip = choose_knots(np.geomspace(1e-8, 1e-5, 50), KNOTS), choose_knots(np.geomspace(1e-8, 2e-6, 50), KNOTS)
     law = LayerLaw(opening, slip, 0.5 * base.E * opening / (opening + 1e-6), 4.0 * base.G * slip**2 / (slip**2 + 1e-12))
-    return evidence, Unknowns(base, law)
+    return evidence, Unknowns(base, (law,))
 
 
 class _BandedRig:
@@ -121,9 +121,9 @@ class _BandedRig:
 
     def log_response(self, unknowns: Unknowns) -> Array:
         """Logarithms of the responses, real parts beside imaginary ones as the whitened residual has them."""
-        base, law, p = unknowns.base, unknowns.law, len(self.points) // 2
+        base, (law,), p = unknowns.base, unknowns.laws, len(self.points) // 2
         omega, tip = self.steps.omega, self.steps.amplitude_m
-        moduli = np.array([1.0, base.E * (1 + 1j * base.loss_E), base.G * (1 + 1j * base.loss_G)])
+        moduli = np.concatenate([[1.0], base.complex_E, base.complex_G])
         linear = np.tensordot(moduli, self.linear[:3], 1) - (omega**2)[:, None, None] * self.linear[3]
         amplitude, x = self.start, np.empty((len(omega), len(self.load)), complex)
         for _ in range(TURNS):

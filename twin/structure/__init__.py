@@ -2,7 +2,7 @@
 
 from twin.structure.assembly import assemble
 from twin.structure.drawn import BeamLine, DrawnPart, beam_lines, drawn_parts, drawn_position, point_of
-from twin.structure.layer_points import LayerPoints, layer_points
+from twin.structure.layer_points import LayerPoints, layer_points, points_of_joints
 from twin.structure.modes import Modes, eigenvalue_sensitivity, normal_modes, rigid_motions
 from twin.structure.structure import JointOperators, Structure
 
@@ -21,5 +21,6 @@ __all__ = [
     "layer_points",
     "normal_modes",
     "point_of",
+    "points_of_joints",
     "rigid_motions",
 ]

@@ -7,6 +7,7 @@ of its slip.  A modulus E' there holds the energy E' w o^2 / 2, with the weight 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +15,14 @@ from numpy.typing import NDArray
 
 from twin.structure.structure import JointOperators, Structure
 
-__all__ = ["LayerPoints", "layer_points"]
+__all__ = ["LayerPoints", "layer_points", "points_of_joints"]
 
 Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LayerPoints:
-    """Operators of a joint's p points over n coordinates.
+    """Operators of p points, of one joint or of several one after the other, over n coordinates.
 
     Attributes
     ----------
@@ -29,12 +30,15 @@ class LayerPoints:
         Rows whose products with the displacements are the opening and the slip, m.
     opening_weight, slip_weight : ndarray, (p,)
         Area over height, m: a modulus times its weight is a stiffness.
+    joint : ndarray of int, (p,)
+        Number of the joint that each belongs to.
     """
 
     opening: Matrix
     slip: Matrix
     opening_weight: Matrix
     slip_weight: Matrix
+    joint: NDArray[np.int64]
 
     @property
     def rows(self) -> Matrix:
@@ -67,7 +71,21 @@ def layer_points(structure: Structure, count: int, *, joint: int = 0) -> LayerPo
     rows = np.vstack([opening[held]] * len(slips))
     weights = np.concatenate([opening_weight[held] / len(slips)] * len(slips))
     return LayerPoints(
-        rows, np.vstack([s[held] for s, _ in slips]), weights, np.concatenate([w[held] for _, w in slips])
+        rows, np.vstack([s[held] for s, _ in slips]), weights, np.concatenate([w[held] for _, w in slips]),
+        np.full(len(rows), joint),
+    )  # fmt: skip
+
+
+def points_of_joints(structure: Structure, counts: Sequence[int]) -> LayerPoints:
+    """Those of all joints, each layer in so many elements."""
+    each = [layer_points(structure, count, joint=joint) for joint, count in enumerate(counts)]
+    n, nothing = len(structure.M), np.zeros(0)
+    return LayerPoints(
+        np.vstack([np.zeros((0, n)), *(points.opening for points in each)]),
+        np.vstack([np.zeros((0, n)), *(points.slip for points in each)]),
+        np.concatenate([nothing, *(points.opening_weight for points in each)]),
+        np.concatenate([nothing, *(points.slip_weight for points in each)]),
+        np.concatenate([nothing.astype(np.int64), *(points.joint for points in each)]),
     )
 
 

@@ -8,9 +8,18 @@ import numpy as np
 
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
+from twin.rigs import Rig
 from twin.views.table import Table
 
-__all__ = ["answer_markdown", "causes_table", "errors_table", "estimate_text", "residual_rows", "residuals_table"]
+__all__ = [
+    "answer_markdown",
+    "causes_table",
+    "errors_table",
+    "estimate_text",
+    "layer_sentences",
+    "residual_rows",
+    "residuals_table",
+]
 
 
 def estimate_text(value: Estimate | str) -> str:
@@ -124,3 +133,12 @@ def answer_markdown(diagnosis: Diagnosis) -> str:
     if diagnosis.notes:
         lines += ["## Notes", "", *(f"- {note}" for note in diagnosis.notes), ""]
     return "\n".join(lines)
+
+
+def layer_sentences(rig: Rig) -> list[str]:
+    """What is assumed of each joint."""
+    return [
+        f"{'The joint' if len(rig.joints) == 1 else joint.name} is a thin layer of {joint.layer_elements} elements. "
+        "Each has the moduli E′ − s(o) and G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q."
+        for joint in rig.joints
+    ]

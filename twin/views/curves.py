@@ -120,6 +120,8 @@ class LawBand:
     ----------
     quantity : str
         ``softening`` or ``loss``.
+    joint : str
+        Whose law it is; empty where there is but one.
     amplitude_m : ndarray, (x,)
         Of a layer point's opening, or slip.
     value, std : ndarray, (x,)
@@ -130,6 +132,7 @@ class LawBand:
     """
 
     quantity: str
+    joint: str = ""
     amplitude_m: Array
     value: Array
     std: Array
@@ -143,7 +146,8 @@ class LawBand:
     @property
     def title(self) -> str:
         """What it does."""
-        return {"softening": "softening: E′ = E′₀ − s(o)", "loss": "loss: G′ = G′₀ + j l(q)"}[self.quantity]
+        told = {"softening": "softening: E′ = E′₀ − s(o)", "loss": "loss: G′ = G′₀ + j l(q)"}[self.quantity]
+        return f"{self.joint}, {told}" if self.joint else told
 
     @property
     def label(self) -> str:
@@ -179,34 +183,47 @@ class Fitted(Protocol):
 
 
 def law_bands(evidence: Evidence, model: Fitted, *, points: int = 120) -> tuple[LawBand, ...]:
-    """The identified softening and loss over their knots; nothing where the data had no sine steps."""
+    """Each joint's identified softening and loss over their knots; nothing where the data had no sine steps."""
     unknowns, covariance = model.unknowns, model.solution.covariance
-    law = unknowns.law
-    if not (np.any(law.softening) or np.any(law.loss)):
+    if not any(np.any(law.vector) for law in unknowns.laws):
         return ()
-    opening, slip = law_reach(evidence, model)
-    o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], points)
-    q = np.geomspace(law.slip_knots[0], law.slip_knots[-1], points)
+    bands: list[LawBand] = []
+    for joint, (law, (opening, slip)) in enumerate(zip(unknowns.laws, law_reach(evidence, model), strict=True)):
+        o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], points)
+        q = np.geomspace(law.slip_knots[0], law.slip_knots[-1], points)
+        for quantity, x, basis, part, reach in (
+            ("softening", o, law.softening_basis(o), unknowns.softening(joint), opening),
+            ("loss", q, law.loss_basis(q), unknowns.loss(joint), slip),
+        ):
+            variance = np.einsum("xi,ij,xj->x", basis, covariance[part, part], basis)
+            std = np.sqrt(np.maximum(variance, 0.0))
+            value, name = basis @ unknowns.vector[part], joint_name(evidence, joint)
+            bands.append(
+                LawBand(quantity=quantity, joint=name, amplitude_m=x, value=value, std=std, reach_m=reach)
+            )  # fmt: skip
+    return tuple(bands)
 
-    def band(quantity: str, x: Array, basis: Array, part: slice, reach: tuple[float, float]) -> LawBand:
-        variance = np.einsum("xi,ij,xj->x", basis, covariance[part, part], basis)
-        std = np.sqrt(np.maximum(variance, 0.0))
-        value = basis @ unknowns.vector[part]
-        return LawBand(quantity=quantity, amplitude_m=x, value=value, std=std, reach_m=reach)
 
-    return (
-        band("softening", o, law.softening_basis(o), unknowns.softening, opening),
-        band("loss", q, law.loss_basis(q), unknowns.loss, slip),
-    )
+def joint_name(evidence: Evidence, joint: int) -> str:
+    """What tells a joint from others; empty where there is but one."""
+    joints = evidence.rig.joints
+    return joints[joint].name if len(joints) > 1 else ""
 
 
-def law_reach(evidence: Evidence, model: Fitted) -> tuple[tuple[float, float], tuple[float, float]]:
-    """From the least to the largest opening, and slip, of the point that opens, or slips, most in any step, m."""
+Range = tuple[float, float]
+
+
+def law_reach(evidence: Evidence, model: Fitted) -> tuple[tuple[Range, Range], ...]:
+    """For each joint, from the least to the largest opening, and slip, of its point that moves most in any step, m."""
     predictor = Predictor(evidence, _extension(evidence, model))
     p = len(predictor.points)
     motion = np.abs(predictor.step_receptance(model.unknowns, inner=False)[2].motion)
-    opening, slip = motion[:, :p].max(axis=1), motion[:, p : 2 * p].max(axis=1)
-    return (float(opening.min()), float(opening.max())), (float(slip.min()), float(slip.max()))
+    found = []
+    for joint in range(len(evidence.rig.joints)):
+        own = predictor.local.of_joint(joint)
+        opening, slip = motion[:, own].max(axis=1), motion[:, p + own].max(axis=1)
+        found.append(((float(opening.min()), float(opening.max())), (float(slip.min()), float(slip.max()))))
+    return tuple(found)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,13 +247,14 @@ class SeenByMode:
 
 
 def law_in_lowest_mode(evidence: Evidence, model: Fitted, *, points: int = 60) -> SeenByMode:
-    """The law as the lowest mode that was swept sees it, over the amplitudes that were measured there."""
+    """The only joint's law as the lowest mode that was swept sees it, over the amplitudes that were measured there."""
     unknowns, steps = model.unknowns, evidence.steps
-    base, law = unknowns.base, unknowns.law
+    base, (law,) = unknowns.base, unknowns.laws
+    (E,), (G,) = base.E, base.G
     structure, output = evidence.model.structure, evidence.outputs[evidence.reference]
     modes = LayerModes.of(
         structure, layer_points(structure, evidence.rig.joints[0].layer_elements),
-        E=base.E, G=base.G, sensor=structure.row(output.place),
+        E=E, G=G, sensor=structure.row(output.place),
     )  # fmt: skip
     rows = by_resonance(steps.omega)[0]
     number = 1 + int(np.argmin(np.abs(np.sqrt(modes.squares) - np.median(steps.omega[rows]))))
@@ -253,13 +271,13 @@ def law_in_lowest_mode(evidence: Evidence, model: Fitted, *, points: int = 60) -
         ],
         axis=2,
     )
-    part = slice(unknowns.softening.start, unknowns.loss.stop)
+    part = unknowns.of_laws
     variance = np.einsum("xgi,ij,xgj->gx", by_law, model.solution.covariance[part, part], by_law)
     std = np.sqrt(np.maximum(variance, 0.0))
     return SeenByMode(
         number=number,
         amplitude_m=X,
-        value={"softening": seen.softening, "loss": base.G * base.loss_G + seen.loss},
+        value={"softening": seen.softening, "loss": G * base.loss_G[0] + seen.loss},
         std={"softening": std[0], "loss": std[1]},
     )
 

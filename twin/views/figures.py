@@ -133,7 +133,9 @@ def law_figure(evidence: Evidence, models: Mapping[str, Fitted]) -> Figure | Non
     laws = {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
     if not laws:
         return None
-    figure, row = panels(2, height_in=3.3)
+    count = len(next(iter(laws.values()))) // 2
+    figure = Drawing(figsize=(WIDTH_IN, 3.3 * count), layout="constrained")
+    row = figure.subplots(count, 2, squeeze=False).ravel()
     for i, axes in enumerate(row):
         for kind, bands in laws.items():
             draw_law(axes, bands[i], colour=KIND[kind], label=kind, **STYLES[kind])

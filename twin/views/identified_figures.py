@@ -17,7 +17,7 @@ from twin.identify.identified import Identified
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.regularisation import LCurve
 from twin.rigs import LayerLawTable
-from twin.views.curves import LawBand, law_in_lowest_mode, law_reach
+from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
 from twin.views.figures import WIDTH_IN, Drawing, draw_law, dressed, frame_law, legend, panels, unmeasured_entry
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
@@ -33,10 +33,11 @@ def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
 
     Beside the polynomials of each level stands the same law as the lowest mode that was swept sees it.
     """
-    rows = 2 if found.polynomials is not None else 1
+    bands = file_law_bands(found, evidence)
+    rows = len(bands) // 2 + (1 if found.polynomials is not None else 0)
     figure = Drawing(figsize=(WIDTH_IN, 0.6 + 3.1 * rows), layout="constrained")
     grid = figure.subplots(rows, 2, squeeze=False)
-    for axes, band in zip(grid[0], file_law_bands(found, evidence), strict=True):
+    for axes, band in zip(grid.ravel(), bands, strict=False):
         draw_law(axes, band, colour=AFTER, linewidth=1.8)
         frame_law(axes, band)
     entries = [
@@ -49,7 +50,7 @@ def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
         colours = [level_colour(i + 1) for i in range(len(fits) - 1)] + [INK]
         seen = law_in_lowest_mode(evidence, found)
         X = 1e3 * seen.amplitude_m
-        for axes, quantity in zip(grid[1], ("softening", "loss"), strict=True):
+        for axes, quantity in zip(grid[-1], ("softening", "loss"), strict=True):
             value, std = 1e-6 * seen.value[quantity], 1e-6 * seen.std[quantity]
             axes.fill_between(X, value - std, value + std, color=AFTER, alpha=0.22, linewidth=0)
             axes.semilogx(X, value, color=AFTER, linewidth=1.8)
@@ -74,17 +75,20 @@ def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
     return figure
 
 
-def file_law_bands(found: Identified, evidence: Evidence) -> tuple[LawBand, LawBand]:
-    """The law as the model file has it, constant loss included; of what a response feels, the standard deviations."""
-    law = found.rig.joints[0].law
-    assert isinstance(law, LayerLawTable)
+def file_law_bands(found: Identified, evidence: Evidence) -> tuple[LawBand, ...]:
+    """Each joint's law as the model file has it, softening and loss in turn, the constant loss included.
 
-    def band(quantity: str, knots: list[float], reach: tuple[float, float]) -> LawBand:
-        value, std = (np.array(getattr(law, name)[1:]) for name in (quantity, f"{quantity}_std"))
-        return LawBand(quantity=quantity, amplitude_m=np.array(knots[1:]), value=value, std=std, reach_m=reach)
-
-    opening, slip = law_reach(evidence, found)
-    return band("softening", law.opening_m, opening), band("loss", law.slip_m, slip)
+    The standard deviations are those of what a response feels.
+    """
+    bands = []
+    for number, (joint, (opening, slip)) in enumerate(zip(found.rig.joints, law_reach(evidence, found), strict=True)):
+        law, name = joint.law, joint_name(evidence, number)
+        assert isinstance(law, LayerLawTable)
+        for quantity, knots, reach in (("softening", law.opening_m, opening), ("loss", law.slip_m, slip)):
+            value, std = (np.array(getattr(law, key)[1:]) for key in (quantity, f"{quantity}_std"))
+            x = np.array(knots[1:])
+            bands.append(LawBand(quantity=quantity, joint=name, amplitude_m=x, value=value, std=std, reach_m=reach))
+    return tuple(bands)
 
 
 def _polynomial(axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, *, colour: str) -> None:

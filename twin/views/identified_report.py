@@ -13,8 +13,8 @@ from twin.identify.force_levels import Polynomials
 from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.prediction import Predictor
-from twin.views.answer import estimate_text
-from twin.views.curves import law_reach
+from twin.views.answer import estimate_text, layer_sentences
+from twin.views.curves import joint_name, law_reach
 from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
 from twin.views.identified_figures import file_law_bands, identified_law_figure, strength_figure
 from twin.views.identified_tables import (
@@ -32,6 +32,8 @@ from twin.views.style import AFTER, CAUTION
 
 __all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
 
+AMPLITUDE = {"softening": "an opening of", "loss": "a slip of"}
+
 
 def fitted_sweeps(found: Identified, evidence: Evidence) -> tuple[SweepComparison, ...]:
     """Every sweep beside the identified model, which stands for both models of the comparison."""
@@ -45,10 +47,12 @@ def fitted_sweeps(found: Identified, evidence: Evidence) -> tuple[SweepCompariso
 
 def identified_sentence(found: Identified, evidence: Evidence) -> str:
     """The answer in one sentence."""
-    rows = {row.name: row for row in determined(found, evidence)}
+    rows = determined(found, evidence)
     moduli = " and ".join(
-        f"{symbol} = {estimate_text(rows[name].estimate)} {rows[name].unit}"
+        f"{symbol}{' of ' + row.joint if row.joint else ''} = {estimate_text(row.estimate)} {row.unit}"
         for symbol, name in (("E′", "normal modulus E′"), ("G′", "shear modulus G′"))
+        for row in rows
+        if row.parameter == name
     )
     if found.chi2_per_dof > POOR_FIT:
         return (
@@ -58,12 +62,14 @@ def identified_sentence(found: Identified, evidence: Evidence) -> str:
     told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.unknowns.base.zeta[0]:.3g} %"
     errors = list(found.residual_percent.values())
     if errors:
-        (_, largest), _ = law_reach(evidence, found)
-        fallen = float(np.max(found.unknowns.law.softening_at(np.linspace(0.0, largest, 200))))
-        told += (
-            f"; E′ falls by up to {100 * fallen / found.unknowns.base.E:.2g} % as far as the layer was opened "
-            f"({1e6 * largest:.2g} µm), and the model meets the sweeps within {min(errors):.2g} to {max(errors):.2g} %"
-        )
+        for number, ((_, largest), _) in enumerate(law_reach(evidence, found)):
+            fallen = float(np.max(found.unknowns.laws[number].softening_at(np.linspace(0.0, largest, 200))))
+            name, part = joint_name(evidence, number), fallen / found.unknowns.base.E[number]
+            told += (
+                f"; E′{' of ' + name if name else ''} falls by up to {100 * part:.2g} % as far as the layer was opened "
+                f"({1e6 * largest:.2g} µm)"
+            )
+        told += f", and the model meets the sweeps within {min(errors):.2g} to {max(errors):.2g} %"
     return f"{told}."
 
 
@@ -131,11 +137,12 @@ def _sections(
 def _parameters(found: Identified, evidence: Evidence, rows: Sequence[Determined]) -> Section:
     tables, pictures = [parameter_table(tuple(rows))], []
     if found.residual_percent:
-        softening, loss = file_law_bands(found, evidence)
-        tables.append(law_table(softening, loss))
+        bands = file_law_bands(found, evidence)
+        tables += [law_table(softening, loss) for softening, loss in zip(bands[::2], bands[1::2], strict=True)]
         told = "; ".join(
-            f"at {name} {1e6 * band.amplitude_m[-1]:.3g} µm the {band.quantity} is {1e-6 * band.value[-1]:.3g} N/mm²"
-            for name, band in (("an opening of", softening), ("a slip of", loss))
+            f"{band.joint} at {AMPLITUDE[band.quantity]} {1e6 * band.amplitude_m[-1]:.3g} µm ".lstrip()
+            + f"the {band.quantity} is {1e-6 * band.value[-1]:.3g} N/mm²"
+            for band in bands
         )
         caption = (
             "The joint's law as the model file has it, for each point of the layer by its own opening and slip: "
@@ -284,9 +291,8 @@ def _assumed(evidence: Evidence) -> Section:
         items=[
             f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}."
             + (f" Its effects act: {effects}." if effects else ""),
-            f"The joint is a thin layer of {rig.joints[0].layer_elements} elements. Each has the moduli E′ − s(o) and "
-            "G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q; they are the same for all "
-            "elements and in every mode.",
+            *layer_sentences(rig),
+            "They are the same for all elements of a joint and in every mode.",
             "The force is what the force cell reads; steps that were still changing were left out.",
             "The noise is estimated from the recordings themselves, and is Gaussian; the model may be wrong by a "
             "little more, which counts as noise.",

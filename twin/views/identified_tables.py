@@ -16,7 +16,7 @@ from twin.identify.identified import Identified
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import believed_parameters
 from twin.views.answer import estimate_text
-from twin.views.curves import LawBand
+from twin.views.curves import LawBand, joint_name
 from twin.views.table import Table
 
 __all__ = [
@@ -52,6 +52,8 @@ class Determined:
 
     Attributes
     ----------
+    parameter, joint : str
+        What it is, and whose, where there are several joints; together they are its `name`.
     relative : bool
         Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors).
     beforehand : float
@@ -62,6 +64,8 @@ class Determined:
         The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere.
     """
 
+    parameter: str
+    joint: str
     name: str
     unit: str
     believed: float
@@ -89,17 +93,18 @@ def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
     vector, precision = base_prior(believed)
     # Given the others: all damping ratios are believed to be alike, so that some tell of one that was never measured.
     beforehand = 1 / np.sqrt(np.diag(precision))
-    names, units, estimates = _flat(found)
+    entries = _flat(found, evidence)
+    names = [f"{parameter} {joint}".strip() for parameter, joint, _, _, _ in entries]
     correlation = _correlation(found, len(names))
     rows = []
-    for i, (name, unit, estimate) in enumerate(zip(names, units, estimates, strict=True)):
-        relative = i not in (2, 3)  # the loss factors of E' and G' may be zero
+    for i, (parameter, joint, unit, relative, estimate) in enumerate(entries):
         scale = 1e-6 if unit else 1.0
         partner = int(np.argmax(np.abs(correlation[i])))
         strength = float(correlation[i, partner])
         rows.append(
             Determined(
-                name=name, unit=unit, believed=scale * float(np.exp(vector[i]) if relative else vector[i]),
+                parameter=parameter, joint=joint, name=names[i], unit=unit,
+                believed=scale * float(np.exp(vector[i]) if relative else vector[i]),
                 estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
                 beforehand=float(beforehand[i]), std=estimate.std / estimate.value if relative else estimate.std,
                 partner=names[partner] if strength else "", correlation=strength,
@@ -108,17 +113,21 @@ def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
     return tuple(rows)
 
 
-def _flat(found: Identified) -> tuple[list[str], list[str], list[Estimate]]:
-    """Names, units and estimates of all linear parameters; those of the modes one by one."""
-    names, units, estimates = [], [], []
+def _flat(found: Identified, evidence: Evidence) -> list[tuple[str, str, str, bool, Estimate]]:
+    """All linear parameters in the order of the fit: name, joint, unit, whether it is fitted as a logarithm, estimate.
+
+    Those of the modes one by one.
+    """
+    entries = []
     for key, entry in found.linear.items():
-        several = isinstance(entry, list)
-        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry], 1):
-            name = NAMES.get(key, key.replace("_", " "))
-            names.append(f"{name} {number}" if several else name)
-            units.append(UNITS.get(key, ""))
-            estimates.append(estimate)
-    return names, units, estimates
+        name = NAMES.get(key, key.replace("_", " "))
+        unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")  # which may be zero
+        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
+            if key == "modal_damping":
+                entries.append((f"{name} {number + 1}", "", unit, relative, estimate))
+            else:
+                entries.append((name, joint_name(evidence, number), unit, relative, estimate))
+    return entries
 
 
 def _correlation(found: Identified, count: int) -> Array:
@@ -187,7 +196,8 @@ def law_table(softening: LawBand, loss: LawBand) -> Table:
         texts = [estimate_text(Estimate(float(v), float(s))) for v, s in zip(value, std, strict=True)]
         cells.append([(f"{1e6 * at:.3g}", text) for at, text in zip(x, texts, strict=True)])
     return Table(
-        caption="The joint's law at each point of its layer, up to the largest opening and slip of any step",
+        caption=f"The law of {softening.joint or 'the joint'} at each point of its layer, up to the largest opening "
+        "and slip of any step",
         head=("opening o, µm", "softening s(o), N/mm²", "slip q, µm", "loss l(q), N/mm²"),
         rows=[(*opening, *slip) for opening, slip in zip(*cells, strict=True)],
         numbers=(0, 1, 2, 3),

@@ -157,8 +157,9 @@ def _carried(
     """
     p = len(rig.points)
     dE, dG = rig.moduli_changes(base, time_s)
-    moduli = np.stack([base.E * (1 + 1j * base.loss_E) + dE, base.G * (1 + 1j * base.loss_G) + dG], axis=1)
-    stiffness = np.repeat(moduli, p, axis=1) * rig.points.weights + by_law
+    joint = rig.points.joint
+    moduli = np.concatenate([(base.complex_E + dE)[:, joint], (base.complex_G + dG)[:, joint]], axis=1)
+    stiffness = moduli * rig.points.weights + by_law
     motion = driven[:, rig.moving[: 2 * p]]
     size = np.abs(motion)
     most = np.stack([np.argmax(size[:, :p], axis=1), p + np.argmax(size[:, p:], axis=1)], axis=1)

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain
-from twin.views.answer import causes_table, errors_table, estimate_text, residual_rows, residuals_table
-from twin.views.curves import compared_models, shown_models
+from twin.identify.linear_model import believed_parameters
+from twin.views.answer import causes_table, errors_table, estimate_text, layer_sentences, residual_rows, residuals_table
+from twin.views.curves import compared_models, joint_name, shown_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
@@ -235,15 +236,19 @@ def _identified(diagnosis: Diagnosis) -> Section:
     evidence, models = diagnosis.evidence, shown_models(diagnosis)
     model = list(models.values())[-1]
     base = model.unknowns.base
-    std = np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0))
-    (believed,) = evidence.rig.moduli(evidence.preload)
+    std = model.unknowns.base.blocks(base.joints).unpack(np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0)))
+    believed = believed_parameters(evidence.rig, evidence.preload)
     rows: list[tuple[str, ...]] = [
-        (name, f"{1e-6 * was:.4g}", estimate_text(Estimate(1e-6 * now, 1e-6 * now * error)), "N/mm²")
-        for name, was, now, error in (
-            ("normal modulus E′", believed.normal_modulus, base.E, std[0]),
-            ("shear modulus G′", believed.shear_modulus, base.G, std[1]),
+        (
+            f"{name} {joint_name(evidence, j)}".strip(), f"{1e-6 * was[j]:.4g}",
+            estimate_text(Estimate(float(1e-6 * now[j]), float(1e-6 * now[j] * error[j]))), "N/mm²",
         )
-    ]
+        for name, was, now, error in (
+            ("normal modulus E′", believed.E, base.E, std["log_E"]),
+            ("shear modulus G′", believed.G, base.G, std["log_G"]),
+        )
+        for j in range(base.joints)
+    ]  # fmt: skip
     ratios = evidence.rig.damping.modal_ratio
     for i, zeta in enumerate(base.zeta):
         was = ratios[min(i, len(ratios) - 1)]
@@ -251,7 +256,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
             (
                 f"damping ratio of mode {i + 1}",
                 f"{was:.3g}",
-                estimate_text(Estimate(float(zeta), float(zeta * std[4 + i]))),
+                estimate_text(Estimate(float(zeta), float(zeta * std["log_zeta"][i]))),
                 "",
             )
         )
@@ -302,8 +307,7 @@ def _assumed(diagnosis: Diagnosis) -> Section:
             f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}. "
             + (f"Its effects act: {effects}. " if effects else "")
             + "Anything else than the named causes is as it says.",
-            f"The joint is a thin layer of {rig.joints[0].layer_elements} elements. Each has the moduli E′ − s(o) and "
-            "G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q.",
+            *layer_sentences(rig),
             "The force is what the force cell reads; the steps used were settled.",
             "The noise is estimated from the recordings themselves, and is Gaussian.",
             f"At most a few of the listed causes act at once. Anything up to chi² {diagnosis.misfit.threshold:g} per "

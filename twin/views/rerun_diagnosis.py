@@ -217,7 +217,8 @@ def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatia
         for kind, candidate in compared_models(diagnosis).items()
         if (bands := law_bands(diagnosis.evidence, candidate))
     }
-    return [_law_chart(recording, {kind: bands[i] for kind, bands in laws.items()}) for i in range(2) if laws]
+    count = len(next(iter(laws.values()), ()))
+    return [_law_chart(recording, {kind: bands[i] for kind, bands in laws.items()}) for i in range(count)]
 
 
 def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> rrb.Spatial2DView:
@@ -226,7 +227,7 @@ def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> r
     top, std = 1e-6 * accepted.value, 1e-6 * accepted.std
     chart = Chart(
         recording,
-        f"/law/{accepted.quantity}",
+        "/law/" + "/".join(filter(None, (accepted.joint, accepted.quantity))),
         f"Joint's {accepted.title}",
         accepted.label,
         f"{accepted.quantity} {accepted.function}, N/mm²",

@@ -35,7 +35,7 @@ def unknowns(measured):
     """What is believed, some loss in the joint so that its limit at zero is far, and no nonlinear law."""
     base = replace(believed_parameters(RIG), loss_E=0.02, loss_G=0.05)
     knots = choose_knots(np.array([1e-5]), 4)
-    return Unknowns(base, LayerLaw.zero(knots, knots))
+    return Unknowns(base, (LayerLaw.zero(knots, knots),))
 
 
 @pytest.fixture(scope="module")

@@ -30,8 +30,8 @@ class Dense:
         zeta[:count] = base.zeta
         C = MPhi @ np.diag(2 * zeta * w) @ MPhi.T
         K = s.K0 + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
-        E = np.broadcast_to(base.E * (1 + 1j * base.loss_E) + dE, len(omega))
-        G = np.broadcast_to(base.G * (1 + 1j * base.loss_G) + dG, len(omega))
+        E = np.broadcast_to(base.complex_E[0] + np.ravel(dE), len(omega))
+        G = np.broadcast_to(base.complex_G[0] + np.ravel(dG), len(omega))
         rows = zip(omega, E, G, strict=True)
         Z = held + np.array([K + e * s.joints[0].KE + g * s.joints[0].KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
         return np.linalg.solve(Z, np.broadcast_to(loads.T, (len(omega), *loads.T.shape))).swapaxes(1, 2)
@@ -79,8 +79,8 @@ class Dense:
         x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
         shares = np.zeros((2, len(omega)))
         for k, w in enumerate(omega):
-            K = s.K0 + (base.E + np.broadcast_to(dE, len(omega))[k]) * s.joints[0].KE
-            K = K + (base.G + np.broadcast_to(dG, len(omega))[k]) * s.joints[0].KG
+            K = s.K0 + (base.E[0] + np.broadcast_to(dE, len(omega))[k]) * s.joints[0].KE
+            K = K + (base.G[0] + np.broadcast_to(dG, len(omega))[k]) * s.joints[0].KG
             mode, value = x[k], w**2
             for _ in range(8):
                 mode = np.linalg.solve(K - (1 + 1e-9) * value * s.M, s.M @ mode)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twin.identify.balance_kernel import settle, turn
-from twin.identify.joint_law import LayerLaw, cubics, spline_basis
+from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
 
 STEPS, POINTS = 40, 3
 KNOTS = np.geomspace(1e-8, 1e-5, 15)
@@ -52,8 +52,7 @@ def test_a_turn_is_the_plain_one(forces):
     z, k = np.empty((2, STEPS, n), complex)
     gap, step = np.empty((2, STEPS, n))
     turn(
-        cubics(LAW.opening_knots, LAW.softening),
-        cubics(LAW.slip_knots, LAW.loss),
+        *packed_laws((LAW,), np.zeros(POINTS, int)),
         weights,
         *ports,
         own,
@@ -99,7 +98,7 @@ def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed
     z, k = np.empty((2, STEPS, n), complex)
     none = np.zeros((0, 2)), np.zeros((STEPS, 0, 3), complex), np.zeros((STEPS, 0))
     settle(
-        cubics(LAW.opening_knots, LAW.softening), cubics(LAW.slip_knots, LAW.loss), weights, *ports, *none,
+        *packed_laws((LAW,), np.zeros(POINTS, int)), weights, *ports, *none,
         log_a, z, k, worst, 60, 1e-10, 0.7, 1 / 64, 1e-5,
     )  # fmt: skip
     assert np.all(worst < 1e-10)

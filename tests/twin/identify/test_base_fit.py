@@ -98,8 +98,7 @@ def balanced(build, steel_model, steel_dense, believed):
 def fitted(evidence):
     """Free, then without what a rig file has no place for, as `twin identify` does it."""
     free, solution = fit_base(evidence)
-    names = free.base.names
-    elsewhere = [n for n, name in enumerate(names) if name == "loss_E" or name.startswith("detuning")]
+    elsewhere = np.r_[free.blocks["loss_E"], free.blocks["detuning"]]
     unknowns, held = fit_base(evidence, start=free, held_at_zero=elsewhere)
     assert np.abs(unknowns.vector[elsewhere]).max() < 1e-9
     assert held.chi2 < 1.5 * solution.chi2 < len(solution.residual)
@@ -113,8 +112,8 @@ def test_the_benchs_law_comes_back_from_two_modes_at_once(balanced):
     """
     left_out = balanced.force_N == np.vectorize(HELD_OUT_N.get)(balanced.mode)
     unknowns = fitted(balanced.of(~left_out))
-    E = unknowns.base.E - unknowns.law.softening_at(balanced.opening)
-    loss, true = unknowns.law.loss_at(balanced.slip), balanced.loss
+    E = unknowns.base.E - unknowns.laws[0].softening_at(balanced.opening)
+    loss, true = unknowns.laws[0].loss_at(balanced.slip), balanced.loss
     assert balanced.normal_modulus.min() < 0.3 * balanced.normal_modulus.max()
     assert true.max() > 10 * unknowns.base.G
     assert np.max(np.abs(E - balanced.normal_modulus)) < 0.006 * balanced.normal_modulus.max()
@@ -151,9 +150,9 @@ def true_law():
 
 def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, believed):
     """Anew from the balance that was found, with receptances that hold its own secant stiffness."""
-    unknowns, predictor = Unknowns(believed, true_law()), Predictor(balanced.evidence)
+    unknowns, predictor = Unknowns(believed, (true_law(),)), Predictor(balanced.evidence)
     found = predictor.step_receptance(unknowns, inner=False)[2]
-    again = balance_openings(unknowns.law, predictor.openings(unknowns, found, ODD)).more
+    again = balance_openings(unknowns.laws, predictor.openings(unknowns, found, ODD)).more
     size = np.max(np.abs(found.more))
     assert size > 1e-3 * np.max(np.abs(found.stiffness[:, :3]))
     np.testing.assert_allclose(found.more[:, :3], again, atol=1e-3 * size)
@@ -169,11 +168,11 @@ class Swept:
 
     def pulls(self, unknowns, solution, opening, slip):
         """Errors of E' at openings and of the loss at slips in units of their stated deviations, (2, x)."""
-        law, base = unknowns.law, unknowns.base
+        law, base = unknowns.laws[0], unknowns.base
         B, C = law.softening_basis(opening), law.loss_basis(slip)
         by = np.zeros((2, len(opening), len(unknowns.vector)))
-        by[0, :, 0], by[0, :, unknowns.softening] = base.E, -B
-        by[1, :, unknowns.loss] = C
+        by[0, :, 0], by[0, :, unknowns.softening(0)] = base.E, -B
+        by[1, :, unknowns.loss(0)] = C
         true = true_law()
         error = [
             base.E - B @ law.softening - (self.base.E - true.softening_at(opening)),
@@ -212,7 +211,7 @@ def swept(build, steel_model, steel_dense, believed, monkeypatch):
 def test_the_law_read_off_the_steps_is_near_enough_to_begin_from(swept):
     """One softening and one loss for each step, as if all points had them; it stays within what a layer can be."""
     data = swept()
-    found, true = law_from_steps(Predictor(data.evidence), data.base).law, true_law()
+    found, true = law_from_steps(Predictor(data.evidence), data.base).laws[0], true_law()
     opening, slip = data.motion[:, :3].max(axis=1), data.motion[:, 3:].max(axis=1)
     s, loss = true.softening_at(opening), true.loss_at(slip)
     assert np.max(np.abs(found.softening_at(opening) - s)) < 0.02 * np.max(s)
@@ -224,7 +223,7 @@ def test_exact_evidence_leaves_nothing_and_returns_law_and_moduli(swept):
     unknowns, solution = fit_base(data.evidence)
     opening, slip = (np.geomspace(0.05, 1, 30) * data.motion[:, part].max() for part in (slice(3), slice(3, 6)))
     true = true_law()
-    E, loss = unknowns.base.E - unknowns.law.softening_at(opening), unknowns.law.loss_at(slip)
+    E, loss = unknowns.base.E - unknowns.laws[0].softening_at(opening), unknowns.laws[0].loss_at(slip)
     assert solution.chi2 < 0.01 * len(solution.residual)
     assert np.max(np.abs(data.pulls(unknowns, solution, opening, slip))) < 1
     np.testing.assert_allclose(E, data.base.E - true.softening_at(opening), rtol=0.005)
@@ -258,10 +257,10 @@ def test_a_layer_gives_no_energy_away_whatever_the_noise(swept):
     linear = LayerLaw.zero(nothing, nothing)
     data = swept(np.random.default_rng(5), law=linear)
     unknowns, solution = fit_base(data.evidence)
-    assert np.all(unknowns.law.loss >= 0.0)
-    std = np.sqrt(np.diag(solution.covariance)[unknowns.softening])
-    assert np.all(np.abs(unknowns.law.softening) < 4 * std)
-    assert np.min(unknowns.law.softening) < 0, "softening may be either way"
+    assert np.all(unknowns.laws[0].loss >= 0.0)
+    std = np.sqrt(np.diag(solution.covariance)[unknowns.softening(0)])
+    assert np.all(np.abs(unknowns.laws[0].softening) < 4 * std)
+    assert np.min(unknowns.laws[0].softening) < 0, "softening may be either way"
 
 
 def test_a_layer_keeps_some_stiffness_whatever_the_data_ask_for(swept, monkeypatch):
@@ -271,4 +270,4 @@ def test_a_layer_keeps_some_stiffness_whatever_the_data_ask_for(swept, monkeypat
     unknowns, _ = fit_base(data.evidence)
     assert np.max(true_law().softening_at(data.motion[:, :3])) > 0.5 * data.base.E
     # The limit counts from the E' at which the last fit began.
-    assert 0.29 < np.max(unknowns.law.softening) / unknowns.base.E < 0.33
+    assert 0.29 < np.max(unknowns.laws[0].softening) / unknowns.base.E < 0.33

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.joint_law import LayerLaw, choose_knots, cubics, spline_basis
+from twin.identify.joint_law import LayerLaw, choose_knots, packed_laws, spline_basis
 from twin.joint import Saturating
 
 KNOTS = np.geomspace(5e-8, 8e-6, 20)
@@ -69,7 +69,8 @@ def test_slopes_are_derivatives_by_the_logarithm_of_amplitude():
 def test_cubics_for_compiled_code_are_the_same_spline():
     """Read as compiled code reads them: by the interval that an amplitude's logarithm falls into."""
     y = np.random.default_rng(3).standard_normal(20)
-    c, x = cubics(KNOTS, y), np.geomspace(1e-9, 2e-5, 300)
+    (c,), _ = packed_laws((LayerLaw(KNOTS, FINER, y, np.zeros(12)),), np.zeros(1, int))
+    x = np.geomspace(1e-9, 2e-5, 300)
     u = np.log(np.minimum(x, c[5, 1]) + c[5, 0])
     i = np.clip(np.searchsorted(c[4], u) - 1, 0, c.shape[1] - 2)
     t = u - c[4, i]

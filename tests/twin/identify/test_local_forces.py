@@ -17,6 +17,8 @@ MOVED = 0.7 * np.exp(0.4j)
 OTHERWISE = {"hardening": lambda a: 150.0 * a**2, "slipping": lambda a: 400.0 / (1 + (a / 0.1) ** 2) * (1 + 0.3j)}
 KNOTS = np.geomspace(0.02, 2.0, 12)
 LAW = LayerLaw(KNOTS, KNOTS, 90.0 * KNOTS / (KNOTS + 0.3), 40.0 * KNOTS**2)
+LAWS = (LAW,)
+ONE_POINT, NO_POINT = np.zeros(1, int), np.zeros(0, int)
 """As the law of one point that opens at the first port and slips at the second."""
 WEIGHT = np.tile([1.5, 2.0], (len(OMEGA), 1))
 
@@ -47,12 +49,12 @@ def around(extra=0.0):
 def local(name):
     """The layer's point, or two nonlinear forces."""
     if name == "layer":
-        return LocalForces((), WEIGHT)
+        return LocalForces((), WEIGHT, ONE_POINT)
 
     def force(law):
         return NonlinearForce(None, lambda a, omega: law(a) + 0j, None)
 
-    return LocalForces(tuple(force(OTHERWISE[part]) for part in name.split()), np.zeros((len(OMEGA), 0)))
+    return LocalForces(tuple(force(OTHERWISE[part]) for part in name.split()), np.zeros((len(OMEGA), 0)), NO_POINT)
 
 
 def test_sliders_balanced_in_compiled_code_are_those_balanced_one_turn_after_the_other():
@@ -65,10 +67,12 @@ def test_sliders_balanced_in_compiled_code_are_those_balanced_one_turn_after_the
     R, port = receptance(), [1, 2, 1, 2]
     here = Surroundings(R[:, port][:, :, port], R[:, port, 0], R[:, 0, 0], R[:, 0, port], np.full(len(OMEGA), MOVED))
     known, plain = (
-        LocalForces(tuple(NonlinearForce(None, s.equivalent, s.harmonics, slider=own) for s, own in each), WEIGHT)
+        LocalForces(
+            tuple(NonlinearForce(None, s.equivalent, s.harmonics, slider=own) for s, own in each), WEIGHT, ONE_POINT
+        )
         for each in (zip(sliders, sliders, strict=True), zip(sliders, (None, None), strict=True))
     )
-    found, expected = known.balance(LAW, OMEGA, here), plain.balance(LAW, OMEGA, here)
+    found, expected = known.balance(LAWS, OMEGA, here), plain.balance(LAWS, OMEGA, here)
     slips = np.abs(found.motion[:, 2:]) * [300.0, 150.0] > [200.0, 30.0]
     assert np.any(slips), "some slip"
     assert not np.all(slips), "some stick"
@@ -82,9 +86,9 @@ SETS = ["layer", "hardening slipping", "slipping slipping", "slipping hardening"
 
 def test_a_layers_point_softens_as_it_opens_and_loses_as_it_slips():
     amplitude = np.tile([0.3, 0.7], (len(OMEGA), 1))
-    k, growth = LocalForces((NonlinearForce(None, lambda a, omega: 5.0 * a**2 + 0j, None),), WEIGHT).stiffness(
-        LAW, np.column_stack([amplitude, np.full(len(OMEGA), 0.1)]), OMEGA
-    )
+    k, growth = LocalForces(
+        (NonlinearForce(None, lambda a, omega: 5.0 * a**2 + 0j, None),), WEIGHT, ONE_POINT
+    ).stiffness(LAWS, np.column_stack([amplitude, np.full(len(OMEGA), 0.1)]), OMEGA)
     np.testing.assert_allclose(k[:, 0], -1.5 * LAW.softening_at(0.3)[0])
     np.testing.assert_allclose(k[:, 1], 2j * LAW.loss_at(0.7)[0])
     np.testing.assert_allclose(k[:, 2], 0.05)
@@ -94,10 +98,10 @@ def test_a_layers_point_softens_as_it_opens_and_loses_as_it_slips():
 @pytest.mark.parametrize("name", SETS)
 def test_stiffness_and_amplitude_agree_with_each_other(name):
     forces = local(name)
-    found = forces.balance(LAW, OMEGA, around())
+    found = forces.balance(LAWS, OMEGA, around())
     amplitude = np.abs(found.motion)
     assert np.all(np.abs(amplitude / np.abs(motion(receptance())[0]) - 1).max(axis=0) > 0.02)
-    np.testing.assert_allclose(found.stiffness, forces.stiffness(LAW, amplitude, OMEGA)[0], rtol=1e-8)
+    np.testing.assert_allclose(found.stiffness, forces.stiffness(LAWS, amplitude, OMEGA)[0], rtol=1e-8)
     np.testing.assert_allclose(found.motion, motion(receptance(found.stiffness))[0], rtol=1e-8)
     assert np.max(found.unsettled) < 1e-9
 
@@ -105,8 +109,8 @@ def test_stiffness_and_amplitude_agree_with_each_other(name):
 @pytest.mark.parametrize("name", SETS)
 def test_stiffness_that_does_not_go_by_the_amplitude_is_one_more_spring(name):
     forces, more = local(name), np.full((len(OMEGA), 2), 8.0 + 3.0j)
-    found = forces.balance(LAW, OMEGA, around(), more=more)
-    beside = forces.balance(LAW, OMEGA, around(more))
+    found = forces.balance(LAWS, OMEGA, around(), more=more)
+    beside = forces.balance(LAWS, OMEGA, around(more))
     np.testing.assert_allclose(found.motion, beside.motion, rtol=1e-7)
     np.testing.assert_allclose(found.stiffness, beside.stiffness + more, rtol=1e-7)
     np.testing.assert_array_equal(found.more, more)
@@ -114,9 +118,9 @@ def test_stiffness_that_does_not_go_by_the_amplitude_is_one_more_spring(name):
 
 def test_where_a_balance_begins_does_not_matter():
     forces = local("layer")
-    found = forces.balance(LAW, OMEGA, around())
+    found = forces.balance(LAWS, OMEGA, around())
     for factor in (0.1, 30.0):
-        again = forces.balance(LAW, OMEGA, around(), start=factor * np.abs(found.motion))
+        again = forces.balance(LAWS, OMEGA, around(), start=factor * np.abs(found.motion))
         np.testing.assert_allclose(again.motion, found.motion, rtol=1e-8)
 
 
@@ -126,8 +130,8 @@ def test_one_spring_is_where_a_root_finder_finds_it():
     force, nothing = (
         NonlinearForce(None, lambda a, omega, law=law: law(a) + 0j, None) for law in (hardening, np.zeros_like)
     )
-    forces = LocalForces((force, nothing), np.zeros((len(OMEGA), 0)))
-    found = np.abs(forces.balance(LAW, OMEGA, around()).motion)[:, 0]
+    forces = LocalForces((force, nothing), np.zeros((len(OMEGA), 0)), NO_POINT)
+    found = np.abs(forces.balance(LAWS, OMEGA, around()).motion)[:, 0]
     for i in range(len(OMEGA)):
 
         def gap(a, i=i):
@@ -144,13 +148,13 @@ def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(nam
     forces, extra = local(name), np.array([0.0, 1e-3])
 
     def settled(sign):
-        found = forces.balance(LAW, OMEGA, around(sign * extra))
+        found = forces.balance(LAWS, OMEGA, around(sign * extra))
         return np.log(found.motion), np.log(receptance(found.stiffness + sign * extra)[:, [0], 0])
 
-    balanced = forces.balance(LAW, OMEGA, around())
+    balanced = forces.balance(LAWS, OMEGA, around())
     z, influence = motion(receptance(balanced.stiffness))
     held = influence.motion[:, :, [1]], influence.response[:, :, [1]]
-    followed = forces.follow(LAW, np.abs(z), OMEGA, influence, *held)
+    followed = forces.follow(LAWS, np.abs(z), OMEGA, influence, *held)
     for found, alone, plus, minus in zip(followed, held, settled(1.0), settled(-1.0), strict=True):
         expected = (plus - minus)[:, :, None] / 2e-3
         np.testing.assert_allclose(found, expected, rtol=1e-4, atol=2e-6 * np.max(np.abs(expected)))
@@ -159,8 +163,8 @@ def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(nam
 
 def test_derivatives_by_the_law_are_those_of_the_points_stiffness():
     amplitude = np.tile([0.3, 0.7], (len(OMEGA), 1))
-    by_softening, by_loss = local("layer").by_law(LAW, amplitude)
-    k = local("layer").stiffness(LAW, amplitude, OMEGA)[0]
+    ((by_softening, by_loss),) = local("layer").by_law(LAWS, amplitude)
+    k = local("layer").stiffness(LAWS, amplitude, OMEGA)[0]
     np.testing.assert_allclose(by_softening[:, 0] @ LAW.softening, k[:, 0])
     np.testing.assert_allclose(by_loss[:, 0] @ LAW.loss, k[:, 1])
 
@@ -169,7 +173,7 @@ def test_changes_of_harmonics_are_their_derivatives():
     def harmonics(a, count, omega):
         return a[:, None] ** 3 * np.arange(1, count + 1) * (1 - 0.2j) / (1 + a[:, None])
 
-    forces = LocalForces((NonlinearForce(None, None, harmonics),), np.zeros((2, 0)))
+    forces = LocalForces((NonlinearForce(None, None, harmonics),), np.zeros((2, 0)), NO_POINT)
     z, omega = np.array([[0.3 + 0.2j], [1.0 - 0.5j]]), np.ones(2)
     log_motion = np.array([[[0.2 - 0.7j]], [[1.1 + 0.3j]]])
 

@@ -37,7 +37,7 @@ def evidence(tmp_path_factory):
 
 
 def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
-    unknowns = Unknowns(believed_parameters(RIG), LINEAR)
+    unknowns = Unknowns(believed_parameters(RIG), (LINEAR,))
     label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}
     blames = (Blame(CAUSES["sensor-position"], label, values, {}),)
     bent = fit_candidate(evidence, None, unknowns, blames)
@@ -55,7 +55,7 @@ def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
 @pytest.mark.slow
 def test_bins_of_a_right_model_stay(evidence):
     """Against its own reference a sound run's bins do not move beyond their noise."""
-    unknowns = Unknowns(believed_parameters(RIG), LINEAR)
+    unknowns = Unknowns(believed_parameters(RIG), (LINEAR,))
     label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}
     model = fit_candidate(evidence, None, unknowns, (Blame(CAUSES["sensor-position"], label, values, {}),))
     for _ in range(2):
@@ -69,7 +69,7 @@ def test_bins_of_a_right_model_stay(evidence):
 def test_what_a_right_model_explains_it_explains_anew(campaign):
     """The decays of the record's ends have the model's own poles, or they stay in the sharpest resonance's bins."""
     evidence = gather_evidence([read_run(campaign / "random.mcap")], RIG)
-    unknowns = Unknowns(believed_parameters(RIG), LINEAR)
+    unknowns = Unknowns(believed_parameters(RIG), (LINEAR,))
     before = fit_candidate(evidence, None, unknowns, ())
     after = fit_candidate(rebinned(evidence, Extension(), before.unknowns), None, before.unknowns, ())
     assert after.chi2_per_dof == pytest.approx(before.chi2_per_dof, rel=0.05)

@@ -11,8 +11,8 @@ OMEGA = 2 * np.pi * np.array([5.0, 26.4, 100.0, 157.0, 300.0, 471.0, 700.0, 895.
 def springs(model, base, share):
     """Stiffness (f, r) on the layer's strains: a share of E' with little loss, and a G' that is mostly loss."""
     S = np.empty((len(OMEGA), model.ports.soft.stop), complex)
-    S[:, model.ports.normal] = share * base.E * (1 + 0.01j)
-    S[:, model.ports.shear] = 1e8 + 2e8j
+    S[:, model.ports.normal[0]] = share * base.E * (1 + 0.01j)
+    S[:, model.ports.shear[0]] = 1e8 + 2e8j
     return S
 
 

@@ -19,7 +19,7 @@ def unknowns(other_base):
         np.geomspace(5e-8, 5e-6, 6), np.geomspace(2e-8, 2e-6, 5),
         1e7 * np.array([0.1, 0.4, 1.0, 3.0, 7.0, 12.0]), 1e7 * np.array([0.0, 0.2, 1.0, 8.0, 60.0]),
     )  # fmt: skip
-    return Unknowns(other_base, law)
+    return Unknowns(other_base, (law,))
 
 
 @pytest.fixture
@@ -39,13 +39,13 @@ def solved(unknowns):
 def test_a_file_has_the_fitted_law_with_the_constant_loss_in_it(evidence, unknowns):
     law = updated_rig(evidence, unknowns, solved(unknowns)).joint.law
     opening, slip = np.array(law.opening_m), np.array(law.slip_m)
-    assert law.softening == pytest.approx(unknowns.law.softening_at(opening))
+    assert law.softening == pytest.approx(unknowns.laws[0].softening_at(opening))
     constant = unknowns.base.G * unknowns.base.loss_G
-    assert law.loss == pytest.approx(constant + unknowns.law.loss_at(slip))
+    assert law.loss == pytest.approx(constant + unknowns.laws[0].loss_at(slip))
     assert law.loss[0] == pytest.approx(constant)
     between = np.geomspace(1e-8, slip[-1], 300)
     on_the_bench = law_from_table(law, E=unknowns.base.E).loss
-    assert on_the_bench.modulus(between) == pytest.approx(constant + unknowns.law.loss_at(between), rel=0.02)
+    assert on_the_bench.modulus(between) == pytest.approx(constant + unknowns.laws[0].loss_at(between), rel=0.02)
 
 
 def test_damping_beyond_the_identified_modes_stays_as_it_is_believed(evidence, unknowns):
@@ -74,9 +74,9 @@ def test_standard_deviations_are_those_of_what_a_response_feels(evidence, unknow
     for change in drawn:
         other = unknowns.with_vector(unknowns.vector + 1e-2 * change)
         damped.append(other.base.zeta)
-        stiff.append(other.base.E - other.law.softening_at(opening))
+        stiff.append(other.base.E - other.laws[0].softening_at(opening))
         damping = 2 * omega_1**2 * other.base.zeta[0] / sheared
-        lossy.append(other.base.G * other.base.loss_G + other.law.loss_at(slip) + damping)
+        lossy.append(other.base.G * other.base.loss_G + other.laws[0].loss_at(slip) + damping)
     assert law.softening_std == pytest.approx(1e2 * np.std(stiff, axis=0), rel=0.05)
     assert law.loss_std == pytest.approx(1e2 * np.std(lossy, axis=0), rel=0.05)
     assert written.damping.modal_ratio_std == pytest.approx(1e2 * np.std(damped, axis=0), rel=0.05)
@@ -84,8 +84,8 @@ def test_standard_deviations_are_those_of_what_a_response_feels(evidence, unknow
 
 def test_without_sweeps_the_law_is_the_constant_loss(evidence, unknowns):
     silent = evidence.without_steps()
-    none = replace(unknowns, law=LayerLaw.zero(unknowns.law.opening_knots, unknowns.law.slip_knots))
+    none = replace(unknowns, laws=(LayerLaw.zero(unknowns.laws[0].opening_knots, unknowns.laws[0].slip_knots),))
     law = updated_rig(silent, none, solved(none)).joint.law
     assert law.softening == [0.0, 0.0]
-    assert law.loss == pytest.approx([unknowns.base.G * unknowns.base.loss_G] * 2)
+    assert law.loss == pytest.approx([float(unknowns.base.G[0] * unknowns.base.loss_G[0])] * 2)
     assert law.softening_std[0] == law.softening_std[1]

@@ -59,7 +59,7 @@ def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
         np.geomspace(1e-7, 1e-5, 4), np.geomspace(5e-8, 5e-6, 4),
         1e7 * np.array([0.1, 0.5, 2.0, 6.0]), 1e7 * np.array([0.1, 0.6, 3.0, 9.0]),
     )  # fmt: skip
-    unknowns = Unknowns(believed_parameters(rig, preload), law)
+    unknowns = Unknowns(believed_parameters(rig, preload), (law,))
     frequency = np.tile(np.linspace(25.0, 27.5, 21), 2)
     level = np.repeat([1.5, 3.0], 21)
     shape = (len(frequency), 2, HARMONICS)
@@ -93,9 +93,9 @@ def _measured(evidence: Evidence, truth: Candidate) -> Evidence:
     The reference channel moves as far as its level would move it were the joint linear; the force is what that takes.
     """
     steps, at = evidence.steps, evidence.reference
-    law = truth.unknowns.law
+    law = truth.unknowns.laws[0]
     linear = replace(
-        truth, unknowns=Unknowns(truth.unknowns.base, LayerLaw.zero(law.opening_knots, law.slip_knots))
+        truth, unknowns=Unknowns(truth.unknowns.base, (LayerLaw.zero(law.opening_knots, law.slip_knots),))
     )  # fmt: skip
     response, force = np.zeros_like(steps.response), np.zeros_like(steps.force)
     response[:, at, 0] = predicted_steps(evidence, linear)[:, at] * steps.force[:, 0]

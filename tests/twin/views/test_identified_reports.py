@@ -86,7 +86,7 @@ def test_the_report_holds_law_residuals_and_regularisation(identified: Identifie
 
 def test_the_law_is_told_in_numbers_as_far_as_the_layer_moved(identified: IdentifiedJoint) -> None:
     softening, loss = file_law_bands(identified.found, identified.evidence)
-    table, law = law_table(softening, loss), identified.found.unknowns.law
+    table, law = law_table(softening, loss), identified.found.unknowns.laws[0]
     largest = (softening.reach_m[1], loss.reach_m[1])
     opening, s, slip, lost = table.rows[-1]
     assert (float(opening), float(slip)) == pytest.approx([1e6 * amplitude for amplitude in largest], rel=5e-3)

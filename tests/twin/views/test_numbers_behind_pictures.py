@@ -42,7 +42,7 @@ def test_receptances_of_a_run_are_those_of_its_resonance(run: Run) -> None:
 def test_the_laws_bands_are_the_scatter_of_its_knots(diagnosis: Diagnosis) -> None:
     candidate = diagnosis.search.model
     softening, loss = law_bands(diagnosis.evidence, candidate)
-    law, generator = candidate.unknowns.law, np.random.default_rng(1)
+    law, generator = candidate.unknowns.laws[0], np.random.default_rng(1)
     for band, knots, basis in (
         (softening, law.softening, law.softening_basis(softening.amplitude_m)),
         (loss, law.loss, law.loss_basis(loss.amplitude_m)),
@@ -77,9 +77,9 @@ def test_uniform_moduli_as_the_mode_sees_them_answer_as_the_layers_points_do(dia
     assert seen.number == 1
     X = evidence.steps.amplitude_m * (omega / omega_1) ** 2
     g1, g2 = (np.interp(X, seen.amplitude_m, seen.value[name]) for name in ("softening", "loss"))
-    nothing = replace(model.unknowns, law=LayerLaw.zero(*(np.array([1e-8, 1e-6]),) * 2))
+    nothing = replace(model.unknowns, laws=(LayerLaw.zero(*(np.array([1e-8, 1e-6]),) * 2),))
     own, plain = (predictor.responses(*predictor.step_receptance(u)[:2]) for u in (model.unknowns, nothing))
-    R = predictor.model.receptance(omega, base, dE=-g1, dG=1j * g2)
+    R = predictor.model.receptance(omega, base, dE=-g1[:, None], dG=1j * g2[:, None])
     uniform, without = (np.abs(H / own - 1)[:, evidence.reference] for H in (predictor.responses(R, omega), plain))
     assert np.max(uniform) < 0.02 * np.max(without)
 
@@ -89,7 +89,7 @@ def test_the_band_of_a_law_in_a_mode_is_what_its_knots_move_it_by(diagnosis: Dia
     unknowns, step = model.unknowns, 1e4
     seen = law_in_lowest_mode(evidence, model, points=5)
     variance = {name: np.zeros(5) for name in seen.std}
-    for i in range(unknowns.softening.start, unknowns.loss.stop):
+    for i in range(unknowns.of_laws.start, unknowns.of_laws.stop):
         vector = unknowns.vector
         vector[i] += step
         moved = law_in_lowest_mode(evidence, replace(model, unknowns=unknowns.with_vector(vector)), points=5)

@@ -18,16 +18,13 @@ class ClampCompliance(Cause):
     summary = "the clamp is not rigid: the beam's root turns under its moment"
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
-        """One search where any beam's rotation is held, none where nothing is."""
-        layout = evidence.rig.layout()
-        beams = {beam.name for beam in layout.beams}
-        return ({},) if any("rz" in s.fix and s.part in beams for s in layout.supports) else ()
+        """Each beam whose rotation is held; a single one needs no name."""
+        held = _held_beams(evidence)
+        return ({},) * len(held) if len(held) < 2 else tuple({"support": name} for name in held)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Rotation per moment; one element's own flexibility is the natural unit."""
-        layout = evidence.rig.layout()
-        held = next(support.part for support in layout.supports if "rz" in support.fix)
-        beam = layout.beam(held)
+        beam = evidence.rig.layout().beam(_support(evidence, label))
         unit = beam.length / (beam.youngs_modulus * beam.second_moment)
         return (
             Parameter(
@@ -38,4 +35,15 @@ class ClampCompliance(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The structure with its root free to turn against a spring."""
-        return Extension(clamp_rad_per_Nm=values["rotational_rad_per_Nm"])
+        return Extension(clamp_rad_per_Nm={_support(evidence, label): values["rotational_rad_per_Nm"]})
+
+
+def _held_beams(evidence: Evidence) -> list[str]:
+    """Names of the beams that a support keeps from turning."""
+    layout = evidence.rig.layout()
+    beams = {beam.name for beam in layout.beams}
+    return list(dict.fromkeys(s.part for s in layout.supports if "rz" in s.fix and s.part in beams))
+
+
+def _support(evidence: Evidence, label: Mapping[str, str]) -> str:
+    return label.get("support") or _held_beams(evidence)[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_number
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension, NonlinearForce
 from twin.identify.joint_motion import largest_motion
@@ -26,8 +26,12 @@ class JointFriction(Cause):
     tried_at_full_size = True
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
-        """The layer's elements, counted from the clamp's end."""
-        return tuple({"layer_element": str(n + 1)} for n in range(evidence.rig.joints[0].layer_elements))
+        """The elements of each joint's layer, counted from the clamp's end."""
+        return tuple(
+            {**label, "layer_element": str(n + 1)}
+            for label in joint_labels(evidence)
+            for n in range(evidence.rig.joints[joint_number(evidence, label)].layer_elements)
+        )
 
     def assumed(self, evidence: Evidence) -> Mapping[str, str]:
         """The last element, as on the bench: other programs' rig files name none."""
@@ -38,8 +42,9 @@ class JointFriction(Cause):
 
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
         """
-        points = layer_points(evidence.model.structure, evidence.rig.joints[0].layer_elements)
-        unit = evidence.model.reference_G * float(np.sum(points.slip_weight))
+        joint = joint_number(evidence, label)
+        points = layer_points(evidence.model.structure, evidence.rig.joints[joint].layer_elements, joint=joint)
+        unit = float(evidence.model.reference_G[joint] * np.sum(points.slip_weight))
         slip = self._largest_slip(evidence, label)
         starts = tuple(slip * share for share in (0.25, 0.1, 0.5))
         return (
@@ -82,7 +87,7 @@ class JointFriction(Cause):
 
     def _largest_slip(self, evidence: Evidence, label: Mapping[str, str]) -> float:
         """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
-        return float(largest_motion(evidence)[1][int(label["layer_element"]) - 1])
+        return float(largest_motion(evidence, joint_number(evidence, label))[1][int(label["layer_element"]) - 1])
 
 
 class _Ripple:
@@ -103,5 +108,6 @@ class _Ripple:
 
 def _slip(evidence: Evidence, label: Mapping[str, str]) -> Callable[[Structure], Any]:
     """Row of the point's slip, m."""
-    count, number = evidence.rig.joints[0].layer_elements, int(label["layer_element"]) - 1
-    return lambda structure: layer_points(structure, count).slip[number]
+    joint, number = joint_number(evidence, label), int(label["layer_element"]) - 1
+    count = evidence.rig.joints[joint].layer_elements
+    return lambda structure: layer_points(structure, count, joint=joint).slip[number]

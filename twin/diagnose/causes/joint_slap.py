@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, Opening
 from twin.identify.joint_motion import largest_motion
@@ -23,9 +23,13 @@ class JointSlap(Cause):
     name = "joint-slap"
     summary = "the joint opens on one side of its motion and claps shut"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any joint."""
+        return joint_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the stiffness, and the opening at which it goes."""
-        gaps = tuple(self._largest_opening(evidence) * share for share in (0.5, 0.2, 0.8, 0.05))
+        gaps = tuple(self._largest_opening(evidence, label) * share for share in (0.5, 0.2, 0.8, 0.05))
         return (
             Parameter(
                 name="stiffness_factor", scale=0.5, lower=0.0, upper=4.0, null=1.0, starts=(0.9,), model_error=0.1
@@ -35,8 +39,8 @@ class JointSlap(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """One-sided contact at every point of the layer."""
-        return Extension(opening=Opening(values["gap_m"], values["stiffness_factor"]))
+        return Extension(opening={joint_name(evidence, label): Opening(values["gap_m"], values["stiffness_factor"])})
 
-    def _largest_opening(self, evidence: Evidence) -> float:
-        """Of any point, where the rig moves as far as was measured and its joint is linear, m."""
-        return float(np.max(largest_motion(evidence)[0]))
+    def _largest_opening(self, evidence: Evidence, label: Mapping[str, str]) -> float:
+        """Of any of the joint's points, where the rig moves as far as was measured and its joints are linear, m."""
+        return float(np.max(largest_motion(evidence, joint_number(evidence, label))[0]))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 from twin.identify.linear_fit import MODULI_STD
@@ -28,6 +28,10 @@ class JointStiffness(Cause):
     name = "joint-stiffness"
     summary = "the joint's E' and G' are not those that were believed"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any joint."""
+        return joint_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Logarithms of the factors on both moduli."""
         return (
@@ -35,18 +39,20 @@ class JointStiffness(Cause):
             Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
         )
 
-    def shared(self, evidence: Evidence, unknowns: Unknowns, values: Values) -> tuple[Unknowns, dict[str, float]]:
+    def shared(
+        self, evidence: Evidence, label: Mapping[str, str], unknowns: Unknowns, values: Values
+    ) -> tuple[Unknowns, dict[str, float]]:
         """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
-        (believed,), base = evidence.rig.moduli(evidence.preload), unknowns.base
+        base, joint = unknowns.base, joint_number(evidence, label)
+        believed = evidence.rig.moduli(evidence.preload)[joint]
         share = SCALE**2 / (SCALE**2 + MODULI_STD**2)
-        normal = values["log_normal_factor"] + math.log(base.E / believed.normal_modulus)
-        shear = values["log_shear_factor"] + math.log(base.G / believed.shear_modulus)
-        base = replace(
-            base,
-            E=believed.normal_modulus * math.exp((1 - share) * normal),
-            G=believed.shear_modulus * math.exp((1 - share) * shear),
-        )
-        return replace(unknowns, base=base), {"log_normal_factor": share * normal, "log_shear_factor": share * shear}
+        normal = values["log_normal_factor"] + math.log(base.E[joint] / believed.normal_modulus)
+        shear = values["log_shear_factor"] + math.log(base.G[joint] / believed.shear_modulus)
+        E, G = base.E.copy(), base.G.copy()
+        E[joint] = believed.normal_modulus * math.exp((1 - share) * normal)
+        G[joint] = believed.shear_modulus * math.exp((1 - share) * shear)
+        unknowns = replace(unknowns, base=replace(base, E=E, G=G))
+        return unknowns, {"log_normal_factor": share * normal, "log_shear_factor": share * shear}
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Return the factors themselves."""
@@ -60,4 +66,5 @@ class JointStiffness(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """Scaled moduli."""
-        return Extension(moduli_factor=(math.exp(values["log_normal_factor"]), math.exp(values["log_shear_factor"])))
+        factors = math.exp(values["log_normal_factor"]), math.exp(values["log_shear_factor"])
+        return Extension(moduli_factor={joint_name(evidence, label): factors})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 
@@ -17,6 +17,10 @@ class JointUneven(Cause):
     name = "joint-uneven"
     summary = "the joint is stiffer at one end of the overlap than at the other"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any joint."""
+        return joint_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
         return (
@@ -25,4 +29,4 @@ class JointUneven(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """The structure with its strain operators weighted along the overlap."""
-        return Extension(layer_gradient=values["gradient"])
+        return Extension(layer_gradient={joint_name(evidence, label): values["gradient"]})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from twin.diagnose.cause import Cause, Parameter, Values, measured_duration_s
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, measured_duration_s
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension
 
@@ -17,6 +17,10 @@ class PreloadLoss(Cause):
     name = "preload-loss"
     summary = "the joint softens while the test goes on, as a bolt that loses its preload does"
 
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """Any joint."""
+        return joint_labels(evidence)
+
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall per second."""
         duration = measured_duration_s(evidence)
@@ -27,4 +31,4 @@ class PreloadLoss(Cause):
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A drift of the layer's normal modulus."""
-        return Extension(layer_drift_per_s=values["rate_per_s"])
+        return Extension(layer_drift_per_s={joint_name(evidence, label): values["rate_per_s"]})

@@ -116,7 +116,7 @@ def _at(predictor: Predictor, model: Candidate, omega: Array, motion: Array, sha
     points, amplitude = 2 * len(predictor.points), share * motion
     for _ in range(TURNS):
         at = np.broadcast_to(amplitude, (len(omega), len(amplitude)))
-        R = update_receptance(free, predictor.moving, forces.stiffness(model.unknowns.law, at, omega)[0])
+        R = update_receptance(free, predictor.moving, forces.stiffness(model.unknowns.laws, at, omega)[0])
         moved = np.abs(predictor.driven(R, omega)[:, predictor.moving])
         there = moved[np.argmax(np.max(moved[:, :points] / motion[:points], axis=1))]
         force = share / float(np.max(there[:points] / motion[:points]))

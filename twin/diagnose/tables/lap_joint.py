@@ -15,7 +15,7 @@ from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.identify.changed_model import changed_structure
 from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
+from twin.identify.extension import UNCHANGED, Attachment, Extension
 from twin.identify.predict import blank_evidence
 from twin.rigs import Effect, Rig
 from twin.structure import Structure
@@ -86,7 +86,7 @@ class LapJointFrequencies:
             if pair is not None:
                 M += pair[0]
                 K0 += pair[1]
-        E, G = whole.moduli_factor
+        E, G = whole.moduli_factor.get(structure.joints[0].name, UNCHANGED)
         terms = {"normal_modulus": E * KE, "shear_modulus": G * KG}
         return Matrices(M, K0, terms, structure.transverse)
 

@@ -135,7 +135,7 @@ def unknowns():
     believed = believed_parameters(RIG)
     base = replace(believed, E=1.1 * believed.E, G=0.9 * believed.G, loss_E=0.02, loss_G=0.05)
     base = replace(base, zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]))
-    return Unknowns(base, LayerLaw.zero(KNOTS, KNOTS))
+    return Unknowns(base, (LayerLaw.zero(KNOTS, KNOTS),))
 
 
 @pytest.fixture(scope="session")

@@ -61,7 +61,7 @@ def recorded(by_hand):
         shown = bench.built.laws[0]
         loss = shown.loss.stiffness(knots).imag if shown.loss else 0 * knots
         layer = LayerLaw(knots, knots, -describing_function(shown.normal.path, knots).real, loss)
-        return SimpleNamespace(evidence=evidence, unknowns=Unknowns(believed_parameters(rig), layer))
+        return SimpleNamespace(evidence=evidence, unknowns=Unknowns(believed_parameters(rig), (layer,)))
 
     return record
 
