@@ -111,10 +111,12 @@ def _tell(result: dict[str, Any]) -> None:
     for heading in ("parameter", "value", "std"):
         table.add_column(heading, justify="left" if heading == "parameter" else "right")
     for name, entry in result["linear"].items():
-        several = isinstance(entry, list)
-        for number, one in enumerate(entry if several else [entry], 1):
+        several = entry if isinstance(entry, list) else [entry]
+        of_modes = name == "modal_damping" or "joints" not in result
+        whose = range(1, len(several) + 1) if of_modes else result["joints"]
+        for owner, one in zip(whose, several, strict=True):
             std = "" if one["std"] is None else f"{one['std']:.2g}"
-            table.add_row(f"{name} {number}" if several else name, f"{one['value']:.4g}", std)
+            table.add_row(f"{name} {owner}" if len(several) > 1 else name, f"{one['value']:.4g}", std)
     out.print(table)
     if not result["residual_percent"]:
         return

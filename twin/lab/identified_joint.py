@@ -132,6 +132,7 @@ class IdentifiedJoint(Shown):
                 name: [asdict(e) for e in entry] if isinstance(entry, list) else asdict(entry)
                 for name, entry in found.linear.items()
             },
+            **({"joints": [joint.name for joint in found.rig.joints]} if len(found.rig.joints) > 1 else {}),
             "nonlinear": nonlinear,
             "residual_percent": found.residual_percent,
             "chi2_per_dof": found.chi2_per_dof,
