@@ -36,6 +36,8 @@ SHAPED = 5.0
 """Deviation of the samples within a top over that which the tops' means tell of their noise: from here on the tops have
 a shape of their own, as harmonics give them where a sweep rests on a step, and nothing cut them.  It is one where there
 is noise alone."""
+SEVERAL = 3
+"""Drives of a run from which on a limit would show at more than one of them."""
 RINGING = 2
 """Samples on either side of a cut that a converter's filter still mixes with it."""
 
@@ -52,6 +54,7 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
             positions = _equal_tops(x)
             if not len(positions):
                 positions, within = np.union1d(_flat_tops(x), _flat_tops(-x)), TOP
+                positions = positions if _outlasts_a_step(run, channel, positions) else positions[:0]
             if len(positions):
                 limits.append(float(np.median(np.abs(x[positions]))))
         if limits:
@@ -69,6 +72,20 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
                 )
             )
     return findings
+
+
+def _outlasts_a_step(run: Run, channel: str, positions: NDArray[Any]) -> bool:
+    """Whether flat tops lie in steps of more than one drive, as a limit's do; or in noise, or in a single long dwell.
+
+    Harmonics may flatten the peaks of one dwell, all alike and each at one height, but hardly those of two.
+    """
+    device, begun = run.device_of(channel), [step for step in run.steps if np.isfinite(step.frequency_Hz)]
+    drives = [(step.frequency_Hz, step.target_amplitude) for step in begun]
+    if len(set(drives)) < SEVERAL:
+        return True
+    last = np.searchsorted([device.position_at(step.time_ns) for step in begun], positions, side="right") - 1
+    where = {drives[max(int(n), 0)] for n in np.unique(last)}
+    return len(where) > 1 or any(frequency == 0 for frequency, _ in where)
 
 
 def _cut(x: NDArray[Any], level: float) -> NDArray[Any]:

@@ -104,6 +104,21 @@ def test_tops_with_a_shape_of_their_own_period_by_period_on_one_step_are_not_cut
     assert finding.values["limit"] == pytest.approx(limit, rel=2e-3)
 
 
+def test_flat_tops_of_one_step_alone_are_its_harmonics(synthetic):
+    """A limit would show beside the resonance as well: at the steps before and after, all above it without it."""
+    samples = synthetic.converted(synthetic.stepped_sine(28))
+    whole, length = samples["acc2"], len(samples["acc2"]) // 16
+    rng = np.random.default_rng(29)
+    limit = 0.5 * np.max(np.abs(whole))
+    flat = np.clip(whole, -limit, limit) + 1e-4 * limit * rng.standard_normal(len(whole))
+    loudest = int(np.argmax(np.abs(whole))) // length
+    outside = np.ones(len(whole), bool)
+    outside[loudest * length : (loudest + 1) * length] = False
+    one_step = np.where(outside, 0.4 * whole, flat)
+    assert find_clipping([synthetic.run(samples | {"acc2": one_step})]) == []
+    assert find_clipping([synthetic.run(samples | {"acc2": flat})])
+
+
 @pytest.mark.parametrize("noise", [1e-5, 3e-4, 2e-3])
 def test_a_limit_that_carries_noise_is_one(synthetic, noise):
     samples = synthetic.converted(synthetic.stepped_sine(28))
