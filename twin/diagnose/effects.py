@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from recordings.errors import InputError
 from twin.diagnose.candidate import Blame
+from twin.diagnose.cause import from_told_place, told_place
 from twin.diagnose.causes import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import Evidence
@@ -53,10 +54,14 @@ def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str
             choices = "; ".join(", ".join(f"{k} = {v}" for k, v in known.items()) or "no names" for known in labels)
             raise InputError(source, place, f"{label or 'no names'} is not one of its choices", f"it takes {choices}")
         likely = {p.name: (*p.starts, p.null)[0] for p in cause.parameters(evidence, label)}
-        expected = sorted(cause.reported(likely, {})[0])
+        expected = sorted(told_place(evidence, label, *cause.reported(likely, {}))[0])
         if sorted(values) != expected:
             raise InputError(source, place, f"has the numbers {sorted(values)}", f"it takes {expected}")
-        acting.append(Blame(cause, label, cause.from_reported(values), dict(effect.std)))
+        try:
+            values = from_told_place(evidence, label, cause.from_reported(values))
+        except ValueError as error:
+            raise InputError(source, place, str(error), "take one of the part's own table") from error
+        acting.append(Blame(cause, label, values, dict(effect.std)))
     return tuple(acting)
 
 

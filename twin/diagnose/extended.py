@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from twin.diagnose.cause import told_place
 from twin.diagnose.search import Search
 from twin.identify.evidence import Evidence
 from twin.identify.updated_rig import updated_rig
@@ -15,6 +16,6 @@ def extended_rig(evidence: Evidence, search: Search) -> Rig:
     rig = updated_rig(evidence, search.model.unknowns, search.model.solution)
     effects = []
     for blame in search.model.blames:
-        values, errors = blame.cause.reported(blame.values, blame.std)
+        values, errors, _ = told_place(evidence, blame.label, *blame.cause.reported(blame.values, blame.std))
         effects.append(Effect(cause=blame.cause.name, parameters={**blame.label, **values}, std=errors))
     return rig.model_copy(update={"effect": [*rig.effect, *effects]})

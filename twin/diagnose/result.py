@@ -36,7 +36,7 @@ class NamedCause:
     summary : str
         One sentence for an engineer.
     parameters : dict
-        Estimates, and names such as the channel.
+        Estimates, names such as the channel, and the nodes of a region.
     in_model : bool
         Whether the extended model holds it.
     """
@@ -45,7 +45,7 @@ class NamedCause:
     summary: str
     probability: float
     confused_with: tuple[str, ...]
-    parameters: dict[str, Estimate | str]
+    parameters: Mapping[str, Estimate | str | tuple[int, ...]]
     in_model: bool
 
 
@@ -196,7 +196,11 @@ def answer_dict(verdict: Verdict, sentence: str, misfit: Misfit, causes: tuple[N
                 "confused_with": list(c.confused_with),
                 "in_model": c.in_model,
                 "parameters": {
-                    name: value if isinstance(value, str) else {"value": value.value, "std": value.std}
+                    name: {"value": value.value, "std": value.std}
+                    if isinstance(value, Estimate)
+                    else value
+                    if isinstance(value, str)
+                    else list(value)
                     for name, value in c.parameters.items()
                 },
             }
@@ -205,9 +209,13 @@ def answer_dict(verdict: Verdict, sentence: str, misfit: Misfit, causes: tuple[N
     }
 
 
-def values_text(parameters: Mapping[str, Estimate | str]) -> str:
+def values_text(parameters: Mapping[str, Estimate | str | tuple[int, ...]]) -> str:
     """Parameters in one line."""
     return ", ".join(
-        f"{name} {value}" if isinstance(value, str) else f"{name} {value.value:.4g} ± {value.std:.1g}"
+        f"{name} {value.value:.4g} ± {value.std:.1g}"
+        if isinstance(value, Estimate)
+        else f"{name} {value}"
+        if isinstance(value, str)
+        else f"{name} {' '.join(map(str, value))}"
         for name, value in parameters.items()
     )

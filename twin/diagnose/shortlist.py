@@ -15,6 +15,8 @@ from twin.identify.evidence import Evidence
 __all__ = ["shortlist"]
 
 SHORTLIST = 12
+FAR_m = 0.08
+"""Between two places of one cause that are worth a trial each."""
 PLACES = 2
 """Beginnings of a cause from which it is tried."""
 TUNED = 4
@@ -59,7 +61,8 @@ def _begins_elsewhere(blame: Blame, chosen: list[Blame]) -> bool:
 
 def _apart(one: Blame, two: Blame) -> bool:
     """Whether two places of one cause lie a fifth of the structure or a quarter of the frequency apart."""
-    moved = "position_m" in one.values and abs(one.values["position_m"] - two.values["position_m"]) > 0.08
+    along = [name for name in one.values if name.startswith("position_") and name in two.values]
+    moved = any(abs(one.values[name] - two.values[name]) > FAR_m for name in along)
     return moved or any(_ratio(one, two, name) > 0.25 for name in ("frequency_Hz", "gap_m", "slip_m"))
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate
+from twin.diagnose.cause import told_place
 from twin.diagnose.climb import Stage
 from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search
 from twin.diagnose.signals import Finding
+from twin.identify.evidence import Evidence
 
 __all__ = ["RIVAL", "THRESHOLD", "close_rivals", "decide", "last_stage", "named_causes"]
 
@@ -81,10 +83,12 @@ def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> t
         stage = next(s for s in search.stages if s.accepted and s.finalists[0].blames[-1].key == blame.key)
         contenders = _contenders(stage, search.model)
         probability = _probabilities(contenders) * (0.3 if verdict == "unknown" else 1.0)
-        named.append(_named(blame, float(probability[0]), tuple(_rivals(contenders)), verdict != "unknown"))
+        named.append(
+            _named(search.evidence, blame, float(probability[0]), tuple(_rivals(contenders)), verdict != "unknown")
+        )
         for rival, p in list(zip(contenders, probability, strict=True))[1:]:
             if p > 0.01:
-                named.append(_named(rival.blames[-1], float(p), (blame.cause.name,), False))
+                named.append(_named(search.evidence, rival.blames[-1], float(p), (blame.cause.name,), False))
     return tuple(sorted(named, key=lambda cause: (-cause.probability, -cause.in_model)))
 
 
@@ -94,10 +98,14 @@ def _contenders(stage: Stage, model: Candidate) -> tuple[Candidate, ...]:
     return (stage.finalists[0], *(c for c in stage.finalists[1:] if c.blames[-1].key not in taken))
 
 
-def _named(blame: Blame, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:
-    parameters: dict[str, Estimate | str] = dict(blame.label)
-    values, std = blame.cause.reported(blame.values, blame.std)
+def _named(
+    evidence: Evidence, blame: Blame, probability: float, rivals: tuple[str, ...], in_model: bool
+) -> NamedCause:  # fmt: skip
+    parameters: dict[str, Estimate | str | tuple[int, ...]] = dict(blame.label)
+    values, std, nodes = told_place(evidence, blame.label, *blame.cause.reported(blame.values, blame.std))
     parameters.update({key: Estimate(value, std.get(key, 0.0)) for key, value in values.items()})
+    if nodes:
+        parameters["nodes_95"] = nodes
     return NamedCause(
         cause=blame.cause.name,
         summary=blame.cause.summary,

@@ -192,11 +192,14 @@ class Place:
         Metres along a beam from its start, or a node number of a part given by matrices.
     direction : tuple of float, (3,)
         Unit vector.
+    between : tuple of (int, float)
+        Nodes and their shares in the motion of a place between them; empty at a node or on a beam.
     """
 
     part: str
     at: float
     direction: tuple[float, float, float]
+    between: tuple[tuple[int, float], ...] = ()
 
     def towards(self, direction: tuple[float, float, float]) -> Place:
         """The same point in another direction."""

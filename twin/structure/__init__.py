@@ -4,6 +4,7 @@ from twin.structure.assembly import assemble
 from twin.structure.drawn import BeamLine, DrawnPart, beam_lines, drawn_parts, drawn_position, point_of
 from twin.structure.layer_points import LayerPoints, layer_points, points_of_joints
 from twin.structure.modes import Modes, eigenvalue_sensitivity, normal_modes, rigid_motions
+from twin.structure.node_field import NodeField
 from twin.structure.structure import JointOperators, Structure
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "JointOperators",
     "LayerPoints",
     "Modes",
+    "NodeField",
     "Structure",
     "assemble",
     "beam_lines",

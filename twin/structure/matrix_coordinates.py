@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from recordings.errors import InputError
 from twin.rigs import Layout, MatricesPart, Rig
 from twin.rigs.matrix_files import NodePairs, PartMatrices, read_pairs, read_part_matrices
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
+from twin.structure.node_field import NodeField
 
 __all__ = ["MatrixCoordinates", "node_pairs", "reduced_parts"]
 
@@ -59,6 +61,12 @@ class MatrixCoordinates:
             if share and found is not None:
                 row += share * found[1]
         return self.first + np.arange(self.size), row
+
+    @cached_property
+    def field(self) -> NodeField:
+        """The nodes, to search a place among them."""
+        nodes = self.matrices.nodes
+        return NodeField.of(np.asarray(nodes, np.int64), np.array([self.coordinates(node) for node in nodes]))
 
     def coordinates(self, node: float) -> Array:
         """Coordinates (3,) of a node, m."""

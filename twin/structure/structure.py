@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from twin.rigs import Layout, Place
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
+from twin.structure.node_field import NodeField
 
 __all__ = ["JointOperators", "Structure"]
 
@@ -131,13 +132,26 @@ class Structure:
         ValueError
             If the place is not on the structure.
         """
-        return self._over(*self.meshes[place.part].translation(place.at, place.direction))
+        return self._translation(place, place.direction)
 
     def translations(self, place: Place) -> Matrix:
         """Rows (k, n) of the displacement there: along x and y of a beam, along z too of a part given by matrices."""
         mesh = self.meshes[place.part]
         axes = PLANE if isinstance(mesh, BeamMesh) else (*PLANE, (0.0, 0.0, 1.0))
-        return np.array([self._over(*mesh.translation(place.at, axis)) for axis in axes])
+        return np.array([self._translation(place, axis) for axis in axes])
+
+    def _translation(self, place: Place, direction: Sequence[float]) -> Matrix:
+        mesh = self.meshes[place.part]
+        shares = place.between or ((place.at, 1.0),)
+        return sum(
+            (share * self._over(*mesh.translation(at, direction)) for at, share in shares), np.zeros(len(self.M))
+        )
+
+    def node_field(self, part: str) -> NodeField:
+        """The nodes of a part given by matrices, to search a place among them."""
+        mesh = self.meshes[part]
+        assert isinstance(mesh, MatrixCoordinates)
+        return mesh.field
 
     def deflection(self, position_m: float) -> Matrix:
         """Row with v(position), the displacement across the beam that lies there."""

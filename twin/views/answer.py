@@ -22,10 +22,12 @@ __all__ = [
 ]
 
 
-def estimate_text(value: Estimate | str) -> str:
+def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
     """A value with its standard deviation, both to the digits that the deviation supports."""
     if isinstance(value, str):
         return value
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value))
     if not np.isfinite(value.std) or value.std <= 0:
         return f"{value.value:.4g}"
     decimals = 1 - int(np.floor(np.log10(value.std)))

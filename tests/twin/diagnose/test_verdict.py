@@ -76,7 +76,7 @@ def test_a_rival_of_one_stage_that_the_next_takes_as_well_is_a_rival_no_more():
     first = tuple(finalist(n, evidence=e) for n, e in (("a", 0.0), ("b", 0.0), ("c", 0.0)))
     second = (finalist("a", "b", evidence=0.0),)
     stages = [SimpleNamespace(accepted=True, finalists=finalists) for finalists in (first, second)]
-    named = named_causes(SimpleNamespace(model=second[0], stages=stages), [], "explained")
+    named = named_causes(SimpleNamespace(model=second[0], stages=stages, evidence=None), [], "explained")
     assert [(n.cause, n.in_model, n.confused_with) for n in named] == [
         ("b", True, ()), ("a", True, ("c",)), ("c", False, ("a",)),
     ]  # fmt: skip

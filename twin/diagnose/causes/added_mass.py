@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position
+from twin.diagnose.cause import Cause, Parameter, Values, part_labels, place_at, position
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, point_mass
 
@@ -19,13 +19,13 @@ class AddedMass(Cause):
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
-        return place_labels(evidence)
+        return part_labels(evidence)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass and where it sits."""
         return (
             Parameter(name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,), model_error=0.002),
-            position(evidence, label),
+            *position(evidence, label),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

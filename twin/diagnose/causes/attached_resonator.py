@@ -37,7 +37,7 @@ class AttachedResonator(Cause):
             Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
             Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies, model_error=0.0015),
             Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(0.03,), model_error=0.2),
-            position(evidence, label, 8),
+            *position(evidence, label, 8),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -37,7 +37,7 @@ class CubicStiffness(Cause):
                 name="stiffness_N_per_m3", scale=10 * unit, lower=-200 * unit, upper=2e4 * unit, null=0.0,
                 starts=(unit,), model_error=0.9,
             ),
-            position(evidence, label, 8, model_error=0.2),
+            *position(evidence, label, 8, model_error=0.2),
         )  # fmt: skip
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

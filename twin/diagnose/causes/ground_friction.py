@@ -37,7 +37,7 @@ class GroundFriction(Cause):
         """Friction force, place, and travel before it slips."""
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,), model_error=0.03),
-            position(evidence, label, 8),
+            *position(evidence, label, 8),
             # Never reported: its error is what a slider's linear substitute in noise may leave behind.
             Parameter(
                 name="travel_m",

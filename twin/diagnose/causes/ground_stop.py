@@ -36,7 +36,7 @@ class GroundStop(Cause):
                 name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(200.0,), negligible=2e-4
             ),
             Parameter(name="gap_m", scale=largest, lower=0.005 * largest, upper=2 * largest, starts=gaps),
-            position(evidence, label, 5),
+            *position(evidence, label, 5),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, place_at, place_labels, position
+from twin.diagnose.cause import Cause, Parameter, Values, beam_labels, place_at, position
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Attachment, Extension
 from twin.structure.weakened import weakened_section
@@ -22,13 +22,13 @@ class StiffnessLoss(Cause):
 
     def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
-        return place_labels(evidence)
+        return beam_labels(evidence)
 
     def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the section's stiffness, and where it is."""
         return (
             Parameter(name="factor", scale=0.4, lower=0.02, upper=1.0, null=1.0, starts=(0.8,), model_error=0.01),
-            position(evidence, label, 17, model_error=6e-3),
+            *position(evidence, label, 17, model_error=6e-3),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -27,7 +27,7 @@ class ViscousDamper(Cause):
             Parameter(
                 name="damping_Ns_per_m", scale=1.0, lower=0.0, upper=100.0, null=0.0, starts=(0.1,), model_error=0.01
             ),
-            position(evidence, label),
+            *position(evidence, label),
         )
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:

@@ -60,7 +60,7 @@ class LocalForce(Cause):
                     name=term.name, scale=usual, lower=-20 * usual, upper=2e3 * usual, null=0.0, starts=(0.1 * usual,)
                 )
             )
-        return (*coefficients, position(evidence, label, 12))
+        return (*coefficients, *position(evidence, label, 12))
 
     def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
         """A local nonlinear force, its harmonics and linear substitutes by quadrature."""

@@ -139,6 +139,8 @@ def find_missing_force(
     report
         Told what is being done.
     """
+    if not evidence.rig.layout().passable:
+        return None  # its place is sought along one line of beams
     report("looking for a missing force")
     search = search_causes(evidence, {LocalForce.name: LocalForce()}, most=1, footing=footing, report=report)
     if not search.model.blames:
