@@ -91,6 +91,26 @@ class Gain:
 
 
 @dataclass(frozen=True, kw_only=True)
+class NextSensor:
+    """Where one more accelerometer would help, and why.
+
+    Attributes
+    ----------
+    part, at, direction
+        Its place: metres along a beam or a node of a part given by matrices, and a unit vector.
+    separation, needed : float
+        As of :class:`NextTest`.
+    """
+
+    why: str
+    part: str
+    at: float
+    direction: tuple[float, float, float]
+    separation: float
+    needed: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class NextTest:
     """What to measure next, and why.
 
@@ -102,6 +122,8 @@ class NextTest:
         Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough.
     rig_time_s : float
         As rehearsed.
+    sensor : NextSensor, optional
+        What another accelerometer would bring instead, where noise was recorded.
     """
 
     why: str
@@ -109,6 +131,7 @@ class NextTest:
     separation: float
     needed: float
     rig_time_s: float
+    sensor: NextSensor | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

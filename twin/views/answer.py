@@ -132,6 +132,8 @@ def answer_markdown(diagnosis: Diagnosis) -> str:
         lines += [""]
     if diagnosis.next_test is not None:
         lines += ["## Next test", "", diagnosis.next_test.why, ""]
+        if diagnosis.next_test.sensor is not None:
+            lines += [f"Or {diagnosis.next_test.sensor.why}.", ""]
     if diagnosis.notes:
         lines += ["## Notes", "", *(f"- {note}" for note in diagnosis.notes), ""]
     return "\n".join(lines)

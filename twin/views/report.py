@@ -325,6 +325,8 @@ def _uncertain(diagnosis: Diagnosis) -> Section:
         items.append("No sweep was held out, so the gain was not measured.")
     if diagnosis.next_test is not None:
         items.append(f"Next test: {diagnosis.next_test.why} ({diagnosis.next_test.procedure}).")
+        if diagnosis.next_test.sensor is not None:
+            items.append(f"Or {diagnosis.next_test.sensor.why}.")
     items.append(
         "Standard deviations hold within the model; an effect that is on no list can move the values by more than "
         "they say."

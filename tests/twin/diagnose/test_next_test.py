@@ -9,12 +9,13 @@ import pytest
 
 from recordings import read_run
 from recordings.errors import InputError
-from twin.diagnose.candidate import Blame, fit_candidate
+from twin.diagnose.candidate import Blame, Trial, extension_of, fit_candidate
 from twin.diagnose.causes import CAUSES
-from twin.diagnose.next_test import plan_next_test
-from twin.diagnose.next_test.imagined import imagine
+from twin.diagnose.next_test import plan_next_test, sensor_place
+from twin.diagnose.next_test.imagined import Imagined, imagine
 from twin.diagnose.next_test.imagined_noise import imagined_bins
 from twin.diagnose.next_test.proposal import propose
+from twin.diagnose.next_test.sensor_place import best_sensor_place
 from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.verdict import RIVAL
 from twin.identify.base_fit import fit_base
@@ -95,7 +96,7 @@ def test_a_part_of_the_band_is_driven_harder_as_far_as_the_response_allows(learn
 
 
 def test_what_a_sweep_reaches_stays_within_the_converters(learnt, plain):
-    runs, evidence = learnt
+    _, evidence = learnt
     deaf = [s.model_copy(update={"range": 60.0}) if s.channel == "acc2" else s for s in RIG.sensor]
     quiet = propose(runs, replace(evidence, rig=RIG.model_copy(update={"sensor": deaf})), plain, drifting=False)
     largest = max(p.procedure.amplitudes[0] for p in sweeps(propose(runs, evidence, plain, drifting=False)))
@@ -269,3 +270,34 @@ def test_a_model_that_cannot_be_marched_still_proposes_its_test_and_says_so(
     reason = error.reason if isinstance(error, InputError) else str(error)
     assert f"not rehearsed, for {reason}" in found.why
     assert load_procedure(tmp_path / found.procedure)
+
+
+def test_a_further_sensor_goes_where_the_rivals_differ_most(learnt, believe):
+    """A damper near the tip beside one farther in, worked out again with each response that a sensor would read."""
+    _, evidence = learnt
+    one = believe("viscous-damper", damping_Ns_per_m=0.05, position_m=0.41)
+    two = believe("viscous-damper", damping_Ns_per_m=0.055, position_m=0.40)
+    found = best_sensor_place(evidence, one, [two], margin=RIVAL)
+    layout, structure = RIG.layout(), evidence.model.structure
+    taken = [layout.position(output.place) for output in evidence.outputs]
+    assert min(abs(layout.position(found.place) - x) for x in taken) > 0.01
+    worst = [
+        place
+        for x in (0.02, 0.05)
+        if np.linalg.norm(structure.row(place := layout.place(x))) > 0
+    ]  # fmt: skip
+    at = {place: sensor_place._imagine(evidence, one, place) for place in (found.place, *worst)}
+    gains = {place: separation(imagined, two, temper=1.0) for place, imagined in at.items()}
+    assert gains[found.place] == max(gains.values())
+    without = separation(imagine_noise_again(evidence, one), two, temper=1.0)
+    assert gains[found.place] > without
+
+
+def imagine_noise_again(evidence, truth):
+    """The same run with the sensors that were there."""
+    data = evidence.broadband[-1]
+    there = replace(evidence.without_steps(), broadband=(data,))
+    predicted = Predictor(there, extension_of(there, truth.blames)).broadband_response(data, truth.unknowns)
+    there = replace(there, broadband=(replace(data, H=predicted),))
+    own = Trial(there, None, truth.unknowns, truth.blames)
+    return Imagined(there, None, own.predict(own.x0).residual)

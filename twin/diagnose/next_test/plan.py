@@ -13,8 +13,9 @@ from recordings.streams import SampleSource
 from twin.diagnose.candidate import Candidate, extension_of
 from twin.diagnose.next_test.imagined import imagine
 from twin.diagnose.next_test.proposal import Proposal, propose
+from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
 from twin.diagnose.next_test.separation import enough, separation
-from twin.diagnose.result import NextTest
+from twin.diagnose.result import NextSensor, NextTest
 from twin.diagnose.verdict import RIVAL, close_rivals
 from twin.identify.evidence import Evidence
 from twin.procedures import save_procedure
@@ -77,6 +78,8 @@ def plan_next_test(
     if not rivals:
         return None
     report("looking for the test that tells the rivals apart")
+    names = [model.blames[-1].cause.name for model in (finalists[0], *rivals)]
+    sensor = best_sensor_place(evidence, finalists[0], rivals, margin=RIVAL)
     ranked = _ranked(runs, evidence, finalists[0], rivals)
     if not ranked:
         return None
@@ -96,9 +99,9 @@ def plan_next_test(
     else:
         return None
     save_procedure(procedure, out / PROCEDURE)
-    names = [model.blames[-1].cause.name for model in (finalists[0], *rivals)]
     return NextTest(
         why=f"{_promise(valued, names)}; {rig_time_s / 60:.0f} min on the rig, {told}",
+        sensor=_sensor(evidence, sensor),
         procedure=PROCEDURE,
         separation=valued.separation,
         needed=valued.needed,
@@ -139,6 +142,24 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
         first = rehearse(proposal.procedure, twin(), Path(folder) / "first.mcap", believed=believed)
         better = rehearse_until_clear(first, twin, Path(folder) / "better.mcap", believed=believed, rounds=ROUNDS)
     return better or first
+
+
+def _sensor(evidence: Evidence, found: SensorPlace | None) -> NextSensor | None:
+    """The place of a further accelerometer as an answer has it."""
+    if found is None:
+        return None
+    layout, place = evidence.rig.layout(), found.place
+    told = f"one more accelerometer at {layout.told(place)} and the same noise again: expected gain of log evidence "
+    gain = f"{found.separation:.1f}" if found.separation < FAR else f"over {FAR:.0f}"
+    enough_told = "" if found.separation >= found.needed else ", so it may not be enough"
+    return NextSensor(
+        why=f"{told}{gain}, {found.needed:.1f} needed{enough_told}",
+        part=place.part,
+        at=place.at,
+        direction=place.direction,
+        separation=found.separation,
+        needed=found.needed,
+    )
 
 
 def _promise(valued: _Valued, names: Sequence[str]) -> str:

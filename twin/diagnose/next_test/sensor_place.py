@@ -1,0 +1,132 @@
+"""Where one more accelerometer would tell the rivals apart: the same broadband run again, with a channel more.
+
+Each candidate place gets the noise that the response channels showed; the sensor's own mass is not on the structure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnose.candidate import Candidate, Trial, extension_of
+from twin.diagnose.next_test.imagined import Imagined
+from twin.diagnose.next_test.separation import enough, separation
+from twin.identify.broadband import BinnedResponse
+from twin.identify.evidence import Evidence
+from twin.identify.linear_model import Output
+from twin.identify.prediction import Predictor
+from twin.rigs import BeamPart, Place
+
+__all__ = ["SensorPlace", "best_sensor_place"]
+
+Array = NDArray[Any]
+
+ON_BEAMS = 12
+"""Places along all beams together."""
+ON_PART = 16
+"""Nodes of a part given by matrices, the most evenly spread."""
+NEW = "new sensor"
+"""Name of the channel that is imagined."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorPlace:
+    """A place for a further accelerometer.
+
+    Attributes
+    ----------
+    separation, needed : float
+        Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough.
+    """
+
+    place: Place
+    separation: float
+    needed: float
+
+
+def best_sensor_place(
+    evidence: Evidence, best: Candidate, rivals: Sequence[Candidate], *, margin: float
+) -> SensorPlace | None:
+    """The place that parts the best model from its rivals farthest; None without a broadband run.
+
+    Parameters
+    ----------
+    margin
+        Gain of log evidence by which a rival counts as beaten.
+    """
+    if not evidence.broadband or not rivals:
+        return None
+    temper = max(best.chi2_per_dof, 1.0)
+    found = []
+    for place in _candidates(evidence):
+        imagined = [_imagine(evidence, truth, place) for truth in (best, *rivals)]
+        promises = []
+        for rival, if_rival in zip(rivals, imagined[1:], strict=True):
+            gap = best.weight(temper) - rival.weight(temper)
+            for there, other, ahead in ((imagined[0], rival, -gap), (if_rival, best, gap)):
+                promises.append((separation(there, other, temper=temper), enough(margin + ahead)))
+        gain, needed = min(promises, key=lambda promise: promise[0] / promise[1])
+        found.append(SensorPlace(place=place, separation=gain, needed=needed))
+    return max(found, key=lambda one: one.separation / one.needed, default=None)
+
+
+def _candidates(evidence: Evidence) -> list[Place]:
+    """Places across the beams and the parts given by matrices, without those that have a sensor already."""
+    layout, structure = evidence.rig.layout(), evidence.model.structure
+    whole, found = sum(beam.length for beam in layout.beams), []
+    for part in layout.parts:
+        if isinstance(part, BeamPart):
+            count = max(round(ON_BEAMS * part.length / whole), 2)
+            found += [Place(part.name, part.length * (k + 1) / count, (*part.normal, 0.0)) for k in range(count)]
+        else:
+            field = structure.node_field(part.name)
+            nodes = field.nodes[_spread(field.coordinates, ON_PART)]
+            found += [Place(part.name, float(node), direction) for node in nodes for direction in field.across]
+    taken = [structure.row(output.place) for output in evidence.outputs]
+    return [place for place in found if not any(_alike(structure.row(place), row) for row in taken)]
+
+
+def _alike(one: Array, two: Array) -> bool:
+    """Whether two rows read the same but for sign."""
+    size = np.linalg.norm(one) * np.linalg.norm(two)
+    return bool(size == 0 or abs(one @ two) > 0.999 * size)
+
+
+def _spread(points: Array, count: int) -> list[int]:
+    """Numbers of points far from each other, each the farthest from those before."""
+    chosen = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+    distance = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < min(count, len(points)):
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return chosen
+
+
+def _imagine(evidence: Evidence, truth: Candidate, place: Place) -> Imagined:
+    """The last broadband run if a model were true, with an accelerometer more."""
+    data = evidence.broadband[-1]
+    outputs = (*evidence.outputs, Output(NEW, "acceleration", place))
+    model = evidence.model.with_places(outputs, evidence.drive_place)
+    more = replace(evidence.without_steps(), outputs=outputs, model=model, broadband=())
+    predictor = Predictor(more, extension_of(more, truth.blames))
+    R, omega = predictor.broadband_receptance(data, truth.unknowns, data.omega)
+    bins = _with_channel(evidence, data, predictor.responses(R, omega))
+    more = replace(more, broadband=(bins,))
+    own = Trial(more, None, truth.unknowns, truth.blames)
+    return Imagined(more, None, own.predict(own.x0).residual)
+
+
+def _with_channel(evidence: Evidence, data: BinnedResponse, H: Array) -> BinnedResponse:
+    """The bins with responses H (b, o + 1), the last channel as noisy as the quietest accelerometer."""
+    bins, outputs = data.H.shape
+    accelerometers = [i for i, output in enumerate(evidence.outputs) if output.quantity == "acceleration"]
+    own = np.real(np.einsum("boo->bo", data.relative_covariance)) * np.abs(data.H) ** 2
+    absolute = np.min(own[:, accelerometers or range(outputs)], axis=1)
+    covariance = np.zeros((bins, outputs + 1, outputs + 1), complex)
+    covariance[:, :outputs, :outputs] = data.relative_covariance
+    covariance[:, outputs, outputs] = absolute / np.abs(H[:, outputs]) ** 2
+    return replace(data, H=H, relative_covariance=covariance, channels=(*data.channels, NEW))
