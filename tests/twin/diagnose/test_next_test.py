@@ -96,7 +96,7 @@ def test_a_part_of_the_band_is_driven_harder_as_far_as_the_response_allows(learn
 
 
 def test_what_a_sweep_reaches_stays_within_the_converters(learnt, plain):
-    _, evidence = learnt
+    runs, evidence = learnt
     deaf = [s.model_copy(update={"range": 60.0}) if s.channel == "acc2" else s for s in RIG.sensor]
     quiet = propose(runs, replace(evidence, rig=RIG.model_copy(update={"sensor": deaf})), plain, drifting=False)
     largest = max(p.procedure.amplitudes[0] for p in sweeps(propose(runs, evidence, plain, drifting=False)))
