@@ -17,9 +17,9 @@ INNER = {
     "structure": {"joint", "rigs", "structure"},
     "joint": {"joint"},
     "rigs": {"rigs"},
-    "diagnose": {"diagnose", "identify", "joint", "procedures", "rehearsal", "response", "rigs", "structure"},
+    "diagnose": {"causes", "diagnose", "identify", "joint", "procedures", "rehearsal", "response", "rigs", "structure"},
     "identify": {"identify", "joint", "procedures", "response", "rigs", "structure"},
-    "bench": {"bench", "joint", "rigs", "structure"},
+    "bench": {"bench", "causes", "joint", "rigs", "structure"},
 }
 """What a folder of twin may use; above all, an inference never uses the bench, nor the bench an inference."""
 
@@ -65,6 +65,37 @@ def test_nothing_depends_on_the_commands(folder):
 def test_folders_use_what_lies_below_them(folder):
     used = {name.split(".")[1] for _, name in imports(ROOT / "twin" / folder) if name.startswith("twin.")}
     assert used <= INNER[folder]
+
+
+OF_A_CAUSE = {
+    "effect.py": {"bench", "causes", "joint", "rigs", "structure"},
+    "draw.py": {"causes", "rigs"},
+    "model.py": {"causes", "diagnose", "identify", "joint", "rigs", "structure"},
+    "finding.py": {"causes", "diagnose", "identify"},
+    "__init__.py": {"causes"},
+}
+"""What each part of a cause may use: what acts on the bench and what is inferred never meet."""
+
+
+@pytest.mark.parametrize("part", OF_A_CAUSE)
+def test_the_two_sides_of_a_cause_never_meet(part):
+    root = ROOT / "twin" / "causes"
+    used = {
+        name.split(".")[1]
+        for where, name in imports(root)
+        if where.partition(":")[0].endswith(f"/{part}") and name.startswith("twin.")
+    }
+    assert used <= OF_A_CAUSE[part]
+
+
+def test_opening_a_bench_brings_no_inference():
+    """Though its effects stand beside the models.  (A diagnosis has a bench: it rehearses the next test.)"""
+    code = (
+        "import sys; from twin.bench import EFFECTS; list(EFFECTS.values())\n"
+        "print([m for m in sys.modules if m.startswith(('twin.diagnose', 'twin.identify'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 def test_the_rule_sees_imports_inside_functions(tmp_path, monkeypatch):

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import pytest
 from guide_script import as_script, matches, read_blocks, run_guide
 
-import drivers
-import recordings
-import twin
-
 DOCS = Path(__file__).parents[2] / "docs"
 LIST = (DOCS / "README.md").read_text(encoding="utf-8")
 GUIDES = [DOCS / name for name in re.findall(r"^\d+\. \[[^]]+\]\((\S+\.md)\)", LIST, re.MULTILINE)]
-IN_A_CLONE = {"a-new-cause.md"}
-"""Guides that change the program itself."""
 
 
 @pytest.mark.slow
@@ -27,13 +20,9 @@ IN_A_CLONE = {"a-new-cause.md"}
     ids=lambda page: page.stem,
 )
 def test_guide_runs_and_prints_what_it_shows(page: Path, tmp_path: Path) -> None:
-    folder, clone = tmp_path / "guide", page.name in IN_A_CLONE
+    folder = tmp_path / "guide"
     folder.mkdir()
-    if clone:
-        for package in (twin, drivers, recordings):  # with their compiled kernels
-            home = Path(package.__file__).parent
-            shutil.copytree(home, folder / home.name)
-    for block, promised, printed in run_guide(page, folder, timeout_s=600, path=str(folder) if clone else ""):
+    for block, promised, printed in run_guide(page, folder, timeout_s=600):
         assert matches(promised, printed), f"{page.name}, line {block.line}, promises\n{promised}\nbut came\n{printed}"
 
 

@@ -2,11 +2,10 @@
 
 from twin.bench.bench import Bench, SAMPLE_RATES_Hz, drive_limits, open_bench
 from twin.bench.effects import EFFECTS
-from twin.bench.hidden import DRAWN_CAUSES, FIRST_CAUSES, HiddenCase, draw_case
+from twin.bench.hidden import FIRST_CAUSES, HiddenCase, draw_case
 from twin.bench.layer import JointLaw, default_law, no_law
 
 __all__ = [
-    "DRAWN_CAUSES",
     "EFFECTS",
     "FIRST_CAUSES",
     "Bench",

@@ -2,17 +2,17 @@
 
 from twin.campaign.case import CasePlan, CaseResult, record_case, record_hidden, run_case
 from twin.campaign.judgement import Outcome, covered, judge, named_first
-from twin.campaign.plan import CAMPAIGN_CAUSES, planned_cases
+from twin.campaign.plan import campaign_causes, planned_cases
 from twin.campaign.runner import read_results, run_campaign
 from twin.campaign.summary import CampaignSummary, CauseRow, summarise
 
 __all__ = [
-    "CAMPAIGN_CAUSES",
     "CampaignSummary",
     "CasePlan",
     "CaseResult",
     "CauseRow",
     "Outcome",
+    "campaign_causes",
     "covered",
     "judge",
     "named_first",

@@ -16,7 +16,7 @@ from recordings import RunWriter, read_run
 from twin.bench import HiddenCase, draw_case
 from twin.demo import BROADBAND, broadband, planned_sweeps, recording_names, resonance
 from twin.diagnose import diagnose
-from twin.diagnose.causes import CAUSES, DRIFTS
+from twin.diagnose.models import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, load_procedure, run_procedure
 from twin.rigs import Rig, preload_record
 

@@ -6,14 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twin.bench import DRAWN_CAUSES
 from twin.campaign.case import CasePlan
+from twin.causes import DRAWS
 
-__all__ = ["CAMPAIGN_CAUSES", "planned_cases"]
+__all__ = ["campaign_causes", "planned_cases"]
 
-CAMPAIGN_CAUSES = tuple(name for name in DRAWN_CAUSES if name != "unsettled-dwell")
-"""What can be hidden in a rig.  A dwell too short is a mistake of the procedure, and these procedures wait until the
-response has settled."""
+
+def campaign_causes() -> tuple[str, ...]:
+    """What can be hidden in a rig, causes from outside last.
+
+    A dwell too short is a mistake of the procedure, and these procedures wait until the response has settled.
+    """
+    return tuple(name for name in DRAWS if name != "unsettled-dwell")
 
 
 def planned_cases(

@@ -10,6 +10,7 @@ import click
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, progress_bar, say, write_json
+from twin.commands.outside import causes_option
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -38,6 +39,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 @click.option("--workers", type=click.IntRange(1), help="Local processes; one for each core if left out.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
 @click.option("--keep", is_flag=True, help="Keep the recordings, some 40 MB a case.")
+@causes_option
 @json_option
 def command(
     out: Path,
@@ -59,11 +61,11 @@ def command(
     joint's law).  A case takes half a minute to a minute on one core.  Interrupted, the same command goes on where it
     ended, and with more seeds or strengths it adds to what is there.
     """
-    from twin.campaign import CAMPAIGN_CAUSES, planned_cases, run_campaign, summarise
+    from twin.campaign import campaign_causes, planned_cases, run_campaign, summarise
     from twin.rigs import load_rig
     from twin.views.campaign_figures import confusion_figure, detection_figure
 
-    known = (*CAMPAIGN_CAUSES, "none")
+    known = (*campaign_causes(), "none")
     for cause in causes:
         if cause not in known:
             raise InputError("--cause", "", f"no cause {cause!r}", f"one of {', '.join(known)}")

@@ -13,6 +13,7 @@ import click
 from recordings.errors import InputError
 from twin.commands.demo_ending import tell_result
 from twin.commands.output import json_option, print_json, say, write_json
+from twin.commands.outside import causes_option
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
 
@@ -39,6 +40,7 @@ RESULT, REPORT, VIEW, TRUTH = "result.json", "report.html", "run.rrd", "hidden-r
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is hidden and of the noise; any if left out.")
 @click.option("--cause", metavar="NAME", help="Hide this cause, or none, instead of drawing one.")
 @click.option("--overwrite", is_flag=True, help="Write into a folder that holds something already.")
+@causes_option
 @json_option
 def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bool, as_json: bool) -> int:
     """Serve a virtual steel rig, drive it over a serial line and CAN, record, identify, and find what is wrong.

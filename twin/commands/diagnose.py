@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from twin.commands.output import console, json_option, next_step, print_json, printable, say, working, write_json
+from twin.commands.outside import causes_option
 from twin.commands.staging import staged_folder
 
 __all__ = ["command"]
@@ -48,6 +49,7 @@ class _HeldOutRuns(click.Command):
     help="Runs kept for the gain: all words up to the next option.",
 )  # fmt: skip
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
+@causes_option
 @json_option
 def command(
     runs: tuple[Path, ...],

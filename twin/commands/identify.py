@@ -13,6 +13,7 @@ import click
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.commands.output import json_option, next_step, print_json, say, standard_output, working
+from twin.commands.outside import causes_option
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
@@ -35,6 +36,7 @@ USUAL_s = 20.0
     help="The report, HTML; beside the model and named like it if left out.",
 )  # fmt: skip
 @click.option("--no-report", is_flag=True, help="Write the model alone.")
+@causes_option
 @json_option
 def command(
     runs: tuple[Path, ...],

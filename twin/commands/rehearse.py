@@ -16,6 +16,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.output import json_option, next_step, plain, print_json, say, write_json
+from twin.commands.outside import causes_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -45,6 +46,7 @@ REHEARSED_WINDOW_S = 120.0
     "--rounds", type=click.IntRange(0, 20), default=5, show_default=True, help="Most improvements; 0 for none."
 )
 @view_options
+@causes_option
 @json_option
 def command(
     procedure: str,

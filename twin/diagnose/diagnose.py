@@ -13,11 +13,11 @@ import numpy as np
 from recordings.run import Run
 from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
-from twin.diagnose.causes import CAUSES, DRIFTS
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.extended import extended_rig
 from twin.diagnose.missing import find_missing_force
+from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes

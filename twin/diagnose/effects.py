@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from recordings.errors import InputError
 from twin.diagnose.candidate import Blame
-from twin.diagnose.cause import from_told_place, told_place
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
+from twin.diagnose.places import from_told_place, told_place
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from twin.diagnose.cause import told_place
+from twin.diagnose.places import told_place
 from twin.diagnose.search import Search
 from twin.identify.evidence import Evidence
 from twin.identify.updated_rig import updated_rig

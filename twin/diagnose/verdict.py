@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from twin.diagnose.candidate import Blame, Candidate
-from twin.diagnose.cause import told_place
 from twin.diagnose.climb import Stage
+from twin.diagnose.places import told_place
 from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search
 from twin.diagnose.signals import Finding

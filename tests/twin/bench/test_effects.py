@@ -8,7 +8,7 @@ from contract_causes import BEYOND_CONTRACT, CONTRACT
 
 from recordings.streams import Excitation
 from twin.bench import EFFECTS, default_law, draw_case, open_bench
-from twin.bench.hidden import SIZES
+from twin.causes import DRAWS
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -32,7 +32,7 @@ def record(effects=(), *, frequency_Hz=40.0, volts=1.0, noise=False, seconds=2, 
 
 def test_names_and_parameters_are_the_contracts():
     rng = np.random.default_rng(0)
-    assert set(EFFECTS) == set(CONTRACT) == set(SIZES)
+    assert set(EFFECTS) == set(CONTRACT) == set(DRAWS)
     for cause, names in CONTRACT.items():
         case = draw_case(rng, rig=RIG, causes=[cause])
         assert set(case.effects[0].parameters) - BEYOND_CONTRACT.get(cause, set()) == names

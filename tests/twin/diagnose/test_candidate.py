@@ -11,7 +11,7 @@ from scipy.stats import multivariate_normal
 from recordings import read_run
 from twin.diagnose.candidate import Blame, Candidate, Trial, extension_of, log_evidence
 from twin.diagnose.cause import Parameter
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import gather_evidence
 from twin.identify.gauss_newton import minimise

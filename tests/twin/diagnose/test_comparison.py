@@ -10,8 +10,8 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.candidate import Blame, Candidate, extension_of
-from twin.diagnose.causes import CAUSES
 from twin.diagnose.comparison import compare_sweeps, noise_floors, predicted_steps, relative_errors
+from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_unknowns
 from twin.identify.evidence import gather_evidence
 from twin.identify.harmonics import harmonic_residuals

@@ -10,7 +10,7 @@ import pytest
 from recordings import read_run
 from recordings.errors import InputError
 from twin.diagnose.candidate import Blame, Trial, extension_of, fit_candidate
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place
 from twin.diagnose.next_test.imagined import Imagined, imagine
 from twin.diagnose.next_test.imagined_noise import imagined_bins

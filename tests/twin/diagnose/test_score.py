@@ -10,7 +10,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.score import score_causes
 from twin.diagnose.thin import thin_evidence
 from twin.identify.evidence import gather_evidence

@@ -7,7 +7,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.candidate import Blame
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.score import Score
 from twin.diagnose.shortlist import shortlist
 from twin.diagnose.tournament import LEAST_SCORE

@@ -14,7 +14,7 @@ import pytest
 from recordings import read_run
 from twin.diagnose import in_processes
 from twin.diagnose.candidate import Blame, extension_of, fit_candidate
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.side_by_side import side_by_side
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import gather_evidence

@@ -6,7 +6,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from recordings.tables import FrequencyTable
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.tables import diagnose_frequencies
 from twin.diagnose.tables.fit import SPREAD, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies

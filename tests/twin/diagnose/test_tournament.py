@@ -4,7 +4,7 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.candidate import Blame
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.tournament import tournament
 from twin.identify.base_fit import fit_base
 from twin.identify.evidence import gather_evidence

@@ -13,7 +13,7 @@ from twin.bench import draw_case
 from twin.campaign import CasePlan, record_case, record_hidden
 from twin.demo import BROADBAND, HELD_OUT, SWEEPS
 from twin.diagnose import Diagnosis, diagnose
-from twin.diagnose.causes import CAUSES, DRIFTS
+from twin.diagnose.models import CAUSES, DRIFTS
 from twin.rigs import Effect, Rig, load_rig
 
 RIG = load_rig("steel-lap-joint")

@@ -11,7 +11,7 @@ from recordings import RunWriter, read_run
 from twin.bench import open_bench
 from twin.demo import BROADBAND, broadband
 from twin.diagnose.candidate import Blame, extension_of, fit_candidate
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.identify.evidence import gather_evidence
 from twin.identify.extension import Extension
 from twin.identify.joint_law import LayerLaw

@@ -12,9 +12,9 @@ import pytest
 
 from recordings import Run
 from twin.diagnose.candidate import Blame, Candidate, extension_of
-from twin.diagnose.causes import CAUSES
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
 from twin.diagnose.footing import Footing
+from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.search import Search
 from twin.identify.broadband import BinnedResponse

@@ -10,7 +10,7 @@ from recorded_views import LEVELS_N, FREQUENCIES_Hz, candidate, sdof_receptance
 
 from recordings import Run
 from twin.diagnose.candidate import Blame, extension_of
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate
 from twin.identify.evidence import Evidence
 from twin.identify.joint_law import LayerLaw

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Blame
-from twin.diagnose.cause import Cause, Parameter, Values, place_at, position, single_point
+from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.missing.terms import TERMS, Term
+from twin.diagnose.places import place_at, position, single_point
 from twin.identify.evidence import Evidence
 from twin.identify.extension import Extension, NonlinearForce
 

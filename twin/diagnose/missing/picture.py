@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
-from twin.diagnose.cause import along_beam, place_at
 from twin.diagnose.footing import FOLLOWS, Footing
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.paying import LEAST_SHARE
+from twin.diagnose.places import along_beam, place_at
 from twin.diagnose.search import Search, search_causes
 from twin.diagnose.thin import thin_evidence
 from twin.diagnose.tournament import LEAST_GAIN, Report

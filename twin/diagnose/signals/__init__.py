@@ -8,12 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from recordings.run import Run
-from twin.diagnose.signals.clipping import find_clipping
+from twin.causes import FINDINGS
+from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
-from twin.diagnose.signals.lost_samples import find_lost_samples
-from twin.diagnose.signals.mains_hum import find_mains_hum
-from twin.diagnose.signals.quantisation import find_quantisation
-from twin.diagnose.signals.sample_clock import as_known, find_clock_error, with_clock
 from twin.diagnose.signals.unsettled import find_unsettled
 from twin.identify.sine_fit import Line
 
@@ -22,10 +19,7 @@ __all__ = ["Finding", "as_known", "find_unsettled", "foreign_lines", "inspect_si
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:
     """Everything that the samples show by themselves; dwells are judged after the sines are fitted."""
-    findings = []
-    for find in (find_clipping, find_lost_samples, find_quantisation, find_mains_hum, find_clock_error):
-        findings += find(runs)
-    return findings
+    return [finding for find in FINDINGS.values() for finding in find(runs)]
 
 
 def mended(run: Run, findings: Sequence[Finding]) -> Run:

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.causes import CAUSES
 from twin.diagnose.effects import with_effects
+from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.identify.changed_model import changed_structure

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.diagnose.cause import Parameter
-from twin.diagnose.causes import CAUSES
+from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.rigs import Effect

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.signals.clipping import find_clipping
+from twin.causes.clipping.finding import find_clipping
 
 LIMIT = 9.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.signals.lost_samples import find_lost_samples
+from twin.causes.lost_samples.finding import find_lost_samples
 
 STRETCHES = ((3000, 100), (9000, 6), (20_000, 512))
 """Where the last value is repeated, and how often."""

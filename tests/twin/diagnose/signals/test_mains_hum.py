@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.signals.mains_hum import find_mains_hum
+from twin.causes.mains_hum.finding import find_mains_hum
 
 
 def humming(synthetic, seed, frequency_Hz, amplitude, **options):

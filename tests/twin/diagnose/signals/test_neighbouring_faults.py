@@ -5,8 +5,8 @@ import pytest
 
 from recordings import RunWriter, read_run
 from twin.bench import open_bench
-from twin.diagnose.signals.clipping import find_clipping
-from twin.diagnose.signals.lost_samples import find_lost_samples
+from twin.causes.clipping.finding import find_clipping
+from twin.causes.lost_samples.finding import find_lost_samples
 from twin.procedures import DirectAcquisition, SteppedSine, run_procedure
 from twin.procedures.tables import Measure
 from twin.rigs import Effect, load_rig

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.signals.quantisation import find_quantisation
+from twin.causes.quantisation.finding import find_quantisation
 
 
 @pytest.mark.parametrize("step", [0.06, 0.5])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.diagnose.signals.sample_clock import find_clock_error, with_clock
+from twin.causes.sample_clock.finding import find_clock_error
+from twin.diagnose.signals.clock import with_clock
 from twin.identify.sine_fit import steady_states
 
 

@@ -1,0 +1,37 @@
+"""A mass nobody told the model of: a cable clamp, a heavier sensor, a magnet left on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.places import part_labels, place_at, position
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Extension, point_mass
+
+__all__ = ["AddedMass"]
+
+
+class AddedMass(Cause):
+    """Adds -omega^2 m at a place, along and across the beam."""
+
+    name = "added-mass"
+    summary = "a mass sits on the structure that the model does not have"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return part_labels(evidence)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Mass and where it sits."""
+        return (
+            Parameter(name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,), model_error=0.002),
+            *position(evidence, label),
+        )
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A point mass."""
+        place, mass = place_at(evidence, label, values), values["mass_kg"]
+        return Extension(
+            attachments=(point_mass(place, mass, directions=len(evidence.model.structure.translations(place))),)
+        )

@@ -1,0 +1,1 @@
+"""Something loose that resonates by itself: a cable, a bracket, a dangling connector."""

@@ -1,0 +1,53 @@
+"""Something loose that resonates by itself: a cable, a bracket, a dangling connector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.places import place_at, place_labels, point, position
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Attachment, Extension
+
+__all__ = ["AttachedResonator"]
+
+
+class AttachedResonator(Cause):
+    """A mass on a damped spring."""
+
+    name = "attached-resonator"
+    summary = "a small mass on a spring of its own hangs on the structure"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Mass, frequency, damping and place."""
+        high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
+        low = min([float(data.frequency_Hz[0]) for data in evidence.broadband], default=5.0)
+        seen = [f for data in evidence.broadband for f in data.resonances_Hz if low < f < high]
+        # The likeliest places first: a light one far from the structure's own resonances shows there alone.
+        frequencies = tuple(float(f) for f in (*np.geomspace(max(low, 12.0), high, 14), *seen))
+        # Above all that was measured a resonator is but a mass, below it a spring with a dashpot: causes of their own.
+        # So is one so damped that it hardly resonates: what then follows the data is the freedom of four parameters.
+        return (
+            Parameter(name="mass_kg", scale=0.02, lower=0.0, upper=0.3, null=0.0, starts=(0.003,), model_error=0.006),
+            Parameter(name="frequency_Hz", scale=high, lower=low, upper=high, starts=frequencies, model_error=0.0015),
+            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.25, starts=(0.03,), model_error=0.2),
+            *position(evidence, label, 8),
+        )
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """Dynamic stiffness of a seismic mass."""
+        m, w, z = values["mass_kg"], 2 * np.pi * values["frequency_Hz"], values["damping_ratio"]
+
+        def stiffness(omega: Any) -> Any:
+            r = omega / w
+            link = 1 + 2j * z * r
+            return (-m * omega**2 * link / (link - r**2))[:, None]
+
+        return Extension(attachments=(Attachment(point(place_at(evidence, label, values)), stiffness),))

@@ -1,0 +1,1 @@
+"""The clamp's foundation moves with the drive force."""

@@ -1,0 +1,12 @@
+"""How large it usually is, for a rig of the steel rig's kind."""
+
+from __future__ import annotations
+
+from twin.causes.dice import Dice, Parameters
+
+__all__ = ["draw"]
+
+
+def draw(dice: Dice) -> Parameters:
+    """Parameters of normal size."""
+    return {"beam": dice.beam(), "factor": 1.0 + dice.signed(0.02, 0.05)}

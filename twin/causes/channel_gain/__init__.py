@@ -1,0 +1,1 @@
+"""A channel's sensitivity is wrong: a mistyped calibration, a gain switch."""

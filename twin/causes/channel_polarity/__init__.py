@@ -1,0 +1,1 @@
+"""A channel is wired or mounted the wrong way round."""

@@ -1,0 +1,1 @@
+"""The clamp turns under the beam's root moment."""

@@ -1,0 +1,1 @@
+"""An amplifier that limits before the converter does, so that no overload is counted."""

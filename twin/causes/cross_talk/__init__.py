@@ -1,0 +1,1 @@
+"""A part of one channel leaks into another."""

@@ -1,0 +1,59 @@
+"""Ways of drawing a hidden cause's parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twin.rigs import Rig
+
+__all__ = ["Dice", "Parameters"]
+
+Parameters = dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class Dice:
+    """Ways of drawing a parameter."""
+
+    rng: np.random.Generator
+    rig: Rig
+    strength: float
+
+    def size(self, low: float, high: float) -> float:
+        """Log-uniform, times the strength."""
+        return float(np.exp(self.rng.uniform(np.log(low), np.log(high)))) * self.strength
+
+    def plain(self, low: float, high: float) -> float:
+        """Uniform, whatever the strength."""
+        return float(self.rng.uniform(low, high))
+
+    def signed(self, low: float, high: float) -> float:
+        """A size of either sign."""
+        return self.size(low, high) * float(self.rng.choice([-1.0, 1.0]))
+
+    def lost(self, low: float, high: float) -> float:
+        """A factor below one, from the share that is lost."""
+        return 1.0 - min(self.size(low, high), 0.95)
+
+    def beam(self) -> str:
+        """One of the rig's."""
+        return str(self.rng.choice([beam.name for beam in self.rig.layout().beams]))
+
+    def response(self) -> str:
+        """A response channel."""
+        return str(self.rng.choice([s.channel for s in self.rig.response_sensors]))
+
+    def joint(self) -> Parameters:
+        """One of several joints; nothing to say of a single one."""
+        names = [joint.name for joint in self.rig.joints]
+        return {"joint": str(self.rng.choice(names))} if len(names) > 1 else {}
+
+    def along(self, low: float, high: float) -> Parameters:
+        """A place, as shares of the length: of the whole structure where it is one line of beams, else of a beam."""
+        layout = self.rig.layout()
+        if layout.passable:
+            return {"position_m": self.plain(low, high) * layout.length}
+        beam = layout.beam(self.beam())
+        return {"part": beam.name, "position_m": self.plain(low, high) * beam.length}

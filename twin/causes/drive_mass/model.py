@@ -1,0 +1,31 @@
+"""A mass between force cell and beam: a stud, wax, the cell's own live side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.places import point
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Attachment, Extension
+
+__all__ = ["DriveMass"]
+
+
+class DriveMass(Cause):
+    """The force that reaches the beam is the measured one less what accelerates this mass."""
+
+    name = "drive-mass"
+    summary = "a mass sits between the force cell and the beam"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """The mass."""
+        return (
+            Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
+        )
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A mass at the drive point, across the beam only."""
+        mass = values["mass_kg"]
+        at = point(evidence.drive_place)
+        return Extension(attachments=(Attachment(at, lambda omega: -mass * omega[:, None] ** 2 + 0j),))

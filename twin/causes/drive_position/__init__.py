@@ -1,0 +1,1 @@
+"""The shaker drives the beam at another place than was written down."""

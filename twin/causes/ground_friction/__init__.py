@@ -1,0 +1,1 @@
+"""Dry friction against the surroundings: a cable that drags, a probe that touches."""

@@ -1,0 +1,1 @@
+"""A stop that the structure strikes on one side once it moves far enough."""

@@ -1,0 +1,1 @@
+"""The joint's linear stiffness is far from what was believed: another torque, another surface."""

@@ -1,0 +1,16 @@
+"""How large it usually is, for a rig of the steel rig's kind."""
+
+from __future__ import annotations
+
+from twin.causes.dice import Dice, Parameters
+
+__all__ = ["draw"]
+
+
+def draw(dice: Dice) -> Parameters:
+    """Parameters of normal size."""
+    return {
+        **dice.joint(),
+        "normal_factor": dice.lost(0.2, 0.4),
+        "shear_factor": dice.lost(0.2, 0.4),
+    }

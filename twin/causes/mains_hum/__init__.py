@@ -1,0 +1,1 @@
+"""Hum of the mains on a channel."""

@@ -1,0 +1,1 @@
+"""The bolt loses preload while the test runs."""

@@ -1,0 +1,12 @@
+"""How large it usually is, for a rig of the steel rig's kind."""
+
+from __future__ import annotations
+
+from twin.causes.dice import Dice, Parameters
+
+__all__ = ["draw"]
+
+
+def draw(dice: Dice) -> Parameters:
+    """Parameters of normal size."""
+    return {**dice.joint(), "rate_per_s": dice.size(1e-4, 3e-4)}

@@ -1,0 +1,1 @@
+"""A converter coarser than believed, or a range chosen far too large."""

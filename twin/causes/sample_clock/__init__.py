@@ -1,0 +1,1 @@
+"""The converter's clock is off, so that every frequency is."""

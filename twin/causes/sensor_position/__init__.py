@@ -1,0 +1,1 @@
+"""A sensor sits at another place than was written down."""

@@ -1,0 +1,1 @@
+"""The stinger holds the beam at the drive point, and the force cell does not see it."""

@@ -1,0 +1,35 @@
+"""The stinger holds the beam at the drive point, and the force cell does not see it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.places import point
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Attachment, Extension
+
+__all__ = ["StingerStiffness"]
+
+
+class StingerStiffness(Cause):
+    """A spring to ground at the drive point, on the beam's side of the cell."""
+
+    name = "stinger-stiffness"
+    summary = "the stinger's side stiffness holds the beam at the drive point"
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """The spring."""
+        return (
+            Parameter(
+                name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
+            ),
+        )
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """A constant stiffness at the drive point."""
+        k = values["stiffness_N_per_m"]
+        at = point(evidence.drive_place)
+        return Extension(attachments=(Attachment(at, lambda omega: np.full((len(omega), 1), k + 0j)),))

@@ -1,0 +1,1 @@
+"""The structure warms up while the test runs."""

@@ -1,0 +1,1 @@
+"""A beam so thick or so soft in shear that Euler and Bernoulli do not hold."""

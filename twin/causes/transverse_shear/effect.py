@@ -1,0 +1,16 @@
+"""A beam that yields in shear as well as in bending (a core, a laminate): Timoshenko instead of Euler-Bernoulli."""
+
+from __future__ import annotations
+
+from twin.bench.plan import Plan
+from twin.causes.beam_modulus.effect import chosen
+
+__all__ = ["transverse_shear"]
+
+
+def transverse_shear(plan: Plan, *, beam: str, modulus_ratio: float) -> None:
+    """Give one beam the ratio E / (kappa G), beside what it has of it."""
+    believed = chosen(plan, beam)
+    plan.layout = plan.layout.with_beam(
+        beam, youngs_modulus=believed.youngs_modulus, shear_ratio=believed.shear_ratio + modulus_ratio
+    )

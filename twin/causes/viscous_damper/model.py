@@ -1,0 +1,38 @@
+"""Something that rubs viscously against the surroundings: a cable in a tight guide, grease, a foam rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.places import place_at, place_labels, point, position
+from twin.identify.evidence import Evidence
+from twin.identify.extension import Attachment, Extension
+
+__all__ = ["ViscousDamper"]
+
+
+class ViscousDamper(Cause):
+    """A dashpot to ground."""
+
+    name = "viscous-damper"
+    summary = "a dashpot acts between the structure and its surroundings"
+
+    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+        """The whole structure, or any beam."""
+        return place_labels(evidence)
+
+    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+        """Damping constant and place."""
+        return (
+            Parameter(
+                name="damping_Ns_per_m", scale=1.0, lower=0.0, upper=100.0, null=0.0, starts=(0.1,), model_error=0.01
+            ),
+            *position(evidence, label),
+        )
+
+    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+        """J omega c at the place."""
+        c = values["damping_Ns_per_m"]
+        at = point(place_at(evidence, label, values))
+        return Extension(attachments=(Attachment(at, lambda omega: 1j * c * omega[:, None]),))

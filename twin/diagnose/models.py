@@ -1,0 +1,25 @@
+"""The causes a diagnosis may blame, by name."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from typing import Any
+
+from twin.causes import Registered
+from twin.diagnose.cause import Cause
+
+__all__ = ["CAUSES", "DRIFTS"]
+
+
+def _model(module: Any, name: str) -> Cause:
+    """The class named as the folder, in capitals."""
+    cause = getattr(module, "".join(word.capitalize() for word in name.split("-")))()
+    assert isinstance(cause, Cause)
+    return cause
+
+
+CAUSES: MutableMapping[str, Cause] = Registered("model", _model)
+"""All that have a forward model."""
+
+DRIFTS = ("preload-loss", "temperature-drift")
+"""Causes whose rate is per second of the rig's time, which a recording without its waits does not have."""
