@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
-from twin.bench.layer import JointLaw, default_law, law_from_table
+from twin.bench.layer import JointLaw, default_law, law_by_name, law_from_table
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
 from twin.bench.shaker import COORDINATES, Shaker
-from twin.joint import Hinges, Law, jenkins
-from twin.rigs import Place
+from twin.joint import Hinges, Law, RunningLoss, jenkins
+from twin.rigs import NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
@@ -268,6 +268,15 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
             Element(row, law.loss, weight, velocity=True, follows="all", joint=number)
             for row, weight in zip(slips, points.slip_weight, strict=True)
         ]
+    for rows, weights, follows, more in (
+        (openings, points.opening_weight, "E", law.opening),
+        (slips, points.slip_weight, "all", law.slip),
+    ):
+        elements += [
+            Element(row, one, weight, velocity=isinstance(one, RunningLoss), follows=follows, joint=number)
+            for one in more
+            for row, weight in zip(rows, weights, strict=True)
+        ]
     return elements + [
         Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N), joint=number)
         for slider in joint.sliders
@@ -284,9 +293,11 @@ def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Ma
 
 def _law(plan: Plan, number: int) -> JointLaw:
     """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
-    joint = plan.joints[number]
+    joint, filed = plan.joints[number], plan.rig.joints[number].law
     if joint.law is not None:
         law = joint.law
+    elif isinstance(filed, NamedLaws):
+        law = law_by_name(filed, E=joint.E, G=joint.G)
     else:
         table = layer_table(plan.rig, E=joint.E, G=joint.G, joint=number)
         law = default_law(joint.E) if table is None else law_from_table(table, E=joint.E)

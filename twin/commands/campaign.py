@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, progress_bar, say, write_json
 
@@ -38,6 +39,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 @click.option("--workers", type=click.IntRange(1), help="Local processes; one for each core if left out.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
 @click.option("--keep", is_flag=True, help="Keep the recordings, some 40 MB a case.")
+@laws_option
 @json_option
 def command(
     out: Path,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, plain, print_json, say, write_json
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
@@ -45,6 +46,7 @@ REHEARSED_WINDOW_S = 120.0
     "--rounds", type=click.IntRange(0, 20), default=5, show_default=True, help="Most improvements; 0 for none."
 )
 @view_options
+@laws_option
 @json_option
 def command(
     procedure: str,
@@ -174,7 +176,17 @@ class _Job:
     def command(self) -> str:
         """What to type to get the same again."""
         preload = ["--preload", self.preload] if self.preload else []
-        words = ["twin", "rehearse", self.procedure, "--rig", self.rig, *preload, "--seed", str(self.seed)]
+        words = [
+            "twin",
+            "rehearse",
+            self.procedure,
+            "--rig",
+            self.rig,
+            *laws_words(),
+            *preload,
+            "--seed",
+            str(self.seed),
+        ]
         return shlex.join([*words, "--rounds", str(self.rounds), "--out", str(self.out)])
 
 

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from twin.rigs.tables import LawTable, LayerLawTable, Name, NonNegative, Positive, Preload, Table
+from twin.rigs.tables import AnyLaw, Name, NonNegative, Positive, Preload, Table, check_law
 
 __all__ = [
     "DIRECTIONS",
@@ -148,7 +148,7 @@ class ThinLayer(Table):
     width: Positive | None = None
     layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
     preload: dict[str, Preload] = Field(min_length=1)
-    law: LawTable | LayerLawTable | None = None
+    law: AnyLaw | None = None
 
     @model_validator(mode="after")
     def _somewhere(self) -> ThinLayer:
@@ -159,6 +159,7 @@ class ThinLayer(Table):
             raise ValueError(f"to {self.to:g} must lie beyond from {self.begin:g}")
         if self.between[0] == self.between[1]:
             raise ValueError(f"it joins {self.between[0]!r} to itself")
+        check_law(self.law, self.preload)
         return self
 
 
