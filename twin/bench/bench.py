@@ -261,7 +261,10 @@ def _described(instrument: InstrumentChannel) -> Channel:
     """What a recording says of a channel."""
     i = instrument
     quantity = MONITORS[i.name][1] if i.name in MONITORS else i.quantity
-    return Channel(name=i.name, quantity=quantity, unit=i.unit, position_m=i.position_m, range=i.range)
+    direction = "-y" if i.backwards else "+y"
+    return Channel(
+        name=i.name, quantity=quantity, unit=i.unit, position_m=i.position_m, range=i.range, direction=direction
+    )
 
 
 def _parts(poles: NDArray[np.complex128]) -> Matrix:
@@ -334,7 +337,13 @@ def open_bench(
     """
     name = rig.preload_name(preload)
     instruments = {
-        s.channel: InstrumentChannel.of(s, rig.acquisition.bits, position_m=rig.position_of(s.channel))
+        s.channel: InstrumentChannel.of(
+            s,
+            rig.acquisition.bits,
+            position_m=rig.position_of(s.channel),
+            # a force is positive along its drive, whichever way that points
+            backwards=s.quantity != "force" and rig.place_of(s.channel).backwards,
+        )  # fmt: skip
         for s in rig.sensors
     }
     for monitor in monitors:

@@ -252,8 +252,7 @@ def reference_output(model: LinearModel) -> int:
 
 def _sign(recorded: str, place: Place) -> float:
     """Minus one where a recording's channel points against what the rig file says of its sensor."""
-    backwards = sum(place.direction) < 0
-    return -1.0 if recorded.startswith("-") != backwards else 1.0
+    return -1.0 if recorded.startswith("-") != place.backwards else 1.0
 
 
 def common_preload(runs: Sequence[Run], rig: Rig) -> str:

@@ -199,6 +199,11 @@ class Place:
     at: float
     direction: tuple[float, float, float]
 
+    @property
+    def backwards(self) -> bool:
+        """Whether a recording, which knows +y and -y alone, says that its sensor measures along -y."""
+        return sum(self.direction) < 0
+
     def towards(self, direction: tuple[float, float, float]) -> Place:
         """The same point in another direction."""
         return replace(self, direction=direction)
