@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.quantities import is_response, quantity
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, default_law, law_by_name, law_from_table
@@ -109,7 +110,7 @@ class Built:
     def differentiable(self) -> NDArray[np.bool_]:
         """Which channels are plain accelerations, that may be had from velocities."""
         instruments = self.plan.instruments.values()
-        return np.array([i.quantity == "acceleration" and not i.resonances for i in instruments])
+        return np.array([_form(i) == "acceleration" and not i.resonances for i in instruments])
 
     def rig(self, time_s: float, internal_rate_Hz: float, *, velocities: bool = False) -> LinearRig:
         """Linear rig; outputs are local coordinates, auxiliary rows, channels.
@@ -126,7 +127,7 @@ class Built:
         instruments = list(self.plan.instruments.values())
         as_velocity = self.differentiable & velocities
         for i, row, slow in zip(instruments, self.channel_rows, as_velocity, strict=True):
-            outputs.append(Output("velocity" if slow else i.quantity, row, static=True))  # type: ignore[arg-type]
+            outputs.append(Output("velocity" if slow else _form(i), row, static=True))  # type: ignore[arg-type]
         rig = linear_rig(
             modal,
             zeta=zeta,
@@ -203,6 +204,13 @@ class Built:
         resonances = sum(len(i.resonances) for i in self.plan.instruments.values())
         followers = sum(velocity for _, velocity in self.rows)
         return followers + (3 if self.shaker else 0) + 2 * resonances
+
+
+def _form(instrument: InstrumentChannel) -> str:
+    """What the linear rig reads for it: the derivative of its row's motion, or a quantity of the shaker."""
+    if not is_response(instrument.quantity):
+        return instrument.quantity
+    return ("displacement", "velocity", "acceleration")[quantity(instrument.quantity).derivative]
 
 
 def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:

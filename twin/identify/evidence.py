@@ -245,9 +245,10 @@ def gather_evidence(
 
 
 def reference_output(model: LinearModel) -> int:
-    """Number of the output whose motion is largest in the first mode: the tip's of a cantilever."""
+    """Number of the output whose motion is largest in the first mode: a cantilever's tip; a strain if there is none."""
     motion = np.abs(model.ports.rows[model.ports.outputs] @ model.basis.Phi[:, 0])
-    return int(np.argmax(motion))
+    moves = np.array([output.place.reads == "displacement" for output in model.outputs])
+    return int(np.argmax(np.where(moves, motion, 0.0) if np.any(moves) else motion))
 
 
 def _sign(recorded: str, place: Place) -> float:

@@ -7,6 +7,7 @@ overlap it is the lower beam's.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -165,7 +166,8 @@ class LapJointRig(Rig):
         """Where a sensor is; all measure across the beam."""
         for sensor in self.sensor:
             if sensor.channel == channel:
-                return self.layout().place(sensor.position)
+                place = self.layout().place(sensor.position)
+                return replace(place, reads=sensor.reads or place.reads)
         raise KeyError(channel)
 
     @property

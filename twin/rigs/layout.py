@@ -193,11 +193,14 @@ class Place:
         Metres along a beam from its start, or a node number of a part given by matrices.
     direction : tuple of float, (3,)
         Unit vector.
+    reads
+        ``displacement`` in that direction, or ``strain`` along a beam at the surface that faces in that direction.
     """
 
     part: str
     at: float
     direction: tuple[float, float, float]
+    reads: str = "displacement"
 
     @property
     def backwards(self) -> bool:
@@ -205,8 +208,8 @@ class Place:
         return sum(self.direction) < 0
 
     def towards(self, direction: tuple[float, float, float]) -> Place:
-        """The same point in another direction."""
-        return replace(self, direction=direction)
+        """The displacement of the same point in another direction."""
+        return replace(self, direction=direction, reads="displacement")
 
 
 @dataclass(frozen=True)
@@ -335,7 +338,7 @@ class Layout:
             position = self.position(place)
             assert position is not None
             other = self.place(min(max(position + offset_m, 0.0), self.length))
-            return other.towards(place.direction)
+            return replace(other, direction=place.direction, reads=place.reads)
         part = self.part(place.part)
         if not isinstance(part, BeamPart):
             return place

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
+from recordings.quantities import follows_excitation, known_quantities, quantity
+
 if TYPE_CHECKING:
     from twin.joint import NamedLaw, PointForce
 
@@ -312,7 +314,8 @@ class Transducer(Table):
     """A transducer and its converter channel: range in its unit, noise in unit per root hertz, high-pass in Hz."""
 
     channel: Name
-    quantity: Literal["force", "acceleration", "velocity", "displacement"]
+    quantity: Name
+    """Force, or what the table of quantities knows as a response: acceleration, strain, ..."""
     mass: NonNegative = 0.0
     """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
     stinger_side_mass: NonNegative = 0.0
@@ -326,6 +329,14 @@ class Transducer(Table):
     transverse_sensitivity: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
     """Share of the motion along the beam, at the surface, that an accelerometer also shows."""
 
+    @field_validator("quantity")
+    @classmethod
+    def _follows_the_excitation(cls, value: str) -> str:
+        if not follows_excitation(value):
+            measured = [one for one in known_quantities() if follows_excitation(one)]
+            raise ValueError(f"a transducer measures one of {', '.join(measured)}")
+        return value
+
     @model_validator(mode="after")
     def _of_the_kind(self) -> Transducer:
         if self.quantity != "force" and self.stinger_side_mass:
@@ -335,6 +346,11 @@ class Transducer(Table):
         if self.mounting_frequency is None and "mounting_damping" in self.model_fields_set:
             raise ValueError("mounting_damping needs a mounting_frequency")
         return self
+
+    @property
+    def reads(self) -> str:
+        """What of the structure's motion it reads: displacement or strain; nothing for a force."""
+        return quantity(self.quantity).reads
 
 
 class Acquisition(Table):
