@@ -17,6 +17,7 @@ from importlib import resources
 
 import numpy as np
 
+from recordings.quantities import NO_CODE, known_quantities, quantity_of_code
 from recordings.run import Channel
 
 __all__ = [
@@ -25,7 +26,6 @@ __all__ = [
     "LOAD_UNKNOWN",
     "NO_PULSE",
     "PULSE_INTERVAL_NS",
-    "QUANTITIES",
     "SAMPLES_PER_FRAME",
     "SAMPLE_FRAME",
     "ChannelInfo",
@@ -49,7 +49,6 @@ SAMPLES_PER_FRAME = 30
 LOAD_UNKNOWN = 255
 PULSE_INTERVAL_NS = 100_000_000
 SAMPLE_FRAME = np.dtype([("counter", "<u4"), ("samples", "<i2", SAMPLES_PER_FRAME)])
-QUANTITIES = ("force", "acceleration", "velocity", "displacement", "voltage", "current", "temperature", "preload")
 
 
 class MessageId(IntEnum):
@@ -159,7 +158,8 @@ class ChannelInfo:
     def pack(self) -> bytes:
         """Payload, 48 bytes."""
         channel = self.channel
-        quantity = QUANTITIES.index(channel.quantity) if channel.quantity in QUANTITIES else 255
+        known = known_quantities()
+        quantity = known[channel.quantity].code if channel.quantity in known else NO_CODE
         position = float("nan") if channel.position_m is None else channel.position_m
         return self._layout.pack(
             self.index, self.channels, quantity, -1 if channel.direction.startswith("-") else 1,
@@ -179,7 +179,7 @@ class ChannelInfo:
             channels,
             Channel(
                 name=name.rstrip(b"\0").decode(),
-                quantity=QUANTITIES[quantity] if quantity < len(QUANTITIES) else "unknown",
+                quantity=quantity_of_code(quantity),
                 unit=unit.rstrip(b"\0").decode(),
                 position_m=None if np.isnan(position) else round(position, 6),
                 direction="-y" if direction < 0 else "+y",

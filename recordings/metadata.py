@@ -6,24 +6,13 @@ import math
 from collections.abc import Mapping
 from datetime import datetime
 
+from recordings.quantities import quantity
 from recordings.run import Channel
 
-__all__ = ["CHANNEL_PREFIX", "QUANTITY_UNITS", "RUN", "channel_record", "parse_channel", "parse_run"]
+__all__ = ["CHANNEL_PREFIX", "RUN", "channel_record", "parse_channel", "parse_run"]
 
 RUN, CHANNEL_PREFIX = "run", "channel/"
 FORMAT = "1"
-QUANTITY_UNITS = {
-    "force": "N",
-    "acceleration": "m/s^2",
-    "velocity": "m/s",
-    "displacement": "m",
-    "voltage": "V",
-    "current": "A",
-    "temperature": "degC",
-    "preload": "N",
-}
-"""The unit that the contract fixes for each quantity."""
-
 _SOURCES = ("measured", "simulated", "replayed")
 _STORED = ("all", "settled")
 _REQUIRED = ("format", "source", "rig", "procedure", "started")
@@ -73,11 +62,9 @@ def parse_channel(name: str, record: Mapping[str, str]) -> Channel:
         raise ValueError("a channel without a name")
     if missing:
         raise ValueError(f"no key {missing[0]!r}")
-    quantity, unit = record["quantity"], record["unit"]
-    if quantity not in QUANTITY_UNITS:
-        raise ValueError(f"quantity is {quantity!r:.80}, not one of {', '.join(QUANTITY_UNITS)}")
-    if unit != QUANTITY_UNITS[quantity]:
-        raise ValueError(f"unit of {quantity} is {unit!r:.80}, not {QUANTITY_UNITS[quantity]!r}")
+    measured, unit = quantity(record["quantity"]), record["unit"]
+    if unit != measured.unit:
+        raise ValueError(f"unit of {measured.name} is {unit!r:.80}, not {measured.unit!r}")
     direction = record.get("direction", "+y")
     if direction not in ("+y", "-y"):
         raise ValueError(f"direction is {direction!r:.80}, not +y or -y")
@@ -85,7 +72,7 @@ def parse_channel(name: str, record: Mapping[str, str]) -> Channel:
     if limit is not None and limit <= 0:
         raise ValueError(f"range is {limit!r}, not above zero")
     return Channel(
-        name=name, quantity=quantity, unit=unit, direction=direction, range=limit, device=record["device"],
+        name=name, quantity=measured.name, unit=unit, direction=direction, range=limit, device=record["device"],
         position_m=_number(record, "position_m") if record.get("position_m") else None,
     )  # fmt: skip
 

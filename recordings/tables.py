@@ -7,22 +7,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NoReturn
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
+from recordings.quantities import QUANTITIES
 from recordings.reader import open_input
 
 __all__ = ["FrequencyTable", "SweepTable", "csv_rows", "read_table"]
 
 SIZE_LIMIT_BYTES = 64 << 20
-RESPONSES: dict[str, Literal["acceleration", "velocity", "displacement"]] = {
-    "acceleration_m_per_s2": "acceleration",
-    "velocity_m_per_s": "velocity",
-    "displacement_m": "displacement",
-}
+RESPONSES = {one.column: one.name for one in QUANTITIES if one.column}
 """Columns a response may stand in, and the quantity each means."""
 
 
@@ -49,7 +46,7 @@ class SweepTable:
     """
 
     path: str
-    quantity: Literal["acceleration", "velocity", "displacement"]
+    quantity: str
     level: NDArray[np.float64]
     frequency_Hz: NDArray[np.float64]
     force_N: NDArray[np.float64]

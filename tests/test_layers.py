@@ -16,7 +16,7 @@ PHYSICS = sorted(p.name for p in (ROOT / "twin").iterdir() if p.is_dir() and p.n
 INNER = {
     "structure": {"joint", "rigs", "structure"},
     "joint": {"joint"},
-    "rigs": {"rigs"},
+    "rigs": {"joint", "rigs"},
     "diagnose": {"causes", "diagnose", "identify", "joint", "procedures", "rehearsal", "response", "rigs", "structure"},
     "identify": {"identify", "joint", "procedures", "response", "rigs", "structure"},
     "bench": {"bench", "causes", "joint", "rigs", "structure"},

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.instruments import CALLED
 from recordings.errors import InputError
+from recordings.quantities import known_quantities
 from recordings.run import Channel, DeviceSamples, Indicator, Run, SampleBlock
 from recordings.streams import Excitation
 
@@ -20,7 +21,6 @@ _LIMIT_TOLERANCE = 1e-6
 """A sample on a 16-bit converter's limit comes back from its counts a rounding below it."""
 _NAMES_LIMIT = 64
 """As many as a meter has channels."""
-_QUANTITIES = {"N": "preload", "degC": "temperature"}
 
 
 class RecordedSource:
@@ -152,7 +152,7 @@ class RecordedMeter:
         self._channels = tuple(
             Channel(
                 name=name,
-                quantity=name if name in _QUANTITIES.values() else _QUANTITIES.get(series[0].unit, "unknown"),
+                quantity=_slow_quantity(name, series[0].unit),
                 unit=series[0].unit,
                 device="meter",
             )
@@ -171,3 +171,9 @@ class RecordedMeter:
             at = bisect_right(self._times_ns[channel.name], round(time_s * 1e9)) - 1
             values.append(self._values[channel.name][max(0, at)])
         return values
+
+
+def _slow_quantity(name: str, unit: str) -> str:
+    """What an indicator of this name and unit tells of."""
+    slow = {one.name: one.unit for one in known_quantities().values() if one.slow}
+    return name if name in slow else next((each for each, its in slow.items() if its == unit), "unknown")

@@ -14,17 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.convert.blocks import device_from_rows, to_float32
-from recordings.convert.uff_fields import quantity_in
 from recordings.errors import InputError
-from recordings.metadata import QUANTITY_UNITS, parse_channel
+from recordings.metadata import parse_channel
+from recordings.quantities import known_quantities, quantity_of_unit
 from recordings.run import Channel, DeviceSamples, Run
 
 __all__ = ["from_sep005", "to_sep005"]
 
 STRAY = 0.5
 """Sampling intervals by which samples may be early or late and still be told by a sampling frequency alone."""
-_LETTERS = {"force": "f", "acceleration": "a", "velocity": "v", "displacement": "d"}
-_QUANTITIES = {letter: quantity for quantity, letter in _LETTERS.items()}
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -75,7 +73,7 @@ def _timing(device: DeviceSamples, times_ns: NDArray[np.int64]) -> dict[str, Any
 
 def _naming(channel: Channel) -> dict[str, Any]:
     named = {
-        "name": channel.name, "unit_str": channel.unit, "quantity": _LETTERS.get(channel.quantity),
+        "name": channel.name, "unit_str": channel.unit, "quantity": _letter(channel.quantity),
         "group": channel.device, "measures": channel.quantity, "position_m": channel.position_m,
         "direction": channel.direction, "range": channel.range,
     }  # fmt: skip
@@ -123,6 +121,11 @@ def from_sep005(timeseries: Mapping[str, Any] | Sequence[Mapping[str, Any]], *, 
     return Run(path=source, info=info, channels=channels, devices=devices, steps=(), events=())
 
 
+def _letter(name: str) -> str | None:
+    found = known_quantities().get(name)
+    return found.letter or None if found is not None else None
+
+
 class _Series:
     """One dictionary, checked and in SI units."""
 
@@ -133,7 +136,8 @@ class _Series:
             raise ValueError(f"has no {missing[0]!r}{uneven}")
         quantity, factor = _quantity(one)
         record = {
-            "quantity": quantity, "unit": QUANTITY_UNITS[quantity], "device": str(one.get("group") or "sep005"),
+            "quantity": quantity, "unit": known_quantities()[quantity].unit,
+            "device": str(one.get("group") or "sep005"),
             "direction": str(one.get("direction", "+y")),
         }  # fmt: skip
         if one.get("position_m") is not None:
@@ -156,12 +160,14 @@ class _Series:
 def _quantity(one: Mapping[str, Any]) -> tuple[str, float]:
     """What is measured, and the factor to its SI unit."""
     unit = str(one["unit_str"])
-    found = quantity_in(unit)
+    found = quantity_of_unit(unit)
     if found is None:
         raise ValueError(f"a run cannot hold the unit {unit!r:.40}")
     quantity, factor = found
-    said = str(one.get("measures") or _QUANTITIES.get(str(one.get("quantity")), quantity))
-    if QUANTITY_UNITS.get(said) != QUANTITY_UNITS[quantity]:
+    known, letter = known_quantities(), one.get("quantity")
+    by_letter = next((each.name for each in known.values() if letter and each.letter == letter), quantity)
+    said = str(one.get("measures") or by_letter)
+    if said not in known or known[said].unit != known[quantity].unit:
         raise ValueError(f"is said to be {said!r:.40}, but its unit is {unit!r:.40}")
     return said, factor
 

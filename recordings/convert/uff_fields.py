@@ -8,26 +8,15 @@ from datetime import UTC, datetime
 from typing import Any
 from urllib.parse import quote, unquote
 
-from recordings.metadata import QUANTITY_UNITS, channel_record, parse_channel
+from recordings.metadata import channel_record, parse_channel
+from recordings.quantities import known_quantities, quantity, quantity_of_unit
 from recordings.run import Channel
 
-__all__ = ["channel_of", "fields_of", "quantity_in", "quantity_of", "start_ns_of", "text_pairs"]
+__all__ = ["channel_of", "fields_of", "quantity_of", "start_ns_of", "text_pairs"]
 
 LINE_LENGTH = 80
-STANDARD_GRAVITY = 9.80665
-_SPECIFIC = {"acceleration": 12, "force": 13, "velocity": 11, "displacement": 8, "temperature": 5}
-"""Specific data types of the format; 0 is unknown."""
-_QUANTITIES = {code: quantity for quantity, code in _SPECIFIC.items()} | {9: "force"}
-_UNITS: dict[str, tuple[str, float]] = {
-    "n": ("force", 1.0), "kn": ("force", 1e3),
-    "m/s^2": ("acceleration", 1.0), "m/s2": ("acceleration", 1.0), "m/s²": ("acceleration", 1.0),
-    "m/s**2": ("acceleration", 1.0), "g": ("acceleration", STANDARD_GRAVITY),
-    "m/s": ("velocity", 1.0), "mm/s": ("velocity", 1e-3),
-    "m": ("displacement", 1.0), "mm": ("displacement", 1e-3),
-    "v": ("voltage", 1.0), "mv": ("voltage", 1e-3), "a": ("current", 1.0),
-    "degc": ("temperature", 1.0), "°c": ("temperature", 1.0),
-}  # fmt: skip
-"""Unit labels in lower case: the quantity they mean and the factor to its SI unit."""
+REACTION_FORCE = 9
+"""Specific data type of a force that nobody applied."""
 
 
 def fields_of(
@@ -56,13 +45,13 @@ def fields_of(
         "type": 58, "binary": 1, "func_type": 1, **lines, "rsp_ent_name": short_name,
         "rsp_node": node, "rsp_dir": -2 if channel.direction == "-y" else 2, "ref_node": 0, "ref_dir": 0,
         "abscissa_spacing": 1, "abscissa_spec_data_type": 17, "abscissa_axis_lab": "time",
-        "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": _SPECIFIC.get(channel.quantity, 0),
+        "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": _specific(channel.quantity),
         "ordinate_axis_lab": channel.quantity, "ordinate_axis_units_lab": channel.unit,
         "orddenom_spec_data_type": 0,
     }  # fmt: skip
 
 
-def channel_of(fields: Mapping[str, Any], quantity: str, name: str) -> Channel:
+def channel_of(fields: Mapping[str, Any], measured: str, name: str) -> Channel:
     """The channel of a data set; what the text lines do not tell is left open.
 
     Raises
@@ -72,7 +61,7 @@ def channel_of(fields: Mapping[str, Any], quantity: str, name: str) -> Channel:
     """
     pairs = text_pairs(fields)
     record = {
-        "quantity": quantity, "unit": QUANTITY_UNITS[quantity], "device": pairs.get("device", "uff"),
+        "quantity": measured, "unit": quantity(measured).unit, "device": pairs.get("device", "uff"),
         "direction": pairs.get("direction", "-y" if fields["rsp_dir"] == -2 else "+y"),
     }  # fmt: skip
     record |= {key: pairs[key] for key in ("position_m", "range") if key in pairs}
@@ -83,17 +72,21 @@ def quantity_of(fields: Mapping[str, Any]) -> tuple[str, float] | None:
     """Quantity of a data set and the factor to its SI unit; None if no channel of a run can hold it."""
     unit = str(fields["ordinate_axis_units_lab"]).strip()
     label = str(fields["ordinate_axis_lab"]).strip()
-    if QUANTITY_UNITS.get(label) == unit:
+    known = known_quantities()
+    if label in known and known[label].unit == unit:
         return label, 1.0
     if unit.lower() in ("", "none"):
-        quantity = _QUANTITIES.get(int(fields["ordinate_spec_data_type"]))
-        return None if quantity is None else (quantity, 1.0)  # the format's own default is SI
-    return quantity_in(unit)
+        code = int(fields["ordinate_spec_data_type"])
+        if code == REACTION_FORCE:
+            return "force", 1.0
+        found = next((one.name for one in known.values() if code and one.uff == code), None)
+        return None if found is None else (found, 1.0)  # the format's own default is SI
+    return quantity_of_unit(unit)
 
 
-def quantity_in(unit: str) -> tuple[str, float] | None:
-    """Quantity that a unit's label means and the factor to its SI unit; None if it is not known."""
-    return _UNITS.get(unit.strip().lower())
+def _specific(name: str) -> int:
+    found = known_quantities().get(name)
+    return 0 if found is None else found.uff
 
 
 def start_ns_of(fields: Mapping[str, Any]) -> int:

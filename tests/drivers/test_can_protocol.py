@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.can_protocol import (
-    QUANTITIES,
     SAMPLE_FRAME,
     ChannelInfo,
     Command,
@@ -21,6 +20,7 @@ from drivers.can_protocol import (
     frame_sizes,
     read_dbc,
 )
+from recordings.quantities import QUANTITIES, quantity_of_code
 from recordings.run import Channel
 
 DATABASE = cantools.database.load_string(read_dbc(), "dbc")
@@ -87,12 +87,19 @@ def test_channel_info():
     data = ChannelInfo(1, 2, channel).pack()
     fields = decode(0x182, data)
     assert (fields["Channel"], fields["Channels"], fields["Direction"]) == (1, 2, -1)
-    assert QUANTITIES[fields["Quantity"]] == "acceleration"
+    assert quantity_of_code(fields["Quantity"]) == "acceleration"
     assert fields["Range"] == 490.0
     assert fields["Position"] == pytest.approx(0.42)
     name = b"".join(fields[f"Name{k}"].to_bytes(8, "little") for k in range(3))
     assert name.rstrip(b"\0") == b"acceleration-at-the-tip"
     assert ChannelInfo.unpack(data).channel == channel
+
+
+def test_the_database_names_every_quantity_of_the_table():
+    signal = DATABASE.get_message_by_frame_id(MessageId.CHANNEL_INFO).get_signal_by_name("Quantity")
+    assert {code: str(name) for code, name in signal.choices.items() if code < 255} == {
+        one.code: one.name for one in QUANTITIES
+    }
 
 
 @pytest.mark.parametrize("channel", range(4))

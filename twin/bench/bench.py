@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.quantities import quantity
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
 from twin.bench.build import Built, build
@@ -33,12 +34,12 @@ CHUNK_STEPS = 1 << 13
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
 MONITORS = {
-    "voltage": ("voltage", "voltage", "V", 10.0, 1e-6),
-    "amplifier": ("command", "voltage", "V", 1000.0, 1e-6),
-    "current": ("current", "current", "A", 10.0, 1e-6),
-    "stroke": ("stroke", "displacement", "m", 0.02, 1e-10),
+    "voltage": ("voltage", "voltage", 10.0, 1e-6),
+    "amplifier": ("command", "voltage", 1000.0, 1e-6),
+    "current": ("current", "current", 10.0, 1e-6),
+    "stroke": ("stroke", "displacement", 0.02, 1e-10),
 }
-"""What each channel that watches the shaker reads; its quantity, unit, range and noise density in a recording."""
+"""What each channel that watches the shaker reads; its quantity, range and noise density in a recording."""
 
 Matrix = NDArray[np.float64]
 
@@ -260,8 +261,11 @@ class Bench:
 def _described(instrument: InstrumentChannel) -> Channel:
     """What a recording says of a channel."""
     i = instrument
-    quantity = MONITORS[i.name][1] if i.name in MONITORS else i.quantity
-    return Channel(name=i.name, quantity=quantity, unit=i.unit, position_m=i.position_m, range=i.range)
+    measured = MONITORS[i.name][1] if i.name in MONITORS else i.quantity
+    direction = "-y" if i.backwards else "+y"
+    return Channel(
+        name=i.name, quantity=measured, unit=i.unit, position_m=i.position_m, range=i.range, direction=direction
+    )
 
 
 def _parts(poles: NDArray[np.complex128]) -> Matrix:
@@ -334,15 +338,21 @@ def open_bench(
     """
     name = rig.preload_name(preload)
     instruments = {
-        s.channel: InstrumentChannel.of(s, rig.acquisition.bits, position_m=rig.position_of(s.channel))
+        s.channel: InstrumentChannel.of(
+            s,
+            rig.acquisition.bits,
+            position_m=rig.position_of(s.channel),
+            # a force is positive along its drive, whichever way that points
+            backwards=s.quantity != "force" and rig.place_of(s.channel).backwards,
+        )
         for s in rig.sensors
     }
     for monitor in monitors:
         if monitor not in MONITORS:
             raise ValueError(f"no monitor {monitor!r}; there are {', '.join(MONITORS)}")
-        reads, _, unit, full_scale, noise_density = MONITORS[monitor]
+        reads, measured, full_scale, noise_density = MONITORS[monitor]
         instruments[monitor] = InstrumentChannel(
-            monitor, reads, unit, None, full_scale, noise_density, rig.acquisition.bits
+            monitor, reads, quantity(measured).unit, None, full_scale, noise_density, rig.acquisition.bits
         )
         if monitor == "amplifier" and rig.shaker.voltage_limit:
             instruments[monitor].limit = rig.shaker.voltage_limit

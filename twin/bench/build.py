@@ -9,16 +9,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.quantities import is_response, quantity
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
-from twin.bench.layer import JointLaw, default_law, law_from_table
+from twin.bench.layer import JointLaw, default_law, law_by_name, law_from_table
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
 from twin.bench.shaker import COORDINATES, Shaker
-from twin.joint import Hinges, Law, jenkins
-from twin.rigs import Place
+from twin.joint import Hinges, Law, RunningLoss, jenkins
+from twin.rigs import NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
@@ -109,7 +110,7 @@ class Built:
     def differentiable(self) -> NDArray[np.bool_]:
         """Which channels are plain accelerations, that may be had from velocities."""
         instruments = self.plan.instruments.values()
-        return np.array([i.quantity == "acceleration" and not i.resonances for i in instruments])
+        return np.array([_form(i) == "acceleration" and not i.resonances for i in instruments])
 
     def rig(self, time_s: float, internal_rate_Hz: float, *, velocities: bool = False) -> LinearRig:
         """Linear rig; outputs are local coordinates, auxiliary rows, channels.
@@ -126,7 +127,7 @@ class Built:
         instruments = list(self.plan.instruments.values())
         as_velocity = self.differentiable & velocities
         for i, row, slow in zip(instruments, self.channel_rows, as_velocity, strict=True):
-            outputs.append(Output("velocity" if slow else i.quantity, row, static=True))  # type: ignore[arg-type]
+            outputs.append(Output("velocity" if slow else _form(i), row, static=True))  # type: ignore[arg-type]
         rig = linear_rig(
             modal,
             zeta=zeta,
@@ -205,6 +206,13 @@ class Built:
         return followers + (3 if self.shaker else 0) + 2 * resonances
 
 
+def _form(instrument: InstrumentChannel) -> str:
+    """What the linear rig reads for it: the derivative of its row's motion, or a quantity of the shaker."""
+    if not is_response(instrument.quantity):
+        return instrument.quantity
+    return ("displacement", "velocity", "acceleration")[quantity(instrument.quantity).derivative]
+
+
 def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
     """Assemble, condense and place the local coordinates of `plan`."""
     rig = plan.rig
@@ -268,6 +276,15 @@ def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPla
             Element(row, law.loss, weight, velocity=True, follows="all", joint=number)
             for row, weight in zip(slips, points.slip_weight, strict=True)
         ]
+    for rows, weights, follows, more in (
+        (openings, points.opening_weight, "E", law.opening),
+        (slips, points.slip_weight, "all", law.slip),
+    ):
+        elements += [
+            Element(row, one, weight, velocity=isinstance(one, RunningLoss), follows=follows, joint=number)
+            for one in more
+            for row, weight in zip(rows, weights, strict=True)
+        ]
     return elements + [
         Element(slips[slider.point], jenkins(slider.stiffness_N_per_m, slider.slip_force_N), joint=number)
         for slider in joint.sliders
@@ -284,9 +301,11 @@ def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Ma
 
 def _law(plan: Plan, number: int) -> JointLaw:
     """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
-    joint = plan.joints[number]
+    joint, filed = plan.joints[number], plan.rig.joints[number].law
     if joint.law is not None:
         law = joint.law
+    elif isinstance(filed, NamedLaws):
+        law = law_by_name(filed, E=joint.E, G=joint.G)
     else:
         table = layer_table(plan.rig, E=joint.E, G=joint.G, joint=number)
         law = default_law(joint.E) if table is None else law_from_table(table, E=joint.E)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.quantities import quantity
 from twin.joint.kernel import COMPILED
 from twin.rigs import Transducer
 
@@ -23,7 +24,8 @@ class InstrumentChannel:
 
     `corners_Hz` are first-order high-passes; `cross_talk` adds a factor times another channel's true quantity;
     `transverse` is the share of the surface's motion along the beam;
-    `hum` is (Hz, amplitude); `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
+    `hum` is (Hz, amplitude); `backwards` is one that a recording says to measure along -y;
+    `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
     """
 
     name: str
@@ -44,16 +46,19 @@ class InstrumentChannel:
     transverse: float = 0.0
     freezes_per_s: float = 0.0
     freeze_s: float = 0.0
+    backwards: bool = False
 
     @classmethod
-    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None) -> InstrumentChannel:
+    def of(
+        cls, sensor: Transducer, bits: int, *, position_m: float | None, backwards: bool = False
+    ) -> InstrumentChannel:
         """A channel as the rig file describes it."""
-        unit = {"force": "N", "acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[sensor.quantity]
+        unit = quantity(sensor.quantity).unit
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
         resonances = [(sensor.mounting_frequency, sensor.mounting_damping)] if sensor.mounting_frequency else []
         return cls(
             sensor.channel, sensor.quantity, unit, position_m, sensor.range, sensor.noise_density, bits, corners,
-            resonances=resonances, transverse=sensor.transverse_sensitivity,
+            resonances=resonances, transverse=sensor.transverse_sensitivity, backwards=backwards,
         )  # fmt: skip
 
     @property

@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
-from twin.joint import Law, Linear, RunningLoss, Saturating, Table, table_from_stiffness
-from twin.rigs import LayerLawTable
+from twin.joint import Law, Linear, RunningLoss, Saturating, Table, loss_of_knots, softening_of_knots
+from twin.rigs import LayerLawTable, NamedLaws
 
-__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_from_table", "no_law", "slapping"]
+__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_by_name", "law_from_table", "no_law", "slapping"]
 
 Matrix = NDArray[np.float64]
 
@@ -33,8 +32,6 @@ LOSS_SLIP = 1.65e-6
 """Scale of the loss, m of a point's slip, at REFERENCE_MODULUS."""
 LOSS_POWER = 4
 LOSS_POINTS = 1025
-RUN_OUT = 0.1
-"""Share of the last knot's opening over which a tabulated softening levels off beyond it."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +44,14 @@ class JointLaw:
         Law of a point's opening (m), giving modulus times opening (N/m): the part that is added to E' o.
     loss
         Law of a point's slip, on its velocity; None loses nothing.
+    opening, slip
+        Further laws of either, in the same units.  A running loss among them acts on the velocity.
     """
 
     normal: Law
     loss: RunningLoss | None = None
+    opening: tuple[Law, ...] = ()
+    slip: tuple[Law, ...] = ()
 
     def scaled(self, *, softening: float = 1.0, loss: float = 1.0) -> JointLaw:
         """The same kind of law, scaled: its loss multiplied, its softening begun at an opening smaller by a factor.
@@ -66,6 +67,8 @@ class JointLaw:
     def of_share(self, share: float) -> JointLaw:
         """The law where only a share of E' is left: at every opening it takes off that share."""
         normal = self.normal
+        if self.opening and share != 1.0:
+            raise ValueError("a law that a rig file names cannot be scaled")
         if isinstance(normal, Saturating):
             normal = replace(normal, k=normal.k * share, spring=normal.spring * share)
         elif isinstance(normal, Table):
@@ -119,30 +122,35 @@ def law_from_table(table: LayerLawTable, *, E: float) -> JointLaw:
     ValueError
         If the law's tangent modulus would be negative, which no passive layer has.
     """
-    o, s = np.array(table.opening_m), np.array(table.slip_m)
-    g1, g2 = PchipInterpolator(o, table.softening), PchipInterpolator(s, table.loss)
-    dg1 = g1.derivative()
-    last, run_out = float(dg1(o[-1])), RUN_OUT * o[-1]
-
-    def beyond(x: Matrix) -> Matrix:
-        return np.exp(-np.maximum(x - o[-1], 0.0) / run_out)
-
-    def softening(x: Matrix) -> Matrix:
-        return -np.asarray(g1(np.clip(x, o[0], o[-1])) + last * run_out * (1 - beyond(x)))
-
-    def slope(x: Matrix) -> Matrix:
-        inside = np.where(x > o[0], dg1(np.clip(x, o[0], o[-1])), 0.0)
-        return -np.where(x < o[-1], inside, last * beyond(x))
-
-    normal = table_from_stiffness(softening, slope, limit_m=3.0 * o[-1])
+    normal = softening_of_knots(table.opening_m, table.softening)
     lowest = E + normal.tangent.min()
     if lowest < -0.02 * E:
         raise ValueError(
             f"joint.law: the softening makes the layer's tangent modulus negative ({lowest:.3g} N/m2); it is not the "
             "law of a passive layer over this range of amplitudes"
         )
-    slip = np.linspace(0.0, s[-1], LOSS_POINTS)
-    return JointLaw(normal, RunningLoss(slip[-1], np.asarray(g2(np.clip(slip, s[0], s[-1])))))
+    return JointLaw(normal, loss_of_knots(table.slip_m, table.loss))
+
+
+def law_by_name(laws: NamedLaws, *, E: float, G: float) -> JointLaw:
+    """The laws that a rig file names, as they act beyond the moduli at rest.
+
+    Raises
+    ------
+    ValueError
+        If they take more off a modulus than there is.
+    """
+    try:
+        laws.check_moduli(E=E, G=G)
+    except ValueError as error:
+        raise ValueError(f"joint.{error}") from error
+    opening, slip = ([law.force for law in side] for side in (laws.opening, laws.slip))
+    held_E, held_G = (-sum(force.at_rest for force in forces) for forces in (opening, slip))
+    return JointLaw(
+        Linear(held_E),
+        opening=tuple(force.law for force in opening),
+        slip=((Linear(held_G),) if held_G else ()) + tuple(force.law for force in slip),
+    )
 
 
 def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: float) -> JointLaw:
@@ -161,12 +169,15 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: f
     limit_m
         Largest opening to tabulate.
     """
-    if law.normal.states:
+    parts = (law.normal, *law.opening)
+    if any(part.states for part in parts):
         raise ValueError("joint-slap needs a single-valued law of the opening")
 
+    def held(o: Matrix) -> Matrix:
+        return sum((part.path(o) for part in parts), E * o)
+
     def force(o: Matrix) -> Matrix:
-        whole = law.normal.path(o) + E * o
-        at_gap = law.normal.path(np.array([gap_m]))[0] + E * gap_m
+        whole, at_gap = held(o), held(np.array([gap_m]))[0]
         return np.where(o > gap_m, at_gap + factor * (whole - at_gap), whole) - E * o
 
-    return JointLaw(Table.of(force, limit_m=limit_m), law.loss)
+    return replace(law, normal=Table.of(force, limit_m=limit_m), opening=())

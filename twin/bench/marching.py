@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from twin.bench.force_factor import lost_force
 from twin.bench.linear import Poles
 from twin.joint.kernel import COMPILED, evaluate, remember
-from twin.joint.kinds import FORCE_FACTOR, HINGES, POLYNOMIAL, SLIDERS
+from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
 
 __all__ = ["LANES", "Coefficients", "Elements", "coefficients", "eliminate", "march"]
 
@@ -145,7 +145,7 @@ def march(
     smooth, coupled = True, False
     for e in range(kind.shape[0]):
         coupled = coupled or kind[e] == FORCE_FACTOR
-        smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR)
+        smooth = smooth and kind[e] not in (SLIDERS, HINGES, POLYNOMIAL, FORCE_FACTOR, FUNCTIONS)
     cross = np.zeros((locals_, locals_))
     origin, move, length, last = np.zeros(locals_), np.zeros(locals_), 1.0, 0.0
     outputs = first + channels

@@ -14,6 +14,7 @@ from pathlib import Path
 from recordings.errors import InputError
 from twin.campaign.case import CasePlan, CaseResult, run_case
 from twin.diagnose.side_by_side import become_helper
+from twin.joint.registry import loaded_files
 from twin.rigs import Rig
 
 __all__ = ["read_results", "run_campaign"]
@@ -116,7 +117,7 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
     # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
     others = multiprocessing.active_children()
-    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=become_helper)
+    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=become_helper, initargs=(loaded_files(),))
     try:
         yield executor
     except BaseException:

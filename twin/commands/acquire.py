@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
@@ -35,6 +36,7 @@ __all__ = ["command"]
 @click.option("--seconds", type=FiniteRange(min=0, min_open=True), help="Without a procedure: how long.")
 @click.option("--overwrite", is_flag=True, help="Replace an existing recording.")
 @view_options
+@laws_option
 @json_option
 def command(
     procedure_name: str | None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, progress_bar, say, write_json
 from twin.commands.outside import causes_option
@@ -40,6 +41,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
 @click.option("--keep", is_flag=True, help="Keep the recordings, some 40 MB a case.")
 @causes_option
+@laws_option
 @json_option
 def command(
     out: Path,

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import console, json_option, next_step, print_json, printable, say, working, write_json
 from twin.commands.outside import causes_option
 from twin.commands.staging import staged_folder
@@ -50,6 +51,7 @@ class _HeldOutRuns(click.Command):
 )  # fmt: skip
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
 @causes_option
+@laws_option
 @json_option
 def command(
     runs: tuple[Path, ...],
@@ -97,7 +99,7 @@ def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloa
         words += [HELD_OUT, *map(str, held_out)]
     for name in preloads:
         words += ["--preload", name]
-    return shlex.join([*words, "--rig", rig_name, "--out", str(out)])
+    return shlex.join([*words, "--rig", rig_name, *laws_words(), "--out", str(out)])
 
 
 def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:

@@ -12,6 +12,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
+from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, print_json, say, standard_output, working
 from twin.commands.outside import causes_option
 
@@ -37,6 +38,7 @@ USUAL_s = 20.0
 )  # fmt: skip
 @click.option("--no-report", is_flag=True, help="Write the model alone.")
 @causes_option
+@laws_option
 @json_option
 def command(
     runs: tuple[Path, ...],
@@ -102,7 +104,9 @@ def _write(
 def _again(runs: Sequence[Path], rig_name: str, preload: str | None, out: Path) -> str:
     """The command that makes the same model and report."""
     state = ["--preload", preload] if preload else []
-    return shlex.join(["twin", "identify", *map(str, runs), "--rig", rig_name, *state, "--out", str(out)])
+    return shlex.join(
+        ["twin", "identify", *map(str, runs), "--rig", rig_name, *laws_words(), *state, "--out", str(out)]
+    )
 
 
 def _tell(result: dict[str, Any]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option
 from twin.commands.output import json_option, print_json, say, working
 from twin.commands.outside import causes_option
 
@@ -19,6 +20,7 @@ __all__ = ["command"]
 @click.option("--out", required=True, metavar="RESPONSE.csv", type=click.Path(path_type=Path), help="The answer.")
 @click.option("--preload", metavar="NAME", help="State of the joint; the model's first if left out.")
 @causes_option
+@laws_option
 @json_option
 def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bool) -> None:
     """Predict the response of MODEL (a rig file, as `twin identify` writes it, or a shipped rig's name).

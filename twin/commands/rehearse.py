@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, plain, print_json, say, write_json
 from twin.commands.outside import causes_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
@@ -47,6 +48,7 @@ REHEARSED_WINDOW_S = 120.0
 )
 @view_options
 @causes_option
+@laws_option
 @json_option
 def command(
     procedure: str,
@@ -176,7 +178,17 @@ class _Job:
     def command(self) -> str:
         """What to type to get the same again."""
         preload = ["--preload", self.preload] if self.preload else []
-        words = ["twin", "rehearse", self.procedure, "--rig", self.rig, *preload, "--seed", str(self.seed)]
+        words = [
+            "twin",
+            "rehearse",
+            self.procedure,
+            "--rig",
+            self.rig,
+            *laws_words(),
+            *preload,
+            "--seed",
+            str(self.seed),
+        ]
         return shlex.join([*words, "--rounds", str(self.rounds), "--out", str(self.out)])
 
 

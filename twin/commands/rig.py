@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option
 from twin.commands.output import json_option, print_json, say, working
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def command() -> None:
 @click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
 @click.option("--save", metavar="FILE.rrd", type=click.Path(path_type=Path), help="The rig and its modes for rerun.")
 @click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The same as a picture.")
+@laws_option
 @json_option
 def show(rig: str, preload: str | None, save: Path | None, picture: Path | None, as_json: bool) -> None:
     """Assemble RIG, draw it, and tell its natural frequencies and what is implausible of it.
@@ -62,11 +64,15 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
             "rigid_modes": modelled.rigid,
             "parts": [part.name for part in modelled.structure.layout.parts],
             "joints": [joint.name for joint in loaded.joints],
+            "laws": {joint.name: joint.law.sentence for joint in loaded.joints if joint.law is not None},
             "sensors": [sensor.channel for sensor in loaded.sensors],
             "warnings": list(warnings),
         })  # fmt: skip
         return
     say(f"{loaded.name}: {loaded.sentence}")
+    for joint in loaded.joints:
+        if joint.law is not None:
+            say(f"{joint.name}: {joint.law.sentence}")
     if modelled.rigid:
         say(f"{modelled.rigid} rigid motions")
     for number, frequency in enumerate(frequencies, start=1):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from twin.commands.laws import laws_option
 from twin.commands.output import json_option
 from twin.commands.outside import causes_option
 from twin.commands.serving import address_options, serve_source
@@ -38,6 +39,7 @@ _NEWTON = re.compile(r"\d+(\.\d+)?N")
 @click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of preload and temperature.")
 @address_options
 @causes_option
+@laws_option
 @json_option
 def command(rig_name: str, preload: str | None, seed: int, meter: str | None, **options: Any) -> None:
     """Serve the virtual instruments of a rig over serial, TCP and CAN, until SIGINT or SIGTERM.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
+from recordings.quantities import quantity
 from recordings.run import Run
 from twin.identify.spectrum import broadband_records, h1
 from twin.procedures import Random, SteppedSine, load_procedure
@@ -78,8 +79,7 @@ def _largest_force(rig: Rig, mode: int) -> float:
     reach = []
     for sensor in rig.response_sensors:
         moved = abs(modelled.structure.row(rig.place_of(sensor.channel)) @ phi) * flexible
-        derivative = {"displacement": 0, "velocity": 1, "acceleration": 2}[sensor.quantity]
-        reach.append(moved * omega**derivative / sensor.range)
+        reach.append(moved * omega ** quantity(sensor.quantity).derivative / sensor.range)
     return LINEAR_PEAK / max(reach)
 
 
@@ -88,6 +88,8 @@ def _believed(rig: Rig, mode: int) -> tuple[NDArray[np.float64], str]:
     modelled = modelled_rig(rig)
     rows = [modelled.structure.row(rig.place_of(sensor.channel)) for sensor in rig.response_sensors]
     motion = np.abs(np.array(rows) @ modelled.modes.Phi[:, mode - 1])
+    moves = np.array([sensor.reads == "displacement" for sensor in rig.response_sensors])
+    motion = np.where(moves, motion, 0.0) if np.any(moves) else motion
     chosen = int(np.argmax(motion >= SEEN * motion.max()))
     return modelled.modes.frequency_Hz, rig.response_sensors[chosen].channel
 

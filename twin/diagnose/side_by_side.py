@@ -19,7 +19,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from itertools import count
 from operator import is_
+from pathlib import Path
 from typing import Any, TypeVar
+
+from twin.joint.registry import load_laws, loaded_files
 
 __all__ = ["become_helper", "in_processes", "side_by_side", "usual_processes"]
 
@@ -72,7 +75,9 @@ def in_processes(number: int) -> Iterator[None]:
         return
     # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(number - 1, mp_context=context, initializer=become_helper) as pool:
+    with ProcessPoolExecutor(
+        number - 1, mp_context=context, initializer=become_helper, initargs=(loaded_files(),)
+    ) as pool:
         for _ in range(number - 1):
             pool.submit(_wake)  # they import while the recordings are being read
         token = _team.set(_Team(pool, number - 1))
@@ -135,8 +140,16 @@ def _wake() -> None:
     import twin.diagnose.tournament  # noqa: F401
 
 
-def become_helper() -> None:
-    """Initialise a spawned process: it leaves interrupts to its parent and ends with it, whatever ended that."""
+def become_helper(law_files: Sequence[Path] = ()) -> None:
+    """Initialise a spawned process: it leaves interrupts to its parent and ends with it, whatever ended that.
+
+    Parameters
+    ----------
+    law_files
+        Whose laws it is to know, as its parent does.
+    """
+    for file in law_files:
+        load_laws(file)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

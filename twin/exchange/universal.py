@@ -11,6 +11,7 @@ import numpy as np
 import pyuff
 
 from recordings.errors import InputError
+from recordings.quantities import quantity
 from recordings.run import Channel, Run
 from recordings.whole import whole_file
 from twin.exchange.responses import FrequencyResponses
@@ -18,8 +19,6 @@ from twin.exchange.responses import FrequencyResponses
 __all__ = ["write_universal"]
 
 _FRF, _COHERENCE = 4, 6
-_SPECIFIC = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
-"""Specific data types of the format."""
 _FREQUENCY = 18
 _TEXT = 80
 
@@ -74,8 +73,8 @@ def _head(each: FrequencyResponses, channel: Channel, nodes: dict[str, int], run
 
 def _axes(channel: Channel, force: Channel) -> dict[str, Any]:
     return {
-        "ordinate_spec_data_type": _SPECIFIC[channel.quantity], "ordinate_axis_lab": channel.quantity,
-        "ordinate_axis_units_lab": channel.unit, "orddenom_spec_data_type": _SPECIFIC[force.quantity],
+        "ordinate_spec_data_type": quantity(channel.quantity).uff, "ordinate_axis_lab": channel.quantity,
+        "ordinate_axis_units_lab": channel.unit, "orddenom_spec_data_type": quantity(force.quantity).uff,
         "orddenom_axis_lab": force.quantity, "orddenom_axis_units_lab": force.unit,
     }  # fmt: skip
 

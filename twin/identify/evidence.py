@@ -245,15 +245,15 @@ def gather_evidence(
 
 
 def reference_output(model: LinearModel) -> int:
-    """Number of the output whose motion is largest in the first mode: the tip's of a cantilever."""
+    """Number of the output whose motion is largest in the first mode: a cantilever's tip; a strain if there is none."""
     motion = np.abs(model.ports.rows[model.ports.outputs] @ model.basis.Phi[:, 0])
-    return int(np.argmax(motion))
+    moves = np.array([output.place.reads == "displacement" for output in model.outputs])
+    return int(np.argmax(np.where(moves, motion, 0.0) if np.any(moves) else motion))
 
 
 def _sign(recorded: str, place: Place) -> float:
     """Minus one where a recording's channel points against what the rig file says of its sensor."""
-    backwards = sum(place.direction) < 0
-    return -1.0 if recorded.startswith("-") != backwards else 1.0
+    return -1.0 if recorded.startswith("-") != place.backwards else 1.0
 
 
 def common_preload(runs: Sequence[Run], rig: Rig) -> str:

@@ -119,7 +119,8 @@ class ExtendedRig:
 
     def measured(self, displacement: Array, omega: Array) -> Array:
         """What the channels show (f, o) of displacements of the outputs per drive force, in a frame on the base."""
-        H = (displacement + self.extension.base_receptance) * self.model.to_quantity(omega)
+        rides = np.array([output.place.reads == "displacement" for output in self.model.outputs])
+        H = (displacement + self.extension.base_receptance * rides) * self.model.to_quantity(omega)
         outputs, force = self.channel_factors(omega)
         H = outputs * H / force[:, None]
         for channel, source, part in self.extension.cross_talk:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.quantities import quantity
 from twin.identify.blocks import Blocks
 from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
 from twin.identify.softened import PortPairs
@@ -105,13 +106,13 @@ class Output:
     sign: float = 1.0
 
     def from_displacement(self, omega: Real) -> Complex:
-        """Factor from displacement to the channel's quantity."""
+        """Factor from what is read at its place, the displacement or the strain, to the channel's quantity."""
         return self.sign * (1j * omega) ** self.derivative
 
     @property
     def derivative(self) -> int:
-        """How many times the displacement is derived by time."""
-        return {"displacement": 0, "velocity": 1, "acceleration": 2}[self.quantity]
+        """How many times what it reads, displacement or strain, is derived by time."""
+        return quantity(self.quantity).derivative
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from recordings.errors import InputError
+from recordings.quantities import quantity
 from recordings.tables import SweepTable, read_table
 from twin.identify.backbone import Sweep, identify_backbone
 from twin.rigs.modal import ModalRig
@@ -43,7 +44,7 @@ def read_sweeps(path: Path) -> list[Sweep]:
     if np.any(table.force_N <= 0) or np.any(table.response <= 0):
         line = int(table.line[np.argmax((table.force_N <= 0) | (table.response <= 0))])
         raise InputError(path, f"line {line}", "force and response must be above zero")
-    power = {"acceleration": 0, "velocity": 1, "displacement": 2}[table.quantity]
+    power = 2 - quantity(table.quantity).derivative
     acceleration = table.response * (2 * np.pi * table.frequency_Hz) ** power
     return [
         Sweep(f"{level:g}", table.frequency_Hz[rows], table.force_N[rows], acceleration[rows], table.phase_rad[rows])

@@ -3,12 +3,16 @@
 from twin.joint.cubic import Cubic
 from twin.joint.describing import describing_function
 from twin.joint.drag import QuadraticDrag
+from twin.joint.functions import FunctionLaw, law_of_functions
 from twin.joint.iwan import iwan, iwan_backbone, iwan_stiffness
 from twin.joint.jenkins import jenkins_stiffness
+from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.linear import Linear
-from twin.joint.masing import masing, masing_stiffness
+from twin.joint.masing import masing, masing_of_points, masing_stiffness
+from twin.joint.named_law import NamedLaw, Parameter, PointForce
 from twin.joint.polynomial import Polynomial
+from twin.joint.registry import known_laws, law_named, load_laws
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import Hinges, mayer_gaul, one_sided
@@ -17,9 +21,13 @@ from twin.joint.table import Table, table_from_stiffness
 
 __all__ = [
     "Cubic",
+    "FunctionLaw",
     "Hinges",
     "Law",
     "Linear",
+    "NamedLaw",
+    "Parameter",
+    "PointForce",
     "Polynomial",
     "QuadraticDrag",
     "RunningLoss",
@@ -32,9 +40,16 @@ __all__ = [
     "iwan_stiffness",
     "jenkins",
     "jenkins_stiffness",
+    "known_laws",
+    "law_named",
+    "law_of_functions",
+    "load_laws",
+    "loss_of_knots",
     "masing",
+    "masing_of_points",
     "masing_stiffness",
     "mayer_gaul",
     "one_sided",
+    "softening_of_knots",
     "table_from_stiffness",
 ]

@@ -11,8 +11,10 @@ from typing import Any
 
 from numba import njit
 
+from twin.joint.calling import call_at
 from twin.joint.kinds import (
     CUBIC,
+    FUNCTIONS,
     HINGES,
     LINEAR,
     POLYNOMIAL,
@@ -97,6 +99,8 @@ def _with_loops(kind: int, p: Series, state: Series, row: int, e: float) -> tupl
         return _polynomial(p, state, row, e)
     if kind == QUADRATIC_DRAG:
         return p[row, 0] * e * abs(e), 2.0 * p[row, 0] * abs(e)
+    if kind == FUNCTIONS:
+        return call_at(int(p[row, 0]), p, state, row, e)
     return 0.0, 0.0
 
 
@@ -153,3 +157,5 @@ def remember(kind: int, p: Series, state: Series, row: int, e: float, displaceme
             eta = p[row, 3 + i] + (p[row, 4 + i] - p[row, 3 + i]) * (position - i)
             coefficient = eta * min(sqrt(state[row, 0] / state[row, 1]), 1.0 / SLOWEST_RAD_PER_S)
         state[row, 2] += blend * (coefficient - state[row, 2])
+    elif kind == FUNCTIONS and p[row, 1] != 0.0:
+        call_at(int(p[row, 1]), p, state, row, e)

@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = [
     "CUBIC",
     "FORCE_FACTOR",
+    "FUNCTIONS",
     "HINGES",
     "LINEAR",
     "POLYNOMIAL",
@@ -26,3 +27,5 @@ RUNNING_LOSS = 7
 QUADRATIC_DRAG = 8
 FORCE_FACTOR = 9
 """Of the shaker: its force depends on two coordinates, which the ordinary laws' kernel has no part in."""
+FUNCTIONS = 10
+"""A law given by functions; its parameters begin with their addresses."""

@@ -14,7 +14,7 @@ import numpy as np
 from twin.joint.law import Series, Stiffness
 from twin.joint.sliders import Sliders
 
-__all__ = ["masing", "masing_stiffness"]
+__all__ = ["masing", "masing_of_points", "masing_stiffness"]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 
@@ -37,14 +37,26 @@ def masing(backbone: Callable[[Series], Series], *, limit_m: float, sliders: int
         If the backbone is not concave, so that no sliders make it.
     """
     x = np.linspace(0.0, limit_m, sliders + 1)
-    slopes = np.diff(backbone(x)) / np.diff(x)
+    return masing_of_points(x, np.asarray(backbone(x)))
+
+
+def masing_of_points(deflection_m: Series, force_N: Series) -> Sliders:
+    """The law whose backbone is straight between points, the first of them (0, 0); beyond, it keeps its last slope.
+
+    Raises
+    ------
+    ValueError
+        If the backbone is not concave, so that no sliders make it.
+    """
+    x = np.asarray(deflection_m, float)
+    slopes = np.diff(force_N) / np.diff(x)
     drops = -np.diff(slopes)
     if slopes[-1] < 0.0 or np.any(drops < -1e-9 * slopes[0]):
         raise ValueError("a backbone that stiffens or falls is no Masing law of friction")
     k = np.append(np.maximum(drops, 0.0), slopes[-1])
     slip_at = np.append(x[1:-1], np.inf)  # the last spring holds
     kept = k > 1e-12 * slopes[0]
-    force = np.where(np.isinf(slip_at), 1e6 * k * limit_m, k * slip_at)
+    force = np.where(np.isinf(slip_at), 1e6 * k * x[-1], k * slip_at)
     return Sliders(tuple(map(float, k[kept])), tuple(map(float, force[kept])))
 
 

@@ -37,6 +37,14 @@ class Hinges:
         rows = zip(self.stiffness_N_per_m, self.gap_m, self.side, strict=True)
         return np.array([len(self.gap_m), *(value for row in rows for value in row)], float)
 
+    @property
+    def least_tangent(self) -> float:
+        """Slope of the force where it is least."""
+        gaps = np.unique(self.gap_m)
+        between = np.concatenate([[gaps[0] - 1.0], (gaps[1:] + gaps[:-1]) / 2.0, [gaps[-1] + 1.0]])
+        k, g, s = (np.array(values, float)[:, None] for values in (self.stiffness_N_per_m, self.gap_m, self.side))
+        return float(np.min(np.sum(np.where(s * (between - g) > 0.0, k, 0.0), axis=0)))
+
     def path(self, e: Series) -> Series:
         """Force along a path."""
         force = np.zeros_like(e)

@@ -74,12 +74,16 @@ class Recording(Shown):
             return 0
 
     def _sweeps(self) -> Table:
-        rows = []
+        from recordings.quantities import quantity
+        from twin.views.curves import largest_receptance
+
+        rows, unit = [], ""
         for sweep in self.sweeps:
-            channel, sizes = max(sweep.receptance.items(), key=lambda item: float(np.max(item[1])))
+            channel, sizes = largest_receptance(self.run, sweep)
             peak = int(np.argmax(sizes))
             rows.append((sweep.name, str(len(sizes)), f"{sweep.frequency_Hz[peak]:.6g}", f"{sizes[peak]:.4g}", channel))
-        head = ("sweep", "steps", "peak at, Hz", "receptance, mm/N", "channel")
+            unit = quantity(self.run.channels[channel].quantity).pictured
+        head = ("sweep", "steps", "peak at, Hz", f"receptance, {unit}/N", "channel")
         return Table(caption="Sweeps", head=head, rows=rows, numbers=(1, 2, 3))
 
     def _events(self) -> Table:
@@ -98,6 +102,7 @@ class Recording(Shown):
             If the run has no sine sweeps.
         """
         from twin.views.figures import dressed, legend, panels
+        from twin.views.receptance import per_force_label
 
         if not self.sweeps:
             raise ValueError(f"{self.run.path} has no sine sweeps to plot")
@@ -110,7 +115,11 @@ class Recording(Shown):
                 axes.plot(
                     sweep.frequency_Hz[order], size, "o-", markersize=3.2, color=level_colour(i), label=sweep.name
                 )
-            axes.set(title=channel, xlabel="frequency, Hz", ylabel=f"receptance at {channel}, mm/N")
+            axes.set(
+                title=channel,
+                xlabel="frequency, Hz",
+                ylabel=per_force_label(channel, self.run.channels[channel].quantity),
+            )
             axes.set_ylim(bottom=0)
             dressed(axes)
         legend(figure, row[0].get_lines())

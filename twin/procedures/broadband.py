@@ -8,10 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from recordings.quantities import follows_excitation
 from recordings.run import StepState
 from recordings.streams import Excitation
 from twin.procedures.kinds import Multisine, Random
-from twin.procedures.session import MEASURED, Place, Session
+from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish, measure, rms
 
@@ -134,7 +135,7 @@ def _changes(session: Session, before: dict[str, Series], after: dict[str, Serie
     """From one period to the next, relative to the signal, of each channel that follows the excitation."""
     found = {}
     for name, one in after.items():
-        if session.channels[name].quantity in MEASURED and name in before:
+        if follows_excitation(session.channels[name].quantity) and name in before:
             difference = one.samples - before[name].samples
             known = difference[np.isfinite(difference)]
             size = rms(one)

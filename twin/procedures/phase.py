@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 
+from recordings.quantities import quantity
 from recordings.run import Channel
 from twin.procedures.amplitude import wrapped
 
 __all__ = ["PhaseLock", "resonance_phase"]
 
-_PHASE = {"displacement": -math.pi / 2, "velocity": 0.0, "acceleration": math.pi / 2}
-
 
 def resonance_phase(response: Channel, force: Channel) -> float:
     """Phase of a response ahead of the force at phase resonance, rad, where the displacement lags by a quarter turn."""
     turned = 0.0 if response.direction == force.direction else math.pi
-    return wrapped(_PHASE[response.quantity] + turned)
+    return wrapped((quantity(response.quantity).derivative - 1) * math.pi / 2 + turned)
 
 
 class PhaseLock:

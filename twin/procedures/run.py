@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Literal
 
 from recordings.errors import InputError
+from recordings.quantities import follows_excitation, is_motion
 from recordings.run import Channel, StepState
 from recordings.streams import Acquisition
 from twin.procedures.broadband import run_multisine, run_random
 from twin.procedures.kinds import Multisine, Procedure, Random, SweptSine
 from twin.procedures.recorder import Recorder, RunSink
 from twin.procedures.results import ProcedureResult, StepResult
-from twin.procedures.session import MEASURED, Session
+from twin.procedures.session import Session
 from twin.procedures.sine_sweeps import run_sine
 from twin.procedures.stream import GuardTrip, Stream
 from twin.procedures.swept_sine import run_swept_sine
@@ -121,7 +122,7 @@ def check_channels(procedure: Procedure, channels: Sequence[Channel], *, source:
     target = known.get(procedure.target_channel)
     if target is None:
         raise InputError(source, "target_channel", f"no channel {procedure.target_channel!r}", has)
-    if target.quantity not in MEASURED:
+    if not follows_excitation(target.quantity):
         raise InputError(source, "target_channel", f"{target.name!r} measures {target.quantity}")
     for name in procedure.limits.peak:
         if name not in known:
@@ -134,7 +135,7 @@ def check_channels(procedure: Procedure, channels: Sequence[Channel], *, source:
     phase = getattr(procedure, "phase", None)
     if phase is not None:
         response = known.get(phase.channel)
-        if response is None or response.quantity not in ("acceleration", "velocity", "displacement"):
+        if response is None or not is_motion(response.quantity):
             raise InputError(source, "phase.channel", f"{phase.channel!r} is no response channel", has)
         if not any(channel.quantity == "force" for channel in channels):
             raise InputError(source, "control", "phase resonance needs a force channel", has)

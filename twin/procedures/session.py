@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from recordings.quantities import follows_excitation
 from recordings.run import Channel, Event, Indicator, Step, StepState
 from recordings.streams import Acquisition, Excitation
 from twin.procedures.recorder import Recorder
@@ -12,10 +13,7 @@ from twin.procedures.results import StepResult
 from twin.procedures.sine_fit import SineFit, fit_sine
 from twin.procedures.stream import Series, Stream
 
-__all__ = ["MEASURED", "Place", "Session"]
-
-MEASURED = ("force", "acceleration", "velocity", "displacement")
-"""Quantities that follow the excitation."""
+__all__ = ["Place", "Session"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,7 +159,7 @@ class Session:
         """
         found = {}
         for name, one in series.items():
-            if self.channels[name].quantity not in MEASURED:
+            if not follows_excitation(self.channels[name].quantity):
                 continue
             try:
                 found[name] = fit_sine(

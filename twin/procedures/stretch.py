@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from recordings.quantities import follows_excitation
 from recordings.run import StepState
 from twin.procedures.results import StepResult
-from twin.procedures.session import MEASURED, Place, Session
+from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 
 __all__ = ["finish", "measure", "rms"]
@@ -51,7 +52,7 @@ def finish(
             sweep=place.sweep, index=place.index, frequency_Hz=0.0, target_channel=place.target_channel,
             target_amplitude=place.target_amplitude, voltage_V=voltage_V, amplitude=amplitude, settle_s=settle_s,
             measure_s=duration_s, settled=settled, remaining=remaining, peak_frequency_Hz=peak_frequency_Hz,
-            peak={n: p for n, p in peak.items() if session.channels[n].quantity in MEASURED},
+            peak={n: p for n, p in peak.items() if follows_excitation(session.channels[n].quantity)},
         ),
         end_ns,
     )  # fmt: skip

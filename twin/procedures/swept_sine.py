@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from recordings.quantities import is_response
 from recordings.run import StepState
 from twin.procedures.kinds import SweptSine
-from twin.procedures.session import MEASURED, Place, Session
+from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish
 
@@ -57,7 +58,7 @@ def _share_at_peak(session: Session, series: Mapping[str, Series]) -> float | No
     sizes = {
         name: np.abs(one.samples)
         for name, one in series.items()
-        if session.channels[name].quantity in MEASURED[1:] and np.isfinite(one.samples).any()
+        if is_response(session.channels[name].quantity) and np.isfinite(one.samples).any()
     }
     if not sizes:
         return None

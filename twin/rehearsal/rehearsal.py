@@ -9,14 +9,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
 from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 
 __all__ = ["Caution", "Rehearsal", "SweepSummary"]
-
-POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Of i omega, by which a quantity is more than the displacement."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +119,7 @@ class Rehearsal:
     @property
     def response_channels(self) -> list[str]:
         """Names of accelerations, velocities and displacements."""
-        return [n for n, c in self.channels.items() if c.quantity in ("acceleration", "velocity", "displacement")]
+        return [n for n, c in self.channels.items() if is_motion(c.quantity)]
 
     def response_channel(self, steps: Sequence[StepResult]) -> str | None:
         """The response that moves most over some steps."""
@@ -140,7 +138,7 @@ class Rehearsal:
     def receptance(self, step: StepResult, channel: str) -> complex:
         """Displacement at a channel's sensor over the force, whatever quantity the sensor measures."""
         iw = 2j * math.pi * step.frequency_Hz
-        return complex(self.transfer(step, channel) / iw ** POWERS[self.channels[channel].quantity])
+        return complex(self.transfer(step, channel) / iw ** quantity(self.channels[channel].quantity).derivative)
 
     def summaries(self) -> Iterator[SweepSummary]:
         """Each sine sweep at a glance."""

@@ -3,7 +3,8 @@
 A periodic coordinate is e(t) = sum of phi_i(t) c_i with phi = [1, cos t, sin t, cos 2t, sin 2t, ...]; the force's
 coefficients and their exact derivatives with respect to c come from one march over the samples of a period (two for
 laws with memory, of which the second counts).  A sticking slider's tangent is the sum of its increments since it last
-slipped; smooth laws have the tangent of the moment.
+slipped; smooth laws have the tangent of the moment; what a law given by functions remembers is led on until it is
+periodic, and differentiated by differences.
 """
 
 from __future__ import annotations
@@ -12,14 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.force_factor import lost_force
-from twin.joint.kernel import COMPILED, evaluate
-from twin.joint.kinds import LINEAR, POLYNOMIAL, SLIDERS
+from twin.joint.kernel import COMPILED, evaluate, remember
+from twin.joint.kinds import FUNCTIONS, LINEAR, POLYNOMIAL, SLIDERS
 
 __all__ = [
     "alternate", "alternate_numpy", "alternate_pair", "alternate_pair_numpy", "fourier_basis", "running",
 ]  # fmt: skip
 
 Matrix = NDArray[np.float64]
+
+BESIDE = 1e-6
+"""Change of a coefficient over the coordinate's amplitude, for differences."""
+SETTLED, MOST_PERIODS = 1e-9, 64
+"""Change of such a law's memory over a period, as a share of it, that counts as none, and most periods until then."""
 
 
 def fourier_basis(harmonics: int, samples: int) -> Matrix:
@@ -62,7 +68,10 @@ def alternate(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matri
             _polynomial(p, row, e, basis, force, slopes)
         _project(basis, force, slopes, F, J)
         return
-    state, tangent = np.zeros((1, 1)), np.empty(samples)
+    if kind == FUNCTIONS and p[row, 1] != 0.0:
+        _remembering(p, row, e, basis, F, J)
+        return
+    state, tangent = np.zeros((row + 1, 1)), np.empty(samples)
     for t in range(samples):
         force[t], tangent[t] = evaluate(kind, p, state, row, e[t])
     _project_smooth(basis, force, tangent, F, J)
@@ -192,6 +201,37 @@ def _polynomial(p: Matrix, row: int, e: Matrix, basis: Matrix, force: Matrix, sl
 
 
 @COMPILED
+def _remembering(p: Matrix, row: int, e: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
+    """A law given by functions that has a memory, by differences."""
+    n, samples = basis.shape
+    step = BESIDE * max(np.max(np.abs(e)), 1e-30)
+    steady, force, slopes = np.empty(samples), np.empty(samples), np.empty((n, samples))
+    _settled(p, row, e, steady)
+    for i in range(n):
+        _settled(p, row, e + step * basis[i], force)
+        for t in range(samples):
+            slopes[i, t] = (force[t] - steady[t]) / step
+    _project(basis, steady, slopes, F, J)
+
+
+@COMPILED
+def _settled(p: Matrix, row: int, e: Matrix, force: Matrix) -> None:
+    """Force over the period, from rest on, after which the memory is what it was before."""
+    states = int(p[row, 2])
+    memory, before = np.zeros((row + 1, states)), np.zeros(states)
+    for period in range(MOST_PERIODS):
+        change = 0.0
+        for i in range(states):
+            change = max(change, abs(memory[row, i] - before[i]) / max(abs(memory[row, i]), 1e-300))
+            before[i] = memory[row, i]
+        if period > 1 and change < SETTLED:
+            return
+        for t in range(e.shape[0]):
+            force[t] = evaluate(FUNCTIONS, p, memory, row, e[t])[0]
+            remember(FUNCTIONS, p, memory, row, e[t], 0.0, 0.0)
+
+
+@COMPILED
 def alternate_pair(
     p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, by_x: Matrix, by_z: Matrix
 ) -> None:
@@ -307,6 +347,19 @@ def alternate_numpy(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F:
             d[t] = tangent * phi[t] + fixed
             turn = turn + move if stuck else np.zeros(n)
             direction, old, start = float(np.clip(trial, -1.0, 1.0)), e[t], phi[t]
+    elif kind == FUNCTIONS and p[row, 1]:
+        step = BESIDE * max(np.max(np.abs(e)), 1e-30)
+        paths, forces = np.vstack([e, e + step * basis]), np.zeros((n + 1, samples))
+        for path, one in zip(paths, forces, strict=True):
+            memory, before = np.zeros((p.shape[0], int(p[row, 2]))), np.inf
+            for period in range(MOST_PERIODS):
+                if period > 1 and np.all(np.abs(memory[row] - before) < SETTLED * np.abs(memory[row])):
+                    break
+                before = memory[row].copy()
+                for t in range(samples):
+                    one[t] = evaluate.py_func(kind, p, memory, row, path[t])[0]
+                    remember.py_func(kind, p, memory, row, path[t], 0.0, 0.0)
+        f, d = forces[0], (forces[1:] - forces[0]).T / step
     else:
         pairs = np.array([evaluate.py_func(kind, p, state, row, value) for value in e])
         f, d = pairs[:, 0], pairs[:, 1, None] * phi

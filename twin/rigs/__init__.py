@@ -17,7 +17,7 @@ from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, 
 from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, believed_rig_file, load_rig, parse_rig, save_rig
 from twin.rigs.structure_rig import StructureRig
-from twin.rigs.tables import Effect, LawTable, LayerLawTable, Preload, Transducer
+from twin.rigs.tables import Effect, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Transducer
 
 __all__ = [
     "RIG_FILES",
@@ -29,8 +29,10 @@ __all__ = [
     "LayerLawTable",
     "Layout",
     "MatricesPart",
+    "NamedLaws",
     "Part",
     "Place",
+    "PointLaw",
     "Preload",
     "Rig",
     "Sensor",

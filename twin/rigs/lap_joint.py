@@ -7,13 +7,14 @@ overlap it is the lower beam's.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from twin.rigs.layout import BeamPart, Layout, Place, Stretch, Support, ThinLayer
 from twin.rigs.rig import Rig
-from twin.rigs.tables import LawTable, LayerLawTable, NonNegative, Positive, Preload, Shaker, Table, Transducer
+from twin.rigs.tables import AnyLaw, NonNegative, Positive, Preload, Shaker, Table, Transducer, check_law
 
 __all__ = ["Beam", "Drive", "Joint", "LapJointRig", "Mesh", "Sensor"]
 
@@ -49,7 +50,12 @@ class Joint(Table):
     layer_height: Positive
     layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
     preload: dict[str, Preload] = Field(min_length=1)
-    law: LawTable | LayerLawTable | None = None
+    law: AnyLaw | None = None
+
+    @model_validator(mode="after")
+    def _passive(self) -> Joint:
+        check_law(self.law, self.preload)
+        return self
 
 
 class Mesh(Table):
@@ -160,7 +166,8 @@ class LapJointRig(Rig):
         """Where a sensor is; all measure across the beam."""
         for sensor in self.sensor:
             if sensor.channel == channel:
-                return self.layout().place(sensor.position)
+                place = self.layout().place(sensor.position)
+                return replace(place, reads=sensor.reads or place.reads)
         raise KeyError(channel)
 
     @property

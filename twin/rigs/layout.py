@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from twin.rigs.tables import LawTable, LayerLawTable, Name, NonNegative, Positive, Preload, Table
+from twin.rigs.tables import AnyLaw, Name, NonNegative, Positive, Preload, Table, check_law
 
 __all__ = [
     "DIRECTIONS",
@@ -148,7 +148,7 @@ class ThinLayer(Table):
     width: Positive | None = None
     layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
     preload: dict[str, Preload] = Field(min_length=1)
-    law: LawTable | LayerLawTable | None = None
+    law: AnyLaw | None = None
 
     @model_validator(mode="after")
     def _somewhere(self) -> ThinLayer:
@@ -159,6 +159,7 @@ class ThinLayer(Table):
             raise ValueError(f"to {self.to:g} must lie beyond from {self.begin:g}")
         if self.between[0] == self.between[1]:
             raise ValueError(f"it joins {self.between[0]!r} to itself")
+        check_law(self.law, self.preload)
         return self
 
 
@@ -194,16 +195,24 @@ class Place:
         Unit vector.
     between : tuple of (int, float)
         Nodes and their shares in the motion of a place between them; empty at a node or on a beam.
+    reads
+        ``displacement`` in that direction, or ``strain`` along a beam at the surface that faces in that direction.
     """
 
     part: str
     at: float
     direction: tuple[float, float, float]
     between: tuple[tuple[int, float], ...] = ()
+    reads: str = "displacement"
+
+    @property
+    def backwards(self) -> bool:
+        """Whether a recording, which knows +y and -y alone, says that its sensor measures along -y."""
+        return sum(self.direction) < 0
 
     def towards(self, direction: tuple[float, float, float]) -> Place:
-        """The same point in another direction."""
-        return replace(self, direction=direction)
+        """The displacement of the same point in another direction."""
+        return replace(self, direction=direction, reads="displacement")
 
 
 @dataclass(frozen=True)
@@ -332,7 +341,7 @@ class Layout:
             position = self.position(place)
             assert position is not None
             other = self.place(min(max(position + offset_m, 0.0), self.length))
-            return other.towards(place.direction)
+            return replace(other, direction=place.direction, reads=place.reads)
         part = self.part(place.part)
         if not isinstance(part, BeamPart):
             return place

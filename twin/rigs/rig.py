@@ -100,7 +100,7 @@ class Rig(Table, ABC):
         KeyError
             If the rig has no such preload.
         """
-        if name is None:
+        if name is None or (not name and not self.joints):
             return next(iter(self.preloads), "")
         if name not in self.preloads:
             raise KeyError(f"rig {self.name!r} has no preload {name!r}; it has {', '.join(self.preloads)}")

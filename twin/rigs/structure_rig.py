@@ -6,6 +6,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -35,6 +36,8 @@ BENCH_FINER = 1.5
 """Elements of beams on the bench, over the file's; layers have twice as many."""
 PARALLEL = 1e-6
 """Sine of the angle up to which two beams may be joined by a layer."""
+FACING = 0.999
+"""Cosine of the angle between a strain gauge's direction and the normal of its beam, at least."""
 BEYOND_m = 1e-6
 """By so much a place or a layer may lie beyond a beam's end."""
 
@@ -104,6 +107,8 @@ class StructureRig(Rig):
         for sensor in self.sensor:
             self._check_place(f"sensor {sensor.channel!r}", sensor.part, sensor.at)
             self._check_plane(f"sensor {sensor.channel!r}", sensor.place)
+            if sensor.reads == "strain":
+                self._check_surface(f"sensor {sensor.channel!r}", sensor.place)
         self._check_force_cell()
         for joint in self.joint[1:]:
             first = self.joint[0]
@@ -130,6 +135,14 @@ class StructureRig(Rig):
     def _check_plane(self, where: str, place: Place) -> None:
         if isinstance(self._find(where, place.part), BeamPart) and abs(place.direction[2]) > 1e-9:
             raise ValueError(f"{where}: a plane beam does not move along z")
+
+    def _check_surface(self, where: str, place: Place) -> None:
+        part = self._find(where, place.part)
+        if not isinstance(part, BeamPart):
+            raise ValueError(f"{where}: strain is read at the surface of a beam, and {part.name!r} is none")
+        across = sum(x * n for x, n in zip(place.direction, part.normal, strict=False))
+        if abs(across) < FACING:
+            raise ValueError(f"{where}: its direction must be across {part.name!r}: that of the surface it is on")
 
     def _check_joint(self, joint: ThinLayer) -> None:
         where = f"joint {joint.name!r}"
@@ -249,7 +262,7 @@ class StructureRig(Rig):
         for sensor in self.sensor:
             if sensor.channel == channel:
                 if sensor.quantity != "force":
-                    return sensor.place
+                    return replace(sensor.place, reads=sensor.reads)
                 return next(d.place for d in self.drive if (d.part, d.at) == (sensor.part, sensor.at))
         raise KeyError(channel)
 

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+
+from recordings.quantities import follows_excitation, known_quantities, quantity
+
+if TYPE_CHECKING:
+    from twin.joint import NamedLaw, PointForce
 
 __all__ = [
     "Acquisition",
+    "AnyLaw",
     "Damping",
     "Drift",
     "Effect",
@@ -18,13 +25,19 @@ __all__ = [
     "LayerLawTable",
     "Measured",
     "Name",
+    "NamedLaws",
     "NonNegative",
+    "PointLaw",
     "Positive",
     "Preload",
     "Shaker",
     "Table",
     "Transducer",
+    "check_law",
 ]
+
+MORE_THAN_ALL = 1.0 + 1e-6
+"""Of a modulus that a law may take off it, lest rounding forbid all of it."""
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -78,6 +91,15 @@ class LawTable(Table):
                 raise ValueError(f"{name} must have as many entries as amplitude_m")
         return self
 
+    @property
+    def sentence(self) -> str:
+        """What it says of the joint."""
+        softer, loss = max(self.softening), max(self.loss)
+        return (
+            f"softens by up to {softer:.3g} N/m2 and loses up to {loss:.3g} N/m2 over the amplitude at {self.channel}, "
+            f"a table up to {self.amplitude_m[-1]:.3g} m"
+        )
+
 
 class LayerLawTable(Table):
     """Amplitude-dependent part of the layer's moduli at each of its points: E' - g1(o), G' + j g2(s).
@@ -108,6 +130,127 @@ class LayerLawTable(Table):
             if getattr(self, f"{values}_std") and len(getattr(self, f"{values}_std")) != len(x):
                 raise ValueError(f"{values}_std must have as many entries as {knots}")
         return self
+
+    @property
+    def sentence(self) -> str:
+        """What it says of the joint."""
+        return (
+            f"softens by up to {max(self.softening):.3g} N/m2 as it opens, a table up to {self.opening_m[-1]:.3g} m, "
+            f"and loses up to {max(self.loss):.3g} N/m2 as it slips, a table up to {self.slip_m[-1]:.3g} m"
+        )
+
+
+class PointLaw(BaseModel):
+    """A law by its name, with its parameters beside it: ``{ name = "jenkins", stiffness = 3e7, slips_at = 1e-6 }``.
+
+    Lengths are metres of the coordinate that it acts on, stiffnesses N/m2, as the layer's moduli are.
+    """
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    name: Name
+
+    @model_validator(mode="after")
+    def _known(self) -> PointLaw:
+        self.law.values(self.values)
+        self.law.force(self.values)
+        return self
+
+    @property
+    def law(self) -> NamedLaw:
+        """The law of that name; ValueError if there is none."""
+        from twin.joint import law_named  # most rigs need none of them
+
+        return law_named(self.name)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Its parameters, as far as they are given."""
+        return self.__pydantic_extra__ or {}
+
+    @property
+    def force(self) -> PointForce:
+        """What it adds at a point of the layer."""
+        return self.law.force(self.values)
+
+    @property
+    def sentence(self) -> str:
+        """What it says of the joint."""
+        return self.law.told(self.values)
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """Smallest and largest of its lengths."""
+        return self.law.reach_m(self.values)
+
+
+class NamedLaws(Table):
+    """Laws by name on a point's own opening and on its own slip, which act side by side.
+
+    E' and G' of a preload are the moduli at rest; what a law has of stiffness there, it takes over from them.
+    """
+
+    opening: list[PointLaw] = Field(default=[], max_length=8)
+    slip: list[PointLaw] = Field(default=[], max_length=8)
+
+    @field_validator("opening", "slip", mode="before")
+    @classmethod
+    def _one_or_more(cls, value: Any) -> Any:
+        return [value] if isinstance(value, dict) else value
+
+    @model_validator(mode="after")
+    def _some(self) -> NamedLaws:
+        if not self.opening and not self.slip:
+            raise ValueError("it has no law: name one for opening or for slip")
+        return self
+
+    @property
+    def sentence(self) -> str:
+        """What it says of the joint."""
+        told = [f"over its opening it {law.sentence}" for law in self.opening]
+        return "; ".join(told + [f"over its slip it {law.sentence}" for law in self.slip])
+
+    def check_moduli(self, *, E: float, G: float) -> None:
+        """See that the laws leave something of the moduli, N/m2.
+
+        Raises
+        ------
+        ValueError
+            If they take more off one than there is.
+        """
+        for name, laws, what, modulus in (
+            ("opening", self.opening, "E'", E),
+            ("slip", self.slip, "G'", G),
+        ):
+            taken = sum(law.force.most_taken for law in laws)
+            if taken > MORE_THAN_ALL * modulus:
+                raise ValueError(f"law.{name} takes {taken:.4g} N/m2 off {what}, which is {modulus:.4g} N/m2")
+
+
+def _law_of_its_kind(value: Any) -> Any:
+    """A law's table, read as what it has the fields of."""
+    if not isinstance(value, dict):
+        return value
+    if "name" in value:
+        raise ValueError("what does the law act on? It goes into [joint.law.opening] or [joint.law.slip]")
+    if {"opening", "slip"} & set(value):
+        return NamedLaws.model_validate(value)
+    return (LawTable if {"channel", "amplitude_m"} & set(value) else LayerLawTable).model_validate(value)
+
+
+AnyLaw = Annotated[LawTable | LayerLawTable | NamedLaws, BeforeValidator(_law_of_its_kind)]
+"""What a joint's ``law`` may be."""
+
+
+def check_law(law: LawTable | LayerLawTable | NamedLaws | None, preloads: Mapping[str, Preload]) -> None:
+    """See that a law by name leaves something of the moduli at every preload; ValueError if not."""
+    if not isinstance(law, NamedLaws):
+        return
+    for name, moduli in preloads.items():
+        try:
+            law.check_moduli(E=moduli.normal_modulus, G=moduli.shear_modulus)
+        except ValueError as error:
+            raise ValueError(f"{error} at preload {name!r}") from error
 
 
 class Damping(Table):
@@ -171,7 +314,8 @@ class Transducer(Table):
     """A transducer and its converter channel: range in its unit, noise in unit per root hertz, high-pass in Hz."""
 
     channel: Name
-    quantity: Literal["force", "acceleration", "velocity", "displacement"]
+    quantity: Name
+    """Force, or what the table of quantities knows as a response: acceleration, strain, ..."""
     mass: NonNegative = 0.0
     """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
     stinger_side_mass: NonNegative = 0.0
@@ -185,6 +329,14 @@ class Transducer(Table):
     transverse_sensitivity: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
     """Share of the motion along the beam, at the surface, that an accelerometer also shows."""
 
+    @field_validator("quantity")
+    @classmethod
+    def _follows_the_excitation(cls, value: str) -> str:
+        if not follows_excitation(value):
+            measured = [one for one in known_quantities() if follows_excitation(one)]
+            raise ValueError(f"a transducer measures one of {', '.join(measured)}")
+        return value
+
     @model_validator(mode="after")
     def _of_the_kind(self) -> Transducer:
         if self.quantity != "force" and self.stinger_side_mass:
@@ -194,6 +346,11 @@ class Transducer(Table):
         if self.mounting_frequency is None and "mounting_damping" in self.model_fields_set:
             raise ValueError("mounting_damping needs a mounting_frequency")
         return self
+
+    @property
+    def reads(self) -> str:
+        """What of the structure's motion it reads: displacement or strain; nothing for a force."""
+        return quantity(self.quantity).reads
 
 
 class Acquisition(Table):

@@ -17,6 +17,7 @@ __all__ = [
     "curvature_shape",
     "deflection_shape",
     "per_length",
+    "rotation_rate_shape",
     "slope_shape",
     "weakened_stiffness",
 ]
@@ -161,3 +162,15 @@ def curvature_shape(xi: float, length: float) -> Matrix:
             (6 * xi - 2) / length,
         ]
     )
+
+
+def rotation_rate_shape(xi: float, length: float, shear: float) -> Matrix:
+    """Functions of (v1, theta1, v2, theta2) for the derivative of the section's rotation at `xi` in 0..1.
+
+    Parameters
+    ----------
+    shear
+        12 E I / (kappa G A length^2) of the element; zero gives :func:`curvature_shape`.
+    """
+    turned = np.array([0.0, -shear, 0.0, shear]) / length
+    return np.asarray((curvature_shape(xi, length) + turned) / (1.0 + shear))

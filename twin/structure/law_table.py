@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import LawTable, LayerLawTable, Rig
+from twin.rigs import LawTable, LayerLawTable, NamedLaws, PointLaw, Rig
 from twin.structure.assembly import assemble
 from twin.structure.layer_points import layer_points
 from twin.structure.mode_law import LayerModes, layer_law_of_mode
@@ -26,6 +27,10 @@ AMPLITUDES = 100
 """At which functions of a sensor's amplitude are translated, beside their own knots."""
 MOST_KNOTS = 200
 """Of a table in a rig file."""
+BELOW, BEYOND, REACH_m = 1e-3, 30.0, (1e-7, 1e-5)
+"""Knots of laws by name: from a share of their smallest length to a multiple of the largest; where they have none."""
+FORGIVEN = 1e-3
+"""Part of a law that a table has no place for and that it may leave out, over the part that it has."""
 SMALLEST, NEAREST = 1e-3, 4e-3
 """Of them over the largest; and the least distance between two, over their amplitude."""
 
@@ -44,16 +49,48 @@ def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTabl
     Raises
     ------
     ValueError
-        If the rig has not the table's channel, or the table is not what a law of the points could be.
+        If the rig has not the table's channel, or the table is not what a law of the points could be; or if laws by
+        name do what a table cannot say.
     """
     if not rig.joints:
         return None
     table = rig.joints[joint].law
+    if isinstance(table, NamedLaws):
+        return _tabulated(table)
     if not isinstance(table, LawTable):
         return table
     if table.channel not in {sensor.channel for sensor in rig.sensors}:
         raise ValueError(f"joint.law.channel {table.channel!r} is not a sensor of the rig")
     return _translated(_RigFile(rig.model_dump_json(), rig), E, G)
+
+
+def _tabulated(laws: NamedLaws) -> LayerLawTable:
+    """Describing functions of laws by name; ValueError if they lose over the opening or soften over the slip."""
+    opening_m, over_opening = _described(laws.opening)
+    slip_m, over_slip = _described(laws.slip)
+    for kept, left, does in (
+        (over_opening.real, over_opening.imag, "loses as the layer opens"),
+        (over_slip.imag, over_slip.real, "changes the stiffness as the layer slips"),
+    ):
+        if np.max(np.abs(left)) > FORGIVEN * np.max(np.abs(kept)):
+            raise ValueError(
+                f"joint.law: it {does}, and predictions know softening over the opening and loss over the slip "
+                "alone; a rehearsal draws all branches of such a law, and identification finds what they see of it"
+            )
+    return LayerLawTable(
+        opening_m=opening_m.tolist(),
+        softening=(-over_opening.real).tolist(),
+        slip_m=slip_m.tolist(),
+        loss=over_slip.imag.tolist(),
+    )
+
+
+def _described(laws: Sequence[PointLaw]) -> tuple[Array, Array]:
+    """Amplitudes over which laws change, and what they add to the modulus there."""
+    reaches = [reach for law in laws if (reach := law.reach_m)[1]] or [REACH_m]
+    low, high = min(low for low, _ in reaches), max(high for _, high in reaches)
+    amplitude = np.geomspace(BELOW * low, BEYOND * high, MOST_KNOTS)
+    return amplitude, sum((law.force.stiffness(amplitude) for law in laws), np.zeros(MOST_KNOTS, complex))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import BeamPart, Layout, ThinLayer
-from twin.structure.beam import curvature_shape, deflection_shape, slope_shape
+from twin.structure.beam import curvature_shape, deflection_shape, rotation_rate_shape, slope_shape
 
 __all__ = ["BeamMesh", "LayerMesh", "mesh_beams", "mesh_layers"]
 
@@ -94,6 +94,17 @@ class BeamMesh:
     def curvature(self, s: float) -> tuple[NDArray[np.int64], Array]:
         """The same of its second derivative."""
         return self._row(s, lambda xi, length: (np.zeros(2), curvature_shape(xi, length)))
+
+    def strain(self, s: float, *, side: float) -> tuple[NDArray[np.int64], Array]:
+        """The same of the strain at a surface, half a thickness to the left (+1) or to the right (-1) of the axis."""
+        part = self.part
+        off = side * part.thickness / 2
+
+        def shapes(xi: float, length: float) -> tuple[Array, Array]:
+            shear = 12.0 * part.second_moment / part.area * part.shear_ratio / length**2
+            return np.array([-1.0, 1.0]) / length, -off * rotation_rate_shape(xi, length, shear)
+
+        return self._row(s, shapes)
 
     def rigid_translation(self, direction: Sequence[float]) -> Array:
         """Displacements (size,) of a unit translation."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import Rig
+from twin.rigs import Place, Rig
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
@@ -97,8 +97,13 @@ def _masses(m: ModelledRig) -> Iterator[str]:
 def _still_places(m: ModelledRig) -> Iterator[str]:
     rows = np.concatenate([part.rows.reshape(-1, len(m.structure.M)) for part in drawn_parts(m.structure)])
     largest = np.max(np.abs(rows @ m.modes.Phi[:, :LOOKED_AT]), axis=0)
+    strained = _largest_strains(m)
     for name, place in _places(m.rig):
         row = m.structure.row(place)
+        if place.reads == "strain":
+            if np.any(np.abs(row @ m.modes.Phi[:, :LOOKED_AT]) < STILL * strained):
+                yield f"{name}: hardly strained in one of the first modes"
+            continue
         if not np.any(row):
             yield f"{name}: nothing moves there in its direction"
             continue
@@ -106,6 +111,17 @@ def _still_places(m: ModelledRig) -> Iterator[str]:
         if len(still):
             numbers = ", ".join(str(number + 1) for number in still)
             yield f"{name}: at a node of mode{'s' if len(still) > 1 else ''} {numbers}, or across its motion"
+
+
+def _largest_strains(m: ModelledRig) -> Array:
+    """Largest strain of any beam's surface in each of the first modes, (LOOKED_AT,)."""
+    rows = [
+        m.structure.row(Place(mesh.part.name, s, (*mesh.part.normal, 0.0), reads="strain"))
+        for mesh in m.structure.meshes.values() if isinstance(mesh, BeamMesh)
+        for s in mesh.s
+    ]  # fmt: skip
+    shapes = m.modes.Phi[:, :LOOKED_AT]
+    return np.max(np.abs(np.array(rows) @ shapes), axis=0) if rows else np.zeros(shapes.shape[1])
 
 
 def _places(rig: Rig):  # type: ignore[no-untyped-def]

@@ -125,13 +125,15 @@ class Structure:
         return K
 
     def row(self, place: Place) -> Matrix:
-        """Row c (n,) with c x the displacement at a place in its direction.
+        """Row c (n,) with c x what is read at a place: the displacement in its direction, or the strain of its surface.
 
         Raises
         ------
         ValueError
             If the place is not on the structure.
         """
+        if place.reads == "strain":
+            return self.strain(place)
         return self._translation(place, place.direction)
 
     def translations(self, place: Place) -> Matrix:
@@ -182,6 +184,16 @@ class Structure:
             return np.zeros(len(self.M))
         along = self.row(place.towards((*mesh.part.axis, 0.0)))
         return along - side * mesh.part.thickness / 2 * self._over(*mesh.slope(place.at))
+
+    def strain(self, place: Place) -> Matrix:
+        """Row of the strain along a beam at the surface that faces in the place's direction, m/m.
+
+        It is u' - s (h/2) v'', s = 1 for the left surface and -1 for the right one; with transverse shear the curvature
+        is that of the section's rotation.
+        """
+        mesh = self._beam(place)
+        side = 1.0 if float(np.dot(place.direction[:2], mesh.part.normal)) > 0 else -1.0
+        return self._over(*mesh.strain(place.at, side=side))
 
     def rigid_translation(self, direction: tuple[float, float, float]) -> Matrix:
         """Coordinates (n,) of a unit translation of everything that is not held."""

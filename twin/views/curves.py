@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.quantities import is_motion, is_response
 from recordings.run import Run
 from twin.diagnose.candidate import Candidate, extension_of
 from twin.diagnose.result import Diagnosis
@@ -22,7 +23,7 @@ from twin.identify.unknowns import Unknowns
 from twin.rigs import Place
 from twin.structure import Structure, beam_lines, drawn_position, layer_points, normal_modes
 from twin.structure.mode_law import LayerModes, mode_functions
-from twin.views.receptance import POWERS, receptance_mm_per_N
+from twin.views.receptance import per_force
 
 __all__ = [
     "Fitted",
@@ -33,6 +34,7 @@ __all__ = [
     "about_each_resonance",
     "broadband_responses",
     "compared_models",
+    "largest_receptance",
     "law_bands",
     "law_in_lowest_mode",
     "law_reach",
@@ -57,7 +59,7 @@ class SteppedSweep:
     frequency_Hz, time_s : ndarray, (s,)
         Time on the recording's own time base.
     receptance : dict of ndarray, (s,)
-        Displacement amplitude per force amplitude of each response channel, mm/N; in mm where no force was recorded.
+        Displacement (mm) or strain (µm/m) per force (N) of each response channel; as it is where no force was recorded.
     harmonics : dict of ndarray, (s, h)
         Amplitudes of harmonics 1, 2, ... of each response channel, in its unit.
     """
@@ -72,7 +74,7 @@ class SteppedSweep:
 
 def stepped_sweeps(run: Run, *, harmonics: int = 7) -> tuple[SteppedSweep, ...]:
     """The sine sweeps of a run, reduced."""
-    responses = [name for name, channel in run.channels.items() if channel.quantity in POWERS]
+    responses = [name for name, channel in run.channels.items() if is_response(channel.quantity)]
     force = next((name for name, channel in run.channels.items() if channel.quantity == "force"), None)
     recorded = {name for device in run.devices.values() for name in device.values}
     names = [name for name in [force, *responses] if name in recorded]
@@ -87,19 +89,25 @@ def stepped_sweeps(run: Run, *, harmonics: int = 7) -> tuple[SteppedSweep, ...]:
     )  # fmt: skip
 
 
+def largest_receptance(run: Run, sweep: SteppedSweep) -> tuple[str, Array]:
+    """Channel and receptance of the response that is largest in a sweep, of motions if any was recorded."""
+    motions = {name: sizes for name, sizes in sweep.receptance.items() if is_motion(run.channels[name].quantity)}
+    return max((motions or sweep.receptance).items(), key=lambda item: float(np.max(item[1])))
+
+
 def _sweep(run: Run, name: str, states: Sequence[SteadyState], force: str | None, count: int) -> SteppedSweep:
     frequency_Hz = np.array([state.frequency_Hz for state in states])
     drive = np.array([abs(state.amplitude[force][0]) if force else 1.0 for state in states])
     receptance, harmonics = {}, {}
     for channel in states[0].amplitude:
         quantity = run.channels[channel].quantity
-        if quantity not in POWERS:
+        if not is_response(quantity):
             continue
         sizes = np.full((len(states), count), np.nan)
         for row, state in zip(sizes, states, strict=True):
             row[: len(state.amplitude[channel])] = np.abs(state.amplitude[channel][:count])
         harmonics[channel] = sizes
-        receptance[channel] = receptance_mm_per_N(sizes[:, 0] / drive, quantity, frequency_Hz)
+        receptance[channel] = per_force(sizes[:, 0] / drive, quantity, frequency_Hz)
     target = states[0]
     unit = run.channels[target.target_channel].unit if target.target_channel in run.channels else ""
     return SteppedSweep(

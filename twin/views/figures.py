@@ -26,7 +26,7 @@ from twin.views.curves import (
     mode_shapes,
     sensor_deflections,
 )
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
 __all__ = [
@@ -91,9 +91,9 @@ def sweeps_figure(
             order = np.argsort(sweep.frequency_Hz, kind="stable")
             for kind in kinds:
                 H = getattr(sweep, ATTRIBUTE.get(kind, kind))[:, o]
-                size = receptance_mm_per_N(H, quantity[channel], sweep.frequency_Hz)
+                size = per_force(H, quantity[channel], sweep.frequency_Hz)
                 axes.plot(sweep.frequency_Hz[order], size[order], color=level_colour(i), **STYLES[kind])
-        axes.set(title=channel, xlabel="frequency, Hz", ylabel=f"receptance at {channel}, mm/N")
+        axes.set(title=channel, xlabel="frequency, Hz", ylabel=per_force_label(channel, quantity[channel]))
         axes.set_ylim(bottom=0)
         dressed(axes)
     entries = [Line2D([], [], color=level_colour(i), linewidth=4, label=s.sweep) for i, s in enumerate(sweeps)]

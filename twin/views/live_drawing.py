@@ -18,7 +18,7 @@ from twin.views.live_about import LiveAbout
 from twin.views.live_ranges import RangeUse
 from twin.views.live_spectrum import LiveSpectrum
 from twin.views.live_sweeps import HarmonicsChart, SweepChart, stepped
-from twin.views.receptance import POWERS
+from twin.views.receptance import farthest_response
 from twin.views.rerun_log import log_line, log_view
 from twin.views.rrd import send_layout
 from twin.views.style import level_colour, on_dark, unit_text
@@ -46,8 +46,7 @@ class LiveDrawing:
         self._next_index: dict[str, int] = {}
         self._at(0)
         self._ranges = RangeUse(recording, about.channels)
-        responses = [channel for channel in about.channels if channel.quantity in POWERS]
-        shown = max(responses, key=lambda channel: channel.position_m or 0.0, default=None)
+        shown = farthest_response(about.channels)
         self._charts: tuple[SweepChart, HarmonicsChart] | None = None
         self._spectrum: LiveSpectrum | None = None
         if shown is not None and stepped(about.procedure):

@@ -13,7 +13,7 @@ from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.views.chart import Chart, common_range
 from twin.views.live_about import LiveAbout
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import per_force, per_force_label, reading_label
 from twin.views.style import INK, level_colour, unit_text
 
 __all__ = ["HarmonicsChart", "SweepChart", "stepped"]
@@ -76,7 +76,7 @@ class SweepChart:
             if channel.name in branch["response"]:
                 x = np.array(branch["frequency_Hz"], float)
                 amplitude = np.array(branch["response"][channel.name]["amplitude"], float)
-                y = receptance_mm_per_N(amplitude / branch["force_N"], channel.quantity, x)
+                y = per_force(amplitude / branch["force_N"], channel.quantity, x)
                 self._branches.append((self._level_of(branch["force_N"], self._force), x, y))
         highest = max((float(y.max()) for *_, y in self._branches), default=0.0)
         self._chart = self._drawn_anew(self._across.ends, (0.0, 1.1 * highest or 1.0))
@@ -88,7 +88,7 @@ class SweepChart:
             return
         drive = abs(result.phasors[self._force]) if self._force in result.phasors else 1.0
         size = abs(result.phasors[self._channel.name]) / max(drive, 1e-300)
-        y = float(receptance_mm_per_N(np.array(size), self._channel.quantity, np.array(result.frequency_Hz)))
+        y = float(per_force(np.array(size), self._channel.quantity, np.array(result.frequency_Hz)))
         level = self._level_of(result.target_amplitude, result.target_channel)
         sweep = self._sweeps.setdefault(result.sweep, _Sweep(level))
         sweep.x.append(self._across.of(result))
@@ -107,13 +107,13 @@ class SweepChart:
         return self._chart.view()
 
     def _drawn_anew(self, x_range: tuple[float, float], y_range: tuple[float, float]) -> Chart:
-        unit = "mm/N" if self._force else "mm"
+        label = per_force_label if self._force else reading_label
         chart = self._chart = Chart(
             self._recording,
             "/sweeps",
             f"Sweeps at {self._channel.name}, as they grow",
             self._across.label,
-            f"{'receptance' if self._force else 'displacement'} at {self._channel.name}, {unit}",
+            label(self._channel.name, self._channel.quantity),
             x_range,
             y_range,
             width=WIDE,

@@ -1,20 +1,43 @@
-"""Receptance in the unit of the pictures."""
+"""What a response channel reads per force, in the units of the pictures: displacement in mm, strain in µm/m."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["POWERS", "receptance_mm_per_N"]
+from recordings.quantities import is_motion, is_response, quantity
+from recordings.run import Channel
+
+__all__ = ["farthest_response", "per_force", "per_force_label", "reading_label"]
 
 Array = NDArray[Any]
 
-POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Quantities of response channels, with the power of the angular frequency that a displacement is multiplied by."""
+
+def per_force(response: Array, name: str, frequency_Hz: Array) -> Array:
+    """Magnitude of what is read per force from a response per force, (f,) each, of a quantity's name."""
+    measured = quantity(name)
+    rate = (2 * np.pi * np.asarray(frequency_Hz)) ** measured.derivative
+    return np.asarray(measured.factor * np.abs(response) / rate)
 
 
-def receptance_mm_per_N(response: Array, quantity: str, frequency_Hz: Array) -> Array:
-    """Magnitude of displacement per force from a response per force, (f,) each."""
-    return np.asarray(1e3 * np.abs(response) / (2 * np.pi * np.asarray(frequency_Hz)) ** POWERS[quantity])
+def per_force_label(channel: str, name: str) -> str:
+    """Of an axis: ``receptance at acc1, mm/N``, or ``strain at gauge per force, µm/m/N``."""
+    measured = quantity(name)
+    what = f"receptance at {channel}" if is_motion(name) else f"{measured.reads} at {channel} per force"
+    return f"{what}, {measured.pictured}/N"
+
+
+def reading_label(channel: str, name: str) -> str:
+    """Of an axis: ``displacement at acc1, mm``."""
+    measured = quantity(name)
+    return f"{measured.reads} at {channel}, {measured.pictured}"
+
+
+def farthest_response(channels: Iterable[Channel]) -> Channel | None:
+    """The response channel farthest from the clamp, one of motion if there is any; None without any response."""
+    responses = [channel for channel in channels if is_response(channel.quantity)]
+    motions = [channel for channel in responses if is_motion(channel.quantity)]
+    return max(motions or responses, key=lambda channel: channel.position_m or 0.0, default=None)

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from recordings.run import Run
 from twin.views.chart import Chart, common_range
 from twin.views.curves import SteppedSweep
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import farthest_response, per_force, reading_label
 from twin.views.style import INK, level_colour
 
 __all__ = ["draw_backbone"]
@@ -24,11 +24,14 @@ def draw_backbone(
     shown = [sweep for sweep in reduced if len(sweep.frequency_Hz) > 2 and sweep.harmonics]
     if len(shown) < 2:
         return None
-    channel = max(shown[0].harmonics, key=lambda name: run.channels[name].position_m or 0.0)
+    farthest = farthest_response(run.channels[name] for name in shown[0].harmonics)
+    if farthest is None:
+        return None
+    channel = farthest.name
     tops = []
     for sweep in shown:
         fundamental, quantity = sweep.harmonics[channel][:, 0], run.channels[channel].quantity
-        displacement = receptance_mm_per_N(fundamental, quantity, sweep.frequency_Hz)
+        displacement = per_force(fundamental, quantity, sweep.frequency_Hz)
         top = int(np.nanargmax(displacement))
         tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
     x, y = np.array(sorted(tops, key=lambda top: top[1])).T
@@ -37,7 +40,7 @@ def draw_backbone(
         path,
         f"Backbone, {channel}",
         "frequency of the largest step, Hz",
-        f"displacement at {channel}, mm",
+        reading_label(channel, farthest.quantity),
         common_range([x], margin=0.15),
         common_range([np.zeros(1), y], margin=0.1),
         width=1250.0,

@@ -27,7 +27,7 @@ from twin.views.curves import (
     resonance_names,
 )
 from twin.views.operating import modal_motion, operating_motions
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import per_force, per_force_label
 from twin.views.rerun_fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_rig, draw_loops
 from twin.views.rrd import recording_file, send_layout
@@ -112,7 +112,7 @@ def _comparison(
     views = []
     for o, channel in enumerate(channels):
         curves = [
-            [receptance_mm_per_N(getattr(sweep, kind)[:, o], quantity[channel], sweep.frequency_Hz) for sweep in sweeps]
+            [per_force(getattr(sweep, kind)[:, o], quantity[channel], sweep.frequency_Hz) for sweep in sweeps]
             for kind in ("measured", "before", "after")
         ]
         chart = Chart(
@@ -120,7 +120,7 @@ def _comparison(
             f"/{group}/receptance/{channel}",
             f"{channel}: measured, before, after",
             "frequency, Hz",
-            f"receptance at {channel}, mm/N",
+            per_force_label(channel, quantity[channel]),
             x_range,
             common_range([np.zeros(1), *(y for kind in curves for y in kind)]),
         )

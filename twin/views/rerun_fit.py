@@ -20,7 +20,7 @@ from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 from twin.views.chart import Chart, common_range
 from twin.views.curves import about_each_resonance, compared_models, resonance_names
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import per_force, reading_label
 from twin.views.style import INK, KIND, level_colour
 
 __all__ = ["draw_backbones", "draw_history", "draw_l_curve", "draw_residuals", "l_curve_of", "residual_table"]
@@ -124,7 +124,7 @@ def _backbone(
         path,
         f"Backbone at {output.channel}{where}",
         "frequency of each sweep's largest step, Hz",
-        f"displacement at {output.channel}, mm",
+        reading_label(output.channel, output.quantity),
         common_range([x for x, _ in lines.values()], margin=0.15),
         common_range([np.zeros(1), *(y for _, y in lines.values())]),
         width=FULL,
@@ -139,10 +139,10 @@ def _backbone(
 
 
 def _tops(sweeps: Sequence[SweepComparison], kind: str, output: int, quantity: str) -> tuple[Array, Array]:
-    """Frequency, Hz, and displacement, mm, of the largest step of each sweep, by rising force."""
+    """Frequency, Hz, and displacement, mm (or strain, µm/m), of the largest step of each sweep, by rising force."""
     tops = []
     for sweep in sorted(sweeps, key=lambda each: float(np.median(each.force_N))):
-        size = receptance_mm_per_N(getattr(sweep, kind)[:, output], quantity, sweep.frequency_Hz) * sweep.force_N
+        size = per_force(getattr(sweep, kind)[:, output], quantity, sweep.frequency_Hz) * sweep.force_N
         at = int(np.argmax(size))
         tops.append((sweep.frequency_Hz[at], size[at]))
     frequency, displacement = np.array(tops).T

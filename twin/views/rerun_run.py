@@ -16,7 +16,7 @@ from twin.identify.spectrum import broadband_records, h1
 from twin.views.chart import Chart, common_range
 from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import per_force, per_force_label
 from twin.views.rerun_backbone import draw_backbone
 from twin.views.rerun_log import log_line, log_view
 from twin.views.rrd import recording_file, send_layout
@@ -176,7 +176,7 @@ def _sweep_charts(
             f"{path}/{channel}",
             f"Sweeps, {channel}",
             "frequency, Hz",
-            f"receptance at {channel}, mm/N",
+            per_force_label(channel, run.channels[channel].quantity),
             common_range([sweep.frequency_Hz for sweep in drawn]),
             common_range([np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)]),
             width=WIDE,
@@ -199,14 +199,14 @@ def _sweep_charts(
 
 
 def _branches(run: Run, channel: str, rehearsal: Mapping[str, Any]) -> list[tuple[str, Array, Array]]:
-    """Predicted curves of a rehearsal at one channel: level, frequency in Hz, receptance in mm/N."""
+    """Predicted curves of a rehearsal at one channel: level, frequency in Hz, what is read per force."""
     found = []
     for branch in rehearsal.get("branches") or []:
         curve = branch["response"].get(channel)
         if curve is not None:
             frequency = np.array(branch["frequency_Hz"], float)
             response = np.array(curve["amplitude"], float) / branch["force_N"]
-            size = receptance_mm_per_N(response, run.channels[channel].quantity, frequency)
+            size = per_force(response, run.channels[channel].quantity, frequency)
             found.append((f"{branch['force_N']:g} N", frequency, size))
     return found
 

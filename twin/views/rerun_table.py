@@ -10,17 +10,17 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
 from twin.views.chart import Chart, common_range
-from twin.views.receptance import receptance_mm_per_N
+from twin.views.receptance import per_force
 from twin.views.rrd import recording_file, send_layout
-from twin.views.style import MEASURED, level_colour
+from twin.views.style import MEASURED, level_colour, unit_text
 
 __all__ = ["save_table"]
 
 Array = NDArray[Any]
 
-UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 WIDE = 2400.0
 """Width of a chart that has a third of a screen's height and most of its width."""
 MOST_NAMED = 12
@@ -49,9 +49,9 @@ def save_table(table: SweepTable | FrequencyTable, path: Path) -> None:
 
 def _sweeps(recording: rr.RecordingStream, table: SweepTable) -> list[rrb.Spatial2DView]:
     """Charts of receptance, response and force against frequency, every level a line."""
-    unit = UNITS[table.quantity]
+    unit = unit_text(quantity(table.quantity).unit)
     with np.errstate(divide="ignore", invalid="ignore"):
-        receptance = receptance_mm_per_N(table.response / table.force_N, table.quantity, table.frequency_Hz)
+        receptance = per_force(table.response / table.force_N, table.quantity, table.frequency_Hz)
     return [
         _chart(recording, table, "receptance", "receptance, mm/N", np.where(table.force_N > 0, receptance, np.nan)),
         _chart(recording, table, "response", f"{table.quantity}, {unit}", table.response),
@@ -94,7 +94,7 @@ def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
 
 
 def _about_sweeps(table: SweepTable) -> str:
-    unit = UNITS[table.quantity]
+    unit = unit_text(quantity(table.quantity).unit)
     rows = ["| level | steps | frequency, Hz | largest force, N | largest response |", "|---|---|---|---|---|"]
     for level, at in table.sweeps().items():
         f = table.frequency_Hz[at]

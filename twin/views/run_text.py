@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from recordings.quantities import quantity
 from recordings.run import Run
-from twin.views.curves import SteppedSweep
+from twin.views.curves import SteppedSweep, largest_receptance
 from twin.views.style import unit_text
 
 __all__ = ["run_markdown"]
@@ -36,10 +37,12 @@ def run_markdown(run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[s
         lines += ["", "| sweep | steps | peak at | receptance |", "|---|---|---|---|"]
     for sweep in reduced:
         if len(sweep.receptance):
-            name, sizes = max(sweep.receptance.items(), key=lambda item: float(np.max(item[1])))
+            name, sizes = largest_receptance(run, sweep)
+            unit = quantity(run.channels[name].quantity).pictured
             peak = int(np.argmax(sizes))
             lines.append(
-                f"| {sweep.name} | {len(sizes)} | {sweep.frequency_Hz[peak]:.6g} Hz | {sizes[peak]:.4g} mm/N ({name}) |"
+                f"| {sweep.name} | {len(sizes)} | {sweep.frequency_Hz[peak]:.6g} Hz "
+                f"| {sizes[peak]:.4g} {unit}/N ({name}) |"
             )
     warnings = (rehearsal or {}).get("warnings") or []
     if rehearsal is not None:

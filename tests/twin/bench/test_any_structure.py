@@ -5,6 +5,7 @@ import pytest
 
 from twin.bench import no_law, open_bench
 from twin.bench.build import SUSPENSION_Hz
+from twin.identify.evidence import _sign
 from twin.rigs import Effect, load_rig
 from twin.structure import assemble, normal_modes, rigid_motions
 
@@ -93,3 +94,19 @@ def test_a_mass_at_a_node_is_felt_in_every_direction():
     K = s.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
     expected = normal_modes(s.M, K, 14).omega[6:]
     np.testing.assert_allclose(heavier.modal(0.0, 51200.0).omega[6:14], expected, rtol=1e-5)
+
+
+def test_a_recording_says_which_way_a_sensor_faces():
+    """Otherwise an identification takes what points along -x or -y for the opposite of what it is."""
+    frame = load_rig("l-frame")
+
+    def reversed_(table):
+        return table.model_copy(update={"direction": [-x for x in table.place.direction]})
+
+    turned = [s if s.quantity == "force" else reversed_(s) for s in frame.sensor]
+    rig = frame.model_copy(update={"sensor": turned, "drive": [reversed_(drive) for drive in frame.drive]})
+    for one, expected in ((frame, "+y"), (rig, "-y")):
+        channels = {channel.name: channel for channel in open_bench(one, drive="force").channels}
+        assert {channels[s.channel].direction for s in one.response_sensors} == {expected}
+        assert channels[one.force_sensor.channel].direction == "+y"  # along its drive, whichever way that points
+        assert {_sign(channels[s.channel].direction, one.place_of(s.channel)) for s in one.response_sensors} == {1.0}

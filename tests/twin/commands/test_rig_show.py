@@ -19,7 +19,7 @@ def shown(capsys, *arguments):
 @pytest.mark.parametrize("name", sorted(RIG_FILES))
 def test_every_shipped_rig_is_told(capsys, name):
     table, rig = shown(capsys, name), load_rig(name)
-    assert set(table) == {"natural_frequencies_Hz", "rigid_modes", "parts", "joints", "sensors", "warnings"}
+    assert set(table) == {"natural_frequencies_Hz", "rigid_modes", "parts", "joints", "laws", "sensors", "warnings"}
     frequencies = table["natural_frequencies_Hz"]
     assert len(frequencies) == 10
     assert frequencies == sorted(frequencies)

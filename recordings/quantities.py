@@ -1,0 +1,185 @@
+"""The one table of quantities: what a channel may measure, in which unit, and what else goes with it.
+
+Everything that knows one quantity from another asks this table: recordings and their metadata, files of other programs,
+the devices' descriptions, the bench's transducers, identification and the pictures.  A quantity from outside is an
+entry point of the group ``twin.quantities`` in an installed package, a :class:`Quantity`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Literal
+
+from recordings.errors import InputError
+
+__all__ = [
+    "NO_CODE",
+    "QUANTITIES",
+    "Quantity",
+    "follows_excitation",
+    "is_motion",
+    "is_response",
+    "known_quantities",
+    "quantity",
+    "quantity_of_code",
+    "quantity_of_unit",
+]
+
+GROUP = "twin.quantities"
+STANDARD_GRAVITY = 9.80665
+NO_CODE = 255
+"""On the bus, of what is none of the table's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """What a channel may measure.
+
+    Attributes
+    ----------
+    name
+        In rig files, recordings and device descriptions.
+    unit
+        SI, as recordings say it.
+    code
+        On the CAN bus, 0 to 254; from 128 on for quantities from outside.
+    spellings
+        Other labels of units in lower case, with the factor to `unit`.
+    reads
+        What of a structure's motion it is: the displacement of a place or the strain of a beam's surface; empty for
+        what is no motion.
+    derivative
+        How many times that is derived by time, 0 to 2.
+    drives
+        Whether it is what excites the structure.
+    slow
+        Whether meters read it now and then, as they do temperature and preload.
+    pictured, factor
+        Unit of what it `reads` in pictures, and its factor from SI: millimetres, micrometres per metre.
+    per_force
+        Name of such a response per force; empty where there is none.
+    column
+        Name of a table's column; empty where tables know it not.
+    uff
+        Specific data type of universal files, 0 for unknown.
+    letter
+        Of SEP-0005; empty where it has none.
+    """
+
+    name: str
+    unit: str
+    code: int
+    spellings: Mapping[str, float] = field(default_factory=dict)
+    reads: Literal["", "displacement", "strain"] = ""
+    derivative: int = 0
+    drives: bool = False
+    slow: bool = False
+    pictured: str = ""
+    factor: float = 1.0
+    per_force: str = ""
+    column: str = ""
+    uff: int = 0
+    letter: str = ""
+
+
+QUANTITIES = (
+    Quantity(
+        name="force", unit="N", code=0, spellings={"kn": 1e3}, drives=True, uff=13, letter="f",
+    ),
+    Quantity(
+        name="acceleration", unit="m/s^2", code=1, derivative=2, uff=12, letter="a", per_force="accelerance",
+        spellings={"m/s2": 1.0, "m/s²": 1.0, "m/s**2": 1.0, "g": STANDARD_GRAVITY}, column="acceleration_m_per_s2",
+        reads="displacement", pictured="mm", factor=1e3,
+    ),
+    Quantity(
+        name="velocity", unit="m/s", code=2, derivative=1, uff=11, letter="v", per_force="mobility",
+        spellings={"mm/s": 1e-3}, column="velocity_m_per_s", reads="displacement", pictured="mm", factor=1e3,
+    ),
+    Quantity(
+        name="displacement", unit="m", code=3, derivative=0, uff=8, letter="d", per_force="receptance",
+        spellings={"mm": 1e-3}, column="displacement_m", reads="displacement", pictured="mm", factor=1e3,
+    ),
+    Quantity(name="voltage", unit="V", code=4, spellings={"mv": 1e-3}),
+    Quantity(name="current", unit="A", code=5),
+    Quantity(name="temperature", unit="degC", code=6, spellings={"°c": 1.0}, slow=True, uff=5),
+    Quantity(name="preload", unit="N", code=7, slow=True),
+    Quantity(
+        name="strain", unit="m/m", code=8, reads="strain", pictured="µm/m", factor=1e6, uff=3,
+        spellings={"µm/m": 1e-6, "um/m": 1e-6, "microstrain": 1e-6, "strain": 1.0},
+    ),
+)  # fmt: skip
+"""In the order of their codes."""
+
+
+@cache
+def known_quantities() -> Mapping[str, Quantity]:
+    """All quantities by name, those of installed packages last.
+
+    Raises
+    ------
+    InputError
+        If an installed package brings what is no quantity, or one whose name or code is taken.
+    """
+    known = {one.name: one for one in QUANTITIES}
+    for point in entry_points(group=GROUP):
+        one = point.load()
+        where = (point.value, GROUP)
+        if not isinstance(one, Quantity):
+            raise InputError(*where, "is not a recordings.quantities.Quantity")
+        if one.name in known or one.code in {other.code for other in known.values()} or not 0 <= one.code < NO_CODE:
+            raise InputError(*where, f"{one.name!r} with code {one.code}: name or code is taken, or no code at all")
+        if one.derivative not in (0, 1, 2):
+            raise InputError(*where, f"{one.name!r} is derivative {one.derivative}; there are 0, 1 and 2")
+        known[one.name] = one
+    return known
+
+
+def quantity(name: str) -> Quantity:
+    """The quantity of that name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    known = known_quantities()
+    if name not in known:
+        raise ValueError(f"quantity is {name!r:.80}, not one of {', '.join(known)}")
+    return known[name]
+
+
+def is_response(name: str) -> bool:
+    """Whether channels of this quantity show the structure's answer to a force; False for one that nobody knows."""
+    found = known_quantities().get(name)
+    return found is not None and bool(found.reads)
+
+
+def is_motion(name: str) -> bool:
+    """Whether it is a displacement or one of its derivatives."""
+    found = known_quantities().get(name)
+    return found is not None and found.reads == "displacement"
+
+
+def follows_excitation(name: str) -> bool:
+    """Whether a sine of force shows in channels of this quantity as one."""
+    found = known_quantities().get(name)
+    return found is not None and (bool(found.reads) or found.drives)
+
+
+def quantity_of_code(code: int) -> str:
+    """Name of the quantity of a code on the bus; ``unknown`` if there is none."""
+    return next((one.name for one in known_quantities().values() if one.code == code), "unknown")
+
+
+def quantity_of_unit(label: str) -> tuple[str, float] | None:
+    """The first quantity that a unit's label means, and the factor to its unit; None if there is none."""
+    spelt = label.strip().lower()
+    for one in known_quantities().values():
+        if spelt == one.unit.lower():
+            return one.name, 1.0
+        if spelt in one.spellings:
+            return one.name, one.spellings[spelt]
+    return None

@@ -1,0 +1,154 @@
+"""A law by its name: what its parameters are, what makes it, and how it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, create_model
+
+from twin.joint.law import Law, Series, Stiffness
+from twin.joint.slap import Hinges
+from twin.joint.table import Table
+
+__all__ = ["NamedLaw", "Parameter", "PointForce", "Value"]
+
+Value = float | list[float]
+
+AT_REST_m = 1e-12
+"""A motion at which every law is at rest."""
+MOST_VALUES = 200
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """A parameter of a law.
+
+    Attributes
+    ----------
+    name
+        As it stands in a rig file.
+    unit
+        SI; of stiffnesses ``N/m2``, as the moduli of the layer have it.
+    about
+        What it is, in half a sentence.
+    above, least, below, most
+        Bounds, the outer two of which it must not reach.
+    default
+        Its value where a file leaves it out; None must be given.
+    several
+        Whether it is a list.
+    """
+
+    name: str
+    unit: str
+    about: str
+    above: float | None = None
+    least: float | None = None
+    below: float | None = None
+    most: float | None = None
+    default: Value | None = None
+    several: bool = False
+
+    @property
+    def field(self) -> tuple[Any, Any]:
+        """Type and default of a pydantic model's field."""
+        one = Annotated[
+            float, Field(gt=self.above, ge=self.least, lt=self.below, le=self.most, allow_inf_nan=False)
+        ]  # fmt: skip
+        if self.several:
+            return Annotated[list[one], Field(max_length=MOST_VALUES)], ... if self.default is None else self.default
+        return one, ... if self.default is None else self.default
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """What a law adds at a point of the layer: its force less that of its stiffness at rest.
+
+    E' and G' of a preload are the layer's moduli at rest.  A law takes its stiffness at rest over from them, so that
+    small motions have the same moduli whatever the law is.
+
+    Attributes
+    ----------
+    law
+        Modulus times metres (N/m) over the coordinate's metres.
+    at_rest
+        Its stiffness at rest, N/m2.
+    """
+
+    law: Law
+    at_rest: float
+
+    @staticmethod
+    def of(law: Law) -> PointForce:
+        """With the law's own stiffness at rest."""
+        return PointForce(law, float(np.real(law.stiffness(np.array(AT_REST_m)))))
+
+    @property
+    def most_taken(self) -> float:
+        """What it takes off the modulus where it is softest, N/m2; of a law with memory, where all of it slips."""
+        if isinstance(self.law, Table):
+            return self.at_rest - float(self.law.tangent.min())
+        if isinstance(self.law, Hinges):
+            return self.at_rest - self.law.least_tangent
+        return self.at_rest
+
+    def path(self, e: Series) -> Series:
+        """Force along a path, N/m."""
+        return self.law.path(e) - self.at_rest * e
+
+    def stiffness(self, amplitude: Series) -> Stiffness:
+        """What is added to the modulus at an amplitude, complex, N/m2."""
+        return self.law.stiffness(amplitude) - self.at_rest
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedLaw:
+    """A law that a rig file can name.
+
+    Attributes
+    ----------
+    name
+        In rig files.
+    sentence
+        What it says of a joint, with values in braces: ``a spring of {stiffness:g} N/m2``.
+    parameters
+        In the order in which `make` has them.
+    make
+        The law, from values by name.  It raises ValueError where they do not go together.
+    """
+
+    name: str
+    sentence: str
+    parameters: tuple[Parameter, ...]
+    make: Callable[..., Law]
+
+    def values(self, given: Mapping[str, Any]) -> dict[str, Value]:
+        """All parameters in order, those left out at their defaults.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            If one is missing, unknown or out of its bounds.
+        """
+        fields: dict[str, Any] = {parameter.name: parameter.field for parameter in self.parameters}
+        model: type[BaseModel] = create_model(self.name, __config__=ConfigDict(extra="forbid"), **fields)
+        return model.model_validate(dict(given)).model_dump()
+
+    def force(self, given: Mapping[str, Any]) -> PointForce:
+        """What it adds to the layer, with these values."""
+        return PointForce.of(self.make(**self.values(given)))
+
+    def told(self, given: Mapping[str, Any]) -> str:
+        """The sentence with these values."""
+        return self.sentence.format(**self.values(given))
+
+    def reach_m(self, given: Mapping[str, Any]) -> tuple[float, float]:
+        """Smallest and largest of its lengths, between which it changes; (inf, 0) if it has none."""
+        values = self.values(given)
+        lengths = [np.ravel(values[p.name]) for p in self.parameters if p.unit == "m"]
+        found = np.concatenate([np.zeros(0), *lengths])
+        found = found[found > 0]
+        return (float(found.min()), float(found.max())) if len(found) else (np.inf, 0.0)
