@@ -87,8 +87,8 @@ class Parameter:
 class Cause(ABC):
     """One way in which the rig may differ from what is believed.
 
-    A cause is one file in ``twin/diagnose/causes``: its name and parameters, fixed by the recording contract, an
-    :class:`~twin.identify.extension.Extension` of the forward model, and a sentence.
+    A model is ``model.py`` of the cause's folder in ``twin/causes``: its name and parameters, fixed by the recording
+    contract, an :class:`~twin.identify.extension.Extension` of the forward model, and a sentence.
     """
 
     name: ClassVar[str]
