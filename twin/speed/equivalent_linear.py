@@ -97,13 +97,13 @@ def receptances() -> Measured:
     sweep = softening_sweep()
     model, base = sweep.model, sweep.base
     basis = model.basis.with_damping(base.zeta, base.detuning)
-    S = model.soft_stiffness(sweep.omega, base, sweep.dE, 0.0)
+    S = model.soft_stiffness(sweep.omega, base, sweep.dE[:, None], 0.0)
 
     def plain() -> Array:
         return softened_receptance_numpy(basis, model.ports.rows, sweep.omega, S)
 
     def ours() -> Array:
-        return model.receptance(sweep.omega, base, dE=sweep.dE)
+        return model.receptance(sweep.omega, base, dE=sweep.dE[:, None])
 
     mine, other = side_by_side(ours, plain)
     return Measured(ratio=other / mine, promise=None, against="plain numpy", error=_difference(ours(), plain()))
