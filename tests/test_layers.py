@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,14 +30,20 @@ def imports(folder: Path) -> Iterator[tuple[str, str]]:
     files = sorted(folder.rglob("*.py"))
     assert files, folder
     for path in files:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            where = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
-            if isinstance(node, ast.Import):
-                yield from ((where, alias.name) for alias in node.names)
-            elif isinstance(node, ast.ImportFrom):
-                assert node.level == 0, f"{where}: relative import"
-                yield where, str(node.module)
-                yield from ((where, f"{node.module}.{alias.name}") for alias in node.names)
+        yield from imports_of(path)
+
+
+@cache
+def imports_of(path: Path) -> list[tuple[str, str]]:
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        where = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
+        if isinstance(node, ast.Import):
+            found += [(where, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{where}: relative import"
+            found += [(where, str(node.module)), *((where, f"{node.module}.{alias.name}") for alias in node.names)]
+    return found
 
 
 def those_of(folder: Path, forbidden: set[str]) -> list[str]:

@@ -28,7 +28,16 @@ from twin.identify.extension import Opening
 from twin.identify.joint_law import LayerLaw, spline_basis
 from twin.identify.opening_kernel import balance
 
-__all__ = ["EVEN_TOO", "ODD", "OpeningBalance", "Openings", "at_harmonic", "balance_openings", "beside_openings"]
+__all__ = [
+    "EVEN_TOO",
+    "ODD",
+    "OpeningBalance",
+    "Openings",
+    "at_harmonic",
+    "balance_openings",
+    "beside_openings",
+    "stiffness_by_softening",
+]
 
 Array = NDArray[Any]
 
@@ -157,6 +166,72 @@ def balance_openings(
         TURNS, BALANCED, SHORTEST,
     )  # fmt: skip
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
+
+
+def stiffness_by_softening(laws: Sequence[LayerLaw], openings: Openings, motion: Array) -> list[Array]:
+    """Derivatives of the stiffness that harmonics add to the fundamental's, by each law's softening at its knots.
+
+    The fundamentals are held, and the harmonics follow the law's time form: the implicit function theorem on the
+    balance of :func:`balance_openings`.
+
+    Parameters
+    ----------
+    motion : ndarray, (s, h, p)
+        Odd harmonics in balance.
+
+    Returns
+    -------
+    list of ndarray, (s, p, n)
+        Per joint; its softening moves the harmonics at the other joints' points as well.
+    """
+    a, orders = openings.fundamental, np.array(openings.orders)
+    theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    waves = np.exp(1j * np.outer(theta, orders))
+    # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.
+    onto = np.hstack([waves.real, -waves.imag])
+    alone = (a[:, :, None] * np.exp(1j * theta)).real
+    around = alone + (motion.transpose(0, 2, 1) @ waves.T).real
+    modulus = openings.modulus[openings.joint]
+    tables = [_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)]
+    slope = np.empty_like(around)
+    for point, joint in enumerate(openings.joint):
+        x, _, rise = tables[joint]
+        slope[:, point] = np.interp(np.abs(around[:, point]), x, rise)
+    tangent = openings.weight[..., None] * (slope - modulus[:, None]) - openings.secant[..., None]
+    by_motion = 2 / SAMPLES * np.einsum("ti,spt,tj->spij", onto, tangent, onto, optimize=True)
+    s, p, two = len(a), a.shape[1], onto.shape[1]
+    h = two // 2
+    C = np.zeros((s, two, p, two, p))
+    for i in range(h):
+        R = openings.compliance[:, i]
+        C[:, i, :, i], C[:, i, :, h + i] = R.real, -R.imag
+        C[:, h + i, :, i], C[:, h + i, :, h + i] = R.imag, R.real
+    J = np.einsum("siqjp,spjk->siqkp", C, by_motion).reshape(s, two * p, two * p) + np.eye(two * p)
+    first = 2 / SAMPLES * np.exp(-1j * theta)
+    by_change = (first * tangent) @ onto
+    out = []
+    for joint, law in enumerate(laws):
+        own = np.flatnonzero(openings.joint == joint)
+        table = _abel(law.opening_knots.tobytes())
+        at_motion = _taken_off(table, around[:, own], openings.weight[:, own])
+        at_fundamental = _taken_off(table, alone[:, own], openings.weight[:, own])
+        by_law = 2 / SAMPLES * (onto.T @ at_motion)
+        driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
+        change = -np.linalg.solve(J, driven).reshape(s, two, p, -1).transpose(0, 2, 1, 3)
+        back = (by_change[:, :, None] @ change)[:, :, 0]
+        back[:, own] += first @ (at_motion - at_fundamental)
+        out.append(np.asarray(back / np.where(a == 0, 1.0, a)[:, :, None]))
+    return out
+
+
+def _taken_off(table: tuple[Array, Array], opening: Array, weight: Array) -> Array:
+    """Force (s, p, t, n) at openings (s, p, t) by a unit of softening at each knot."""
+    x, by_softening = table
+    place = np.minimum(np.abs(opening), x[-1]) / x[1]
+    k = np.minimum(place.astype(int), len(x) - 2)
+    part = (place - k)[..., None]
+    off = (1 - part) * by_softening[k] + part * by_softening[k + 1]
+    return np.asarray(np.sign(opening)[..., None] * off * -weight[:, :, None, None])
 
 
 def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:

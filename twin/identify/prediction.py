@@ -17,10 +17,11 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.evidence import Evidence
 from twin.identify.extended_rig import ExtendedRig
 from twin.identify.extension import Extension
+from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import base_prior, whiten
 from twin.identify.linear_model import believed_parameters
 from twin.identify.local_forces import Balance
-from twin.identify.opening_harmonics import EVEN_TOO, Openings, balance_openings
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_by_softening
 from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
 from twin.structure import points_of_joints
@@ -44,12 +45,34 @@ class Linearisation:
         What surrounds the layer's openings at all harmonics, where contact is lost there.
     harmonics : ndarray, (s, h, p), or None
         Motion of the openings from which their balance begins.
+    laws : tuple of LayerLaw
+        That the balance was found with,
+    by_softening : tuple of ndarray, (s, p, n)
+        and the derivative by each one's softening of what the harmonics add to the openings' stiffness; empty where
+        contact is lost.
     """
 
     step_factor: Array
     balance: Balance
     openings: Openings | None
     harmonics: Array | None
+    laws: tuple[LayerLaw, ...]
+    by_softening: tuple[Array, ...]
+
+    def follows(self, laws: tuple[LayerLaw, ...]) -> bool:
+        """Whether :attr:`by_softening` goes by these laws' knots."""
+        return len(self.by_softening) > 0 and all(
+            np.array_equal(law.opening_knots, mine.opening_knots) for law, mine in zip(laws, self.laws, strict=True)
+        )
+
+    def balance_with(self, laws: tuple[LayerLaw, ...]) -> Balance:
+        """The balance with what the harmonics add, to first order, where the laws are others."""
+        if not self.follows(laws):
+            return self.balance
+        more, points = self.balance.more.copy(), self.by_softening[0].shape[1]
+        for law, mine, by_softening in zip(laws, self.laws, self.by_softening, strict=True):
+            more[:, :points] += by_softening @ (law.softening - mine.softening)
+        return replace(self.balance, more=more)
 
 
 @dataclass(frozen=True)
@@ -136,7 +159,7 @@ class Predictor(ExtendedRig):
             (f"broadband {i}", self._broadband(i, unknowns, sensitivities)) for i in range(len(self.evidence.broadband))
         ]
         if len(self.evidence.steps):
-            held = self._held.balance if self._held else None
+            held = self._held.balance_with(unknowns.laws) if self._held else None
             R, omega, balance = self.step_receptance(unknowns, inner=sensitivities or not held, held=held)
             change = self._step_changes(unknowns, R, omega) if sensitivities else None
             out.append(("steps", self._steps(unknowns, R, omega, change)))
@@ -189,10 +212,13 @@ class Predictor(ExtendedRig):
         R, omega, found = self.step_receptance(unknowns)
         factor = self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
         if not self.extension.opening:
-            return Linearisation(factor, found, None, None)
+            odd = self.openings(unknowns, found, ODD)
+            motion = balance_openings(unknowns.laws, odd).motion
+            by_softening = tuple(stiffness_by_softening(unknowns.laws, odd, motion))
+            return Linearisation(factor, found, None, None, unknowns.laws, by_softening)
         openings = self.openings(unknowns, found, EVEN_TOO)
         harmonics = balance_openings(unknowns.laws, openings, self.slaps).motion
-        return Linearisation(factor, found, openings, harmonics)
+        return Linearisation(factor, found, openings, harmonics, unknowns.laws, ())
 
     def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
         by_law = []
@@ -277,10 +303,18 @@ class Predictor(ExtendedRig):
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
-        for joint, by_law in enumerate(self.local.by_law(unknowns.laws, amplitude)):
+        by_harmonics = self._held.by_softening if self._held and self._held.follows(unknowns.laws) else ()
+        for joint, (softer, lossier) in enumerate(self.local.by_law(unknowns.laws, amplitude)):
             own = self.local.of_joint(joint)
-            for which, columns, k in zip(
-                (own, points + own), (unknowns.softening(joint), unknowns.loss(joint)), by_law, strict=True
+            openings = own
+            if by_harmonics:
+                # A law's harmonics are felt at every joint's points.
+                openings, by_fundamental = np.arange(points), softer
+                softer = by_harmonics[joint].astype(complex)
+                softer[:, own] += by_fundamental
+            for which, columns, k in (
+                (openings, unknowns.softening(joint), softer),
+                (points + own, unknowns.loss(joint), lossier),
             ):
                 response[:, :, columns] = influence.response[:, :, which] @ k
                 moved[:, :, columns] = influence.motion[:, :, which] @ k

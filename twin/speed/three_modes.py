@@ -49,7 +49,7 @@ def gauss_newton_three_modes() -> Measured:
     found = free.local.balance(unknowns.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    predictor = Predictor(evidence, held=Linearisation(np.array(factor), found, None, None))
+    predictor = Predictor(evidence, held=Linearisation(np.array(factor), found, None, None, (), ()))
     full = _BandedRig(evidence, np.abs(found.motion))
 
     law = np.arange(len(unknowns.blocks))[unknowns.of_laws]

@@ -50,7 +50,17 @@ def plain_passage():
     return passage([])
 
 
-@pytest.mark.parametrize("cause", sorted(set(CONTRACT) - {"unsettled-dwell", "lost-samples"}))
+# Marched among many others; each has a quick test of its own in `tests/twin/causes`.
+LONG_TO_MARCH = {"ground-stop", "joint-friction"}
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        pytest.param(cause, marks=pytest.mark.slow) if cause in LONG_TO_MARCH else cause
+        for cause in sorted(set(CONTRACT) - {"unsettled-dwell", "lost-samples"})
+    ],
+)
 def test_every_effect_changes_the_recording(cause, plain_passage):
     case = draw_case(np.random.default_rng(1), rig=RIG, causes=[cause])
     changed = passage(case.effects)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from recordings import read_run
 from recordings.run import Channel, DeviceSamples, Run
@@ -37,6 +38,7 @@ def with_meters(run: Run) -> Run:
     )
 
 
+@pytest.mark.slow
 def test_other_channels_are_neither_blamed_nor_in_the_way(campaign: Path) -> None:
     run = with_meters(read_run(campaign / "sweeps.mcap"))
     found = sound_evidence([run], RIG)

@@ -126,6 +126,7 @@ def residual_of(evidence, unknowns, blame):
     return Predictor(evidence, extension_of(evidence, (blame,))).evaluate(unknowns, sensitivities=False).residual
 
 
+@pytest.mark.slow
 def test_structures_are_built_elsewhere_as_they_are_here(fitted):
     """Up to the rounding of their modes, which need not be the same in two processes."""
     field = [

@@ -79,6 +79,7 @@ def test_a_mass_at_the_tip_of_a_textbook_cantilever_is_named_placed_and_weighed(
 
 
 @pytest.mark.parametrize("std", [pytest.param(1e-3, marks=pytest.mark.slow), None])
+@pytest.mark.slow
 def test_a_plain_textbook_cantilever_is_found_right(std):
     for seed in range(2):
         generator = np.random.default_rng(seed)

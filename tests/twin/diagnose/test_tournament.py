@@ -19,7 +19,7 @@ def swept(campaign):
     return evidence, *fit_base(evidence)
 
 
-@pytest.mark.parametrize("factor", [0.96, 1.04])
+@pytest.mark.parametrize("factor", [0.96, pytest.param(1.04, marks=pytest.mark.slow)])
 def test_a_cause_that_begins_far_too_strong_comes_back(swept, factor):
     """Two per cent of its frequency are four widths of the resonance, and a tight fit alone ends nowhere."""
     evidence, unknowns, solution = swept

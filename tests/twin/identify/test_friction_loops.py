@@ -56,6 +56,7 @@ def test_spread_sliders_are_told_from_backlash():
     assert result.best.shared["spread"] == pytest.approx(0.9, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_dampers_loops_are_reproduced_at_all_three_tensions(damper):
     assert damper.best.law == "jenkins-with-gap"
     assert min(damper.best.r2.values()) >= 0.97

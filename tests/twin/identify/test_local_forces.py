@@ -57,6 +57,7 @@ def local(name):
     return LocalForces(tuple(force(OTHERWISE[part]) for part in name.split()), np.zeros((len(OMEGA), 0)), NO_POINT)
 
 
+@pytest.mark.slow
 def test_sliders_balanced_in_compiled_code_are_those_balanced_one_turn_after_the_other():
     """Beside a point of the layer, at steps where they stick, begin to slip and slip far."""
 

@@ -36,6 +36,7 @@ def evidence(tmp_path_factory):
     return gather_evidence([read_run(path)], RIG)
 
 
+@pytest.mark.slow
 def test_bins_that_a_wrong_reference_bent_come_straight(evidence):
     unknowns = Unknowns(believed_parameters(RIG), (LINEAR,))
     label, values = {"channel": "acc2"}, {"offset_m": -0.014, "carried": 1.0}

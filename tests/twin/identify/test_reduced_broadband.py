@@ -65,6 +65,7 @@ def reductions(steel, steel_model):
     return [reduce_broadband(steel_model, recorded(response, rng), believed, force="force") for _ in range(3)]
 
 
+@pytest.mark.slow
 def test_errors_of_the_bins_are_what_they_say(steel, reductions):
     sizes = []
     for data, _ in reductions:

@@ -69,6 +69,7 @@ def test_its_describing_function_is_that_of_its_path(folder):
     np.testing.assert_allclose(law.stiffness(amplitude), found, atol=1e-6 * 1.5e8)
 
 
+@pytest.mark.slow
 def test_the_recorded_fundamental_is_the_describing_functions(folder, recorded):
     built = open_bench(load_rig(folder / "bolted.toml"), drive="force", noise=False, converter=False).built
     sweeps = {sweep.name: sweep for sweep in load_run(recorded / "run.mcap").sweeps}
@@ -84,6 +85,7 @@ def test_the_recorded_fundamental_is_the_describing_functions(folder, recorded):
     assert at_resonance[2] < 0.9 * at_resonance[0]  # or the law was not there
 
 
+@pytest.mark.slow
 def test_the_predicted_branches_have_it(folder, recorded):
     rig = load_rig(folder / "bolted.toml")
     told = json.loads((recorded / "result.json").read_text())

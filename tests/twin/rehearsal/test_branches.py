@@ -65,6 +65,7 @@ def test_a_rig_without_folds_has_one_response_a_frequency():
         assert np.abs(branch.response["force"]) == pytest.approx(branch.force_N, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_about_two_resonances_each_force_has_a_branch_of_its_own_about_each():
     """Nothing is followed from one to the other; a sweep's folds are those of both."""
     procedure = SteppedSine(

@@ -59,12 +59,14 @@ def test_too_short_a_dwell_falsifies_the_damping_until_it_is_lengthened(tmp_path
         assert summary.quality_factor == pytest.approx(Q, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_wait_cut_off_too_early_is_too_short_as_well(tmp_path):
     first, improve = rehearsed(tmp_path, changed(settle=Settle(tolerance=1e-3, maximum=4.0)))
     assert "dwell-too-short" in kinds(first)
     assert improve().clear
 
 
+@pytest.mark.slow
 def test_a_coarse_grid_hides_the_peak_until_it_is_refined(tmp_path):
     coarse = changed(grid=Grid(start=25.87, stop=27.2, step=0.25))
     first, improve = rehearsed(tmp_path, coarse)

@@ -62,6 +62,7 @@ def test_a_wide_band_is_refined_near_its_resonance_only(tmp_path):
     assert summary.peak_response == pytest.approx(0.5 / (2 * 0.0023 * 5.0), rel=0.04)
 
 
+@pytest.mark.slow
 def test_an_adaptive_grid_that_passes_over_the_peak_is_refined_round_by_round(tmp_path):
     grid = Grid(kind="adaptive", start=24.0, stop=30.0, step=3.0, smallest=0.5, change=2.0)
     asked = SteppedSine(grid=grid, amplitudes=[0.5], measure=Measure(seconds=1.0))
@@ -133,6 +134,7 @@ def test_causes_come_before_their_consequences(tmp_path: Path):
     assert {case.sweep for case in cautions[0].cases} == {"0.5N-up", "0.5N-down", "1N-up", "1N-down"}
 
 
+@pytest.mark.slow
 def test_a_branch_that_ends_early_is_noted_and_drawn_as_far_as_it_goes(tmp_path):
     """A gap in the knowledge of folds: the procedure is right as it is."""
     sweep = SteppedSine(grid=Grid(start=26.0, stop=27.0, step=0.02), amplitudes=[0.5], direction="up")

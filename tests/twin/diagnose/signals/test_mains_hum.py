@@ -29,6 +29,7 @@ def test_hum_far_below_the_samples_noise_is_found(synthetic, frequency_Hz):
     assert finding.values["amplitude"] == pytest.approx(amplitude, abs=4 * finding.std["amplitude"])
 
 
+@pytest.mark.slow
 def test_its_amplitude_is_as_uncertain_as_stated(synthetic):
     """Over a dozen sweeps with noise of their own."""
     amplitude = 0.5 * synthetic.noise["acc1"]
