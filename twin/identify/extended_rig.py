@@ -18,7 +18,14 @@ from twin.identify.extended_model import extended_model
 from twin.identify.extension import UNCHANGED, Extension, NoiseMotion
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
-from twin.identify.opening_harmonics import ODD, Openings, balance_openings, beside_openings
+from twin.identify.opening_harmonics import (
+    ODD,
+    OpeningBalance,
+    Openings,
+    at_harmonic,
+    balance_openings,
+    loss_among_harmonics,
+)
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.unknowns import Unknowns
@@ -236,18 +243,30 @@ class ExtendedRig:
             return found
         openings = self.openings(unknowns, found, ODD)
         p = len(self.points)
-        for _ in range(HARMONIC_TURNS):
+        for turn in range(HARMONIC_TURNS):
+            if turn == 1:  # the compliances, with the loss that the slips' harmonics leave
+                openings = self.openings(unknowns, found, ODD)
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
             openings = replace(openings, fundamental=found.motion[:, :p])
             balance = balance_openings(unknowns.laws, openings, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
+            more[:, p : 2 * p] = self._loss_among_harmonics(unknowns, found, openings, balance)
             changed = np.max(np.abs(more - found.more), initial=0.0)
             start = np.abs(found.motion)
             found = self.local.balance(unknowns.laws, omega, around, more=more, start=start)
             if changed < HARMONICS_SETTLED * np.max(np.abs(openings.secant), initial=0.0):
                 break
         return found
+
+    def _loss_among_harmonics(
+        self, unknowns: Unknowns, found: Balance, openings: Openings, balance: OpeningBalance
+    ) -> Array:
+        """Stiffness (s, p) that harmonics of the slips add to their fundamentals' loss."""
+        p = len(self.points)
+        slips, harmonics = found.motion[:, p : 2 * p], openings.slips(balance)
+        change = loss_among_harmonics(unknowns.laws, self.points.joint, slips, harmonics, openings.orders)
+        return np.asarray(1j * self.local.weights[:, p:] * change)
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
         """What is around the moving ports at the steps, from receptances without what acts there."""
@@ -267,25 +286,27 @@ class ExtendedRig:
         move the openings too little to be taken into account: what lost contact does is many times that.
         """
         steps, time, p = self.evidence.steps, self.step_times, len(self.points)
-        at, drive = self.moving[:p], self.model.ports.drive
-        secant = (balance.stiffness - balance.more)[:, : 2 * p]
+        at, drive = self.moving[: 2 * p], self.model.ports.drive
+        secant = balance.stiffness[:, : 2 * p].copy()
+        secant[:, :p] -= balance.more[:, :p]
         first = self.clock(steps.omega, time)
         compliance, driven = [], []
         for h in orders:
             omega = h * first
             free = self.receptance(omega, unknowns.base, time, inner=False, points=True)
-            R = update_receptance(free, self.moving[: 2 * p], beside_openings(secant, h))
+            R = update_receptance(free, self.moving[: 2 * p], at_harmonic(secant, h))
             force = np.zeros(len(steps), complex)
             if 0 < h <= steps.force.shape[1]:
                 known = np.isfinite(steps.force_variance[:, h - 1])
                 force = np.where(known, steps.force[:, h - 1], 0.0)
                 shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.shaker, omega))
                 R = update_receptance(R, np.array([drive]), shaker[:, None])
-            compliance.append(R[:, at[:, None], at])
+            compliance.append(R[:, at[:, None], at[:p]])
             driven.append(R[:, at, drive] * (force * (h % 2))[:, None])
+        to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
         return Openings(
             balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], unknowns.base.E, self.points.joint,
-            orders, np.stack(compliance, axis=1), np.stack(driven, axis=1),
+            orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:], points_driven[:, :, p:],
         )  # fmt: skip
 
     @property

@@ -18,7 +18,7 @@ from twin.identify.extended_rig import ExtendedRig
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import BaseParameters
 from twin.identify.local_forces import LocalForces, Surroundings
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, beside_openings
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, at_harmonic, balance_openings, loss_among_harmonics
 from twin.identify.receptance import update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 
@@ -226,21 +226,25 @@ class HeldRig:
             c, rows = felt[k : k + CHUNK].T
             secant = stiffness[c, rows, : 2 * p]
             compliance = [
-                update_receptance(R[rows], slice(0, 2 * p), beside_openings(secant, h))[:, :p, :p]
+                update_receptance(R[rows], slice(0, 2 * p), at_harmonic(secant, h))[:, :, :p]
                 for R, h in zip(among, orders, strict=True)
             ]
+            to_points, at_rest = np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex)
             openings = Openings(
                 motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint,
-                orders, np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex),
+                orders, to_points[:, :, :p], at_rest, to_points[:, :, p:], at_rest,
             )  # fmt: skip
-            more[c, rows, :p] = balance_openings(self._laws, openings, self._rig.slaps).more
+            balance = balance_openings(self._laws, openings, self._rig.slaps)
+            slips = motion[c, rows, p : 2 * p]
+            change = loss_among_harmonics(self._laws, joint, slips, openings.slips(balance), orders)
+            more[c, rows, :p], more[c, rows, p : 2 * p] = balance.more, 1j * self.weights[rows, p:] * change
         return more
 
     def _free(self, h: int = 1) -> Array:
         """Receptances at a multiple of the drive's frequency, with the law as it is where nothing moves."""
         omega = h * self.omega
         free = self._rig.receptance(omega, self._base, np.zeros(len(omega)), inner=False, points=True)
-        return update_receptance(free, self._rig.moving[: 2 * self.points], beside_openings(self._at_rest, h))
+        return update_receptance(free, self._rig.moving[: 2 * self.points], at_harmonic(self._at_rest, h))
 
     def _at_harmonic(self, h: int) -> Array:
         """Receptances (f, 2 p, 2 p) among the points at a multiple of the drive's frequency, the shaker holding on."""

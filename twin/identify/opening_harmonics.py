@@ -35,7 +35,7 @@ __all__ = [
     "Openings",
     "at_harmonic",
     "balance_openings",
-    "beside_openings",
+    "loss_among_harmonics",
     "stiffness_by_softening",
 ]
 
@@ -84,6 +84,10 @@ class Openings:
         Receptances among the openings at these harmonics.
     driven : ndarray, (s, h, p)
         Their motion by the drive's own harmonics, m.
+    to_slips : ndarray, (s, h, p, p)
+        Receptances from forces on the openings to the slips.
+    slips_driven : ndarray, (s, h, p)
+        The slips' motion by the drive's own harmonics, m.
     """
 
     fundamental: Array
@@ -94,6 +98,12 @@ class Openings:
     orders: tuple[int, ...]
     compliance: Array
     driven: Array
+    to_slips: Array
+    slips_driven: Array
+
+    def slips(self, balance: OpeningBalance) -> Array:
+        """Harmonics (s, h, p) of the slips that go with the openings', m."""
+        return np.asarray(self.slips_driven - np.einsum("shpq,shq->shp", self.to_slips, balance.force))
 
 
 @dataclass(frozen=True)
@@ -126,14 +136,37 @@ def at_harmonic(stiffness: Array, h: int) -> Array:
     return np.asarray(stiffness.real + 1j * h * stiffness.imag)
 
 
-def beside_openings(stiffness: Array, h: int) -> Array:
-    """The law's stiffness that the openings' harmonic h moves against.
+def loss_among_harmonics(
+    laws: Sequence[LayerLaw], joint: NDArray[np.int64], slips: Array, harmonics: Array, orders: Sequence[int]
+) -> Array:
+    """What harmonics of the slips add to the loss modulus of the fundamental (usually they take from it).
 
-    As :func:`at_harmonic` where h is even.  Odd harmonics of the slip lower the coefficient of its loss as well, which
-    is not balanced here; beside the bench's own steady states the fundamental is nearer with neither (3.4e-4 of a
-    response whose layer lost twelve times G', 5.3e-4 with one of the two).
+    The loss is a force in proportion to velocity whose coefficient is the loss modulus at the running amplitude over
+    the running frequency: both are root mean squares, to which every harmonic counts.
+
+    Parameters
+    ----------
+    joint : ndarray of int, (p,)
+        Which joint's law each slip goes by.
+    slips, harmonics : ndarray, (s, p) and (s, h, p)
+        Complex amplitudes of the fundamental and of the harmonics `orders`, m.
+
+    Returns
+    -------
+    ndarray, (s, p)
+        N/m2.
     """
-    return stiffness if h % 2 else at_harmonic(stiffness, h)
+    order = np.array(orders, float)[:, None]
+    first, others = np.abs(slips) ** 2, np.abs(harmonics) ** 2
+    # A static part has no velocity; its square counts twice, as the mean of a wave of that size is its half.
+    displacement = first + np.sum(np.where(order == 0, 2.0, 1.0) * others, axis=1)
+    velocity = first + np.sum(order**2 * others, axis=1)
+    fall = np.sqrt(displacement / np.maximum(velocity, 1e-300))
+    change = np.empty_like(first)
+    for number, law in enumerate(laws):
+        own = joint == number
+        change[:, own] = law.loss_at(np.sqrt(displacement[:, own])) * fall[:, own] - law.loss_at(np.abs(slips[:, own]))
+    return change
 
 
 def balance_openings(

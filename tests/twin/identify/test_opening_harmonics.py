@@ -11,10 +11,18 @@ from twin.identify import opening_harmonics
 from twin.identify.extension import Opening
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import believed_parameters
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_by_softening
+from twin.identify.opening_harmonics import (
+    EVEN_TOO,
+    ODD,
+    Openings,
+    balance_openings,
+    loss_among_harmonics,
+    stiffness_by_softening,
+)
 from twin.identify.prediction import Predictor
 from twin.identify.unknowns import Unknowns
-from twin.joint import Saturating
+from twin.joint import RunningLoss, Saturating
+from twin.response.alternation import running
 from twin.rigs import load_rig
 
 E, WEIGHT = 4e8, np.array([0.066, 0.05, 0.066])
@@ -46,9 +54,9 @@ def openings(orders, seed=0):
     compliance = np.linalg.inv(layer + beams - order**2 * mass + 0.05j * order * (beams + 1e6 * np.eye(3)))
     driven = 3e-8 * (rng.standard_normal((3, len(orders), 3)) + 1j * rng.standard_normal((3, len(orders), 3)))
     driven = driven * (order[:, :, 0] % 2)
-    return Openings(
-        fundamental, secant, np.tile(WEIGHT, (3, 1)), np.array([E]), np.zeros(3, int), tuple(orders), compliance, driven
-    )  # fmt: skip
+    at_rest = np.tile(WEIGHT, (3, 1)), np.array([E]), np.zeros(3, int)
+    slips = np.zeros_like(compliance), np.zeros_like(driven)
+    return Openings(fundamental, secant, *at_rest, tuple(orders), compliance, driven, *slips)
 
 
 def openings_of(laws, joint, seed=0):
@@ -237,3 +245,24 @@ def test_what_harmonics_add_follows_the_laws_of_all_joints(exact):
         expected = (sides[0] - sides[1]) / (2 * step)
         assert np.max(np.abs(expected)) > 1e-4
         np.testing.assert_allclose(by_softening[number][:, :, knot], expected, atol=0.02 * np.max(np.abs(expected)))
+
+
+def test_harmonics_of_the_slip_lower_its_loss_as_the_running_loss_of_the_bench_does():
+    """Beside a fundamental of 1 um a third harmonic of a tenth: the running frequency rises, and the coefficient falls.
+
+    The bench's law is asked for its force's fundamental in the same motion.
+    """
+    omega, slip, third = 1100.0, np.array([[1e-6 + 0j]]), np.array([[[1e-7j]]])
+    grid = np.linspace(0.0, 3e-6, 2001)
+    bench = RunningLoss(grid[-1], 2e8 * (grid / 1e-6) ** 1.5)
+    knots = np.geomspace(1e-8, 3e-6, 60)
+    law = LayerLaw(knots, knots, np.zeros(60), bench.modulus(knots))
+    velocity = np.zeros(7)
+    velocity[2], velocity[5] = -omega * 1e-6, -3 * omega * 1e-7  # of 1 um cos, and of -0.1 um sin(3 .)
+    force, by_velocity, by_offset, by_omega = np.zeros(7), np.zeros((7, 7)), np.zeros(7), np.zeros(7)
+    parameters = np.atleast_2d(bench.parameters)
+    running(parameters, 0, velocity, 0.0, omega, force, by_velocity, by_offset, by_omega)
+    alone = law.loss_at(np.array([1e-6]))[0] * 1e-6
+    change = loss_among_harmonics([law], np.zeros(1, int), slip, third, (3,))[0, 0] * 1e-6
+    assert change < -0.02 * alone
+    assert alone + change == pytest.approx(-force[2], rel=1e-4)
