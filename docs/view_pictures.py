@@ -17,7 +17,7 @@ from twin.bench import open_bench
 from twin.commands.viewing import Watch, known_branches
 from twin.demo import SWEEPS
 from twin.procedures import StepResult, load_procedure
-from twin.rehearsal import Believed, rehearse
+from twin.rehearsal import NominalRig, rehearse
 from twin.rigs import load_rig
 from twin.views import save_run
 from twin.views.live import LiveView
@@ -63,7 +63,7 @@ def _draw_live(recording: Path, picture: Path) -> None:
             if len(measured) == LIVE_STEP:
                 save_picture(viewer, picture)
 
-        rehearse(procedure, source, recording, believed=Believed(), on_step=on_step, watch=watch.both)
+        rehearse(procedure, source, recording, nominal=NominalRig(), on_step=on_step, watch=watch.both)
         view.close()
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.extension import Opening
 from twin.identify.joint_law import LayerLaw
+from twin.identify.model_modification import Opening
 from twin.identify.opening_harmonics import BALANCED, SAMPLES, SHORTEST, TURNS, OpeningBalance, Openings, _odd_force
 
 __all__ = ["balance_openings_numpy"]

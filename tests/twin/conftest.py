@@ -13,11 +13,11 @@ from twin.rigs import load_rig
 @pytest.fixture(scope="session")
 def true_rig():
     """The steel rig as it is, which is not as its file says: moduli off by some per cent, damping by more."""
-    believed = load_rig("steel-lap-joint")
-    moduli = believed.joint.preload["120N"].model_copy(update={"normal_modulus": 3.7e8, "shear_modulus": 8.0e7})
-    joint = believed.joint.model_copy(update={"preload": {"120N": moduli}})
-    damping = believed.damping.model_copy(update={"modal_ratio": [0.0020, 0.0022, 0.0018, 0.0033]})
-    return believed.model_copy(update={"joint": joint, "damping": damping, "measured": {}})
+    nominal = load_rig("steel-lap-joint")
+    moduli = nominal.joint.preload["120N"].model_copy(update={"normal_modulus": 3.7e8, "shear_modulus": 8.0e7})
+    joint = nominal.joint.model_copy(update={"preload": {"120N": moduli}})
+    damping = nominal.damping.model_copy(update={"modal_ratio": [0.0020, 0.0022, 0.0018, 0.0033]})
+    return nominal.model_copy(update={"joint": joint, "damping": damping, "measured": {}})
 
 
 @pytest.fixture(scope="session")

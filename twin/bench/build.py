@@ -18,7 +18,7 @@ from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
 from twin.bench.shaker import COORDINATES, Shaker
-from twin.joint import Hinges, Law, RunningLoss, jenkins
+from twin.joint import Law, PiecewiseLinearContact, RunningLoss, jenkins
 from twin.rigs import NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
@@ -71,7 +71,7 @@ class Built:
     coordinate: NDArray[np.int64]
     auxiliary: NDArray[np.int64]
     rows: tuple[tuple[Matrix, bool], ...]
-    shaker_laws: tuple[tuple[str, Hinges | ForceFactor], ...]
+    shaker_laws: tuple[tuple[str, PiecewiseLinearContact | ForceFactor], ...]
     shaker_rows: tuple[str, ...]
     auxiliary_rows: tuple[Matrix, ...]
     drive_row: Matrix

@@ -36,7 +36,7 @@ class HiddenCase:
     effects
         The hidden causes; none where nothing is wrong.
     rig
-        The rig as it is: moduli of the layer and damping differ from what was believed, the effect apart.
+        The rig as it is: moduli of the layer and damping differ from what was assumed, the effect apart.
     softening, loss
         Factors on the joint's default law.
     """
@@ -67,7 +67,7 @@ def draw_case(
 ) -> HiddenCase:
     """Draw causes, their parameters, and the true values of what is always unknown.
 
-    E' and G' lie within 10 % of what is believed, each damping ratio within 20 %, softening and loss of the joint's law
+    E' and G' lie within 10 % of what is assumed, each damping ratio within 20 %, softening and loss of the joint's law
     within 20 %.
 
     Parameters

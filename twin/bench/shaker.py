@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from twin.bench.force_factor import ForceFactor
-from twin.joint import Hinges
+from twin.joint import PiecewiseLinearContact
 from twin.rigs.tables import Shaker as ShakerTable
 
 __all__ = ["COORDINATES", "Shaker"]
@@ -74,7 +74,7 @@ class Shaker:
         """Stinger in series with the structure's own residual flexibility at the drive point, N/m."""
         return 1.0 / (1.0 / self.stinger_stiffness + flexibility)
 
-    def laws(self) -> Iterator[tuple[str, Hinges | ForceFactor]]:
+    def laws(self) -> Iterator[tuple[str, PiecewiseLinearContact | ForceFactor]]:
         """The coordinate each nonlinear law acts on, and the law; none for a shaker without limits."""
         if self.voltage_limit:
             yield "command", _beyond(self.voltage_limit, 1.0)
@@ -90,6 +90,6 @@ class Shaker:
             yield "current", ForceFactor(self.force_factor, self.half_force_stroke, "armature-velocity")
 
 
-def _beyond(limit: float, slope: float) -> Hinges:
+def _beyond(limit: float, slope: float) -> PiecewiseLinearContact:
     """Nothing within +-limit, a spring beyond."""
-    return Hinges((slope, slope), (limit, -limit), (1, -1))
+    return PiecewiseLinearContact((slope, slope), (limit, -limit), (1, -1))

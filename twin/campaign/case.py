@@ -69,7 +69,7 @@ class CaseResult:
     followed
         Where the first diagnosis was ambiguous: the one with a recording of the test that it proposed, of the same rig.
     oracle_after
-        Error on the held-out sweep of a diagnosis that may blame the hidden causes only; None where they have no model
+        Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model
         or the diagnosis failed.
     aborted
         Recordings that ended early.
@@ -121,7 +121,7 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     plan
         What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
     rig
-        As it is believed.
+        As it is assumed.
     folder
         Gets the recordings.
 
@@ -149,7 +149,7 @@ def record_hidden(
     case
         The truth.
     rig
-        As it is believed.
+        As it is assumed.
     folder
         Gets the recordings, three with one mode, in place of those that an interrupted campaign may have left there.
     waits_too
@@ -200,7 +200,7 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
     plan
         What to hide.
     rig
-        As it is believed, which with the recordings is all that the diagnosis sees.
+        As it is assumed, which with the recordings is all that the diagnosis sees.
     keep
         Folder for the recordings; without it they vanish.
     """
@@ -244,10 +244,10 @@ def _overloaded(plan: CasePlan, folder: Path) -> tuple[str, ...]:
 
 
 def _diagnosed(
-    plan: CasePlan, folder: Path, rig: Rig, may_blame: list[str], *, more: Sequence[str] = (), out: Path | None = None
+    plan: CasePlan, folder: Path, rig: Rig, may_name: list[str], *, more: Sequence[str] = (), out: Path | None = None
 ) -> dict[str, Any]:
     learn, held_out = ([read_run(folder / name) for name in names] for names in ((*plan.learnt, *more), plan.held_out))
-    causes = {name: CAUSES[name] for name in may_blame}
+    causes = {name: CAUSES[name] for name in may_name}
     return diagnose(learn, rig, held_out=held_out, causes=causes, out=out).to_dict()
 
 
@@ -262,7 +262,7 @@ def _followed(plan: CasePlan, case: HiddenCase, found: dict[str, Any], folder: P
 
 
 def _oracle(plan: CasePlan, found: dict[str, Any], folder: Path, rig: Rig) -> float | None:
-    """The error that is left when only the hidden causes may be blamed."""
+    """The error that is left when only the hidden causes may be named."""
     if not found["gain"] or not set(plan.causes) <= set(CAUSES):
         return None
     if sorted(cause["cause"] for cause in in_model(found)) != sorted(plan.causes):

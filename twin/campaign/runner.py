@@ -13,7 +13,7 @@ from pathlib import Path
 
 from recordings.errors import InputError
 from twin.campaign.case import CasePlan, CaseResult, run_case
-from twin.diagnose.side_by_side import become_helper
+from twin.diagnose.parallel_map import become_helper
 from twin.joint.registry import loaded_files
 from twin.rigs import Rig
 
@@ -40,7 +40,7 @@ def run_campaign(
     Parameters
     ----------
     rig
-        As it is believed.
+        As it is assumed.
     folder
         Holds ``cases/NAME.json`` for each finished case; written one by one, so that an interruption loses only those
         that are running.

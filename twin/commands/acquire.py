@@ -31,7 +31,7 @@ __all__ = ["command"]
 @click.argument("procedure_name", metavar="[PROCEDURE]", required=False)
 @click.option("--instruments", required=True, type=click.Path(path_type=Path), help="Devices and their addresses.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="RUN", help="The recording to be made.")
-@click.option("--rig", "rig_name", metavar="RIG", help="What is believed of the rig, attached to the recording.")
+@click.option("--rig", "rig_name", metavar="RIG", help="What is assumed of the rig, attached to the recording.")
 @click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
 @click.option("--seconds", type=FiniteRange(min=0, min_open=True), help="Without a procedure: how long.")
 @click.option("--overwrite", is_flag=True, help="Replace an existing recording.")
@@ -171,16 +171,16 @@ class _CountingSink:
 
 
 def _beliefs(rig_name: str | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
-    """Metadata and attachments that say what is believed of the rig."""
+    """Metadata and attachments that say what is assumed of the rig."""
     if rig_name is None:
         if preload is not None:
             raise InputError("--preload", "", "names a preload of a rig file", "add --rig")
         return {}, {}
-    from twin.rigs import believed_rig_file, known_preload, load_rig, preload_record
+    from twin.rigs import known_preload, load_rig, nominal_rig_file, preload_record
 
     rig = load_rig(rig_name)
     info = {"rig": rig.name, **preload_record(known_preload(rig, preload))}
-    return info, {"rig.toml": believed_rig_file(rig)}
+    return info, {"rig.toml": nominal_rig_file(rig)}
 
 
 def _origin(identity: str) -> str:

@@ -25,7 +25,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 
 @click.command(name="campaign", short_help="Hide causes in many virtual rigs and see how well they are found.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder of the cases and the table.")
-@click.option("--rig", "rig_name", default="steel-lap-joint", show_default=True, metavar="RIG", help="As believed.")
+@click.option("--rig", "rig_name", default="steel-lap-joint", show_default=True, metavar="RIG", help="As assumed.")
 @click.option("--cause", "causes", multiple=True, metavar="NAME", help="Hide this one, or none; repeatable. All.")
 @click.option(
     "--seeds", default=10, show_default=True, type=click.IntRange(1), help="Cases of each cause and strength."

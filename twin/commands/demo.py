@@ -88,23 +88,23 @@ def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dic
     from twin.demo import draw_demo_case
     from twin.rigs import load_rig, save_rig
 
-    believed = load_rig(RIG)
+    nominal = load_rig(RIG)
     with tempfile.TemporaryDirectory(prefix="twin-demo-") as temporary:
         folder = Path(temporary)
         # The truth lies where the client does not look, and comes to the results when all is said.
-        case = draw_demo_case(believed, seed=seed, cause=cause)
+        case = draw_demo_case(nominal, seed=seed, cause=cause)
         save_rig(case.rig, folder / TRUTH)
         with ServedRig(folder / TRUTH, folder=folder, seed=seed) as served:
             import twin.diagnose  # takes long, while the instruments start
             import twin.views  # noqa: F401
 
             served.wait_ready()
-            runs = _measure(served.instruments, believed, out, stages)
-    found = _diagnose(runs, believed, out, stages)
+            runs = _measure(served.instruments, nominal, out, stages)
+    found = _diagnose(runs, nominal, out, stages)
     return _report(found, case, seed, out, stages)
 
 
-def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dict[str, Run]:
+def _measure(instruments: Path, nominal: Rig, out: Path, stages: Stages) -> dict[str, Run]:
     """Record every run, as `twin acquire` does; what is known of the rig is its file and its instruments."""
     from drivers.host import open_instruments
     from recordings import read_run
@@ -116,9 +116,9 @@ def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dic
             + ", ".join(f"{c.name} [{c.unit}]".replace("[", r"\[") for c in acquisition.channels)
         )
         stages.begin("broadband", f"Random noise up to 1000 Hz for 60 s of the rig's time, into {out / BROADBAND}")
-        _record(broadband(), acquisition, believed, out / BROADBAND, stages, steps=0)
-        resonance_Hz = resonance(read_run(out / BROADBAND), believed)
-        planned = planned_sweeps(believed, resonance_Hz)
+        _record(broadband(), acquisition, nominal, out / BROADBAND, stages, steps=0)
+        resonance_Hz = resonance(read_run(out / BROADBAND), nominal)
+        planned = planned_sweeps(nominal, resonance_Hz)
         stages.begin(
             "sweeps",
             f"Mode 1 shows at {resonance_Hz:.2f} Hz: stepped sines about it at 1.5, 3 and 6 N, into {out / SWEEPS}, "
@@ -127,14 +127,14 @@ def _measure(instruments: Path, believed: Rig, out: Path, stages: Stages) -> dic
         total = sum(len(p.amplitudes) * len(p.frequencies) for p in planned.values())
         done = 0
         for name, procedure in planned.items():
-            done += _record(procedure, acquisition, believed, out / name, stages, steps=total, done=done)
+            done += _record(procedure, acquisition, nominal, out / name, stages, steps=total, done=done)
     return {name: read_run(out / name) for name in (BROADBAND, SWEEPS, HELD_OUT)}
 
 
 def _record(
     procedure: Procedure,
     acquisition: RigAcquisition,
-    believed: Rig,
+    nominal: Rig,
     path: Path,
     stages: Stages,
     *,
@@ -145,17 +145,17 @@ def _record(
     from drivers.host.transport import LineLostError
     from recordings import RunWriter
     from twin.procedures import dump_procedure, run_procedure
-    from twin.rigs import believed_rig_file, preload_record
+    from twin.rigs import nominal_rig_file, preload_record
 
     info = {
         "source": "simulated",
-        "rig": believed.name,
-        **preload_record(believed.preload_name()),
+        "rig": nominal.name,
+        **preload_record(nominal.preload_name()),
         "procedure": procedure.procedure,
         "stored": procedure.store,
     }
     attachments = {
-        "rig.toml": believed_rig_file(believed),
+        "rig.toml": nominal_rig_file(nominal),
         "procedure.toml": dump_procedure(procedure),
     }
     measured = 0
@@ -192,14 +192,14 @@ def _addresses(instruments: Path) -> str:
     return " and ".join(f"{device.name} at {device.address}" for device in read_instruments(instruments).device)
 
 
-def _diagnose(runs: dict[str, Run], believed: Rig, out: Path, stages: Stages) -> Diagnosis:
+def _diagnose(runs: dict[str, Run], nominal: Rig, out: Path, stages: Stages) -> Diagnosis:
     from twin.demo import HELD_OUT
     from twin.diagnose import diagnose, in_processes, usual_processes
 
     stages.begin("diagnose", "Identifying the rig from the recordings, and looking for what its model gets wrong")
     learn = [run for name, run in runs.items() if name != HELD_OUT]
     with in_processes(usual_processes()):
-        return diagnose(learn, believed, held_out=[runs[HELD_OUT]], out=out, report=stages.update)
+        return diagnose(learn, nominal, held_out=[runs[HELD_OUT]], out=out, report=stages.update)
 
 
 def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:

@@ -125,13 +125,13 @@ class _Job:
     def run(self, meter: Meter) -> dict[str, Any]:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
-        from twin.rehearsal import Believed, rehearse, rehearse_until_clear, result_table
+        from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
         from twin.views import write_rehearsal_report
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
         branches = known_branches(rig, preload, asked)
-        believed = Believed.of(rig, preload=preload, branches=branches)
+        nominal = NominalRig.of(rig, preload=preload, branches=branches)
 
         def about() -> LiveAbout:
             return _about(rig, Path(self.procedure).stem, asked, source, branches)
@@ -148,7 +148,7 @@ class _Job:
                 asked,
                 source,
                 self.out / "run.mcap",
-                believed=believed,
+                nominal=nominal,
                 on_step=on_step,
                 progress=meter.time,
                 watch=watch.both,
@@ -157,7 +157,7 @@ class _Job:
         better = None
         if self.rounds:
             better = rehearse_until_clear(
-                first, lambda: self.prepare()[2], self.out / "improved.mcap", believed=believed, rounds=self.rounds,
+                first, lambda: self.prepare()[2], self.out / "improved.mcap", nominal=nominal, rounds=self.rounds,
                 on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
         _tell(preload, first, wall_s)

@@ -23,7 +23,7 @@ BROADBAND, SWEEPS, HELD_OUT = "broadband.mcap", "run.mcap", "held-out.mcap"
 """Names of the recordings, those of sweeps about the first mode."""
 FOLDER = Path(__file__).parent
 LOWEST = 0.4
-"""Where the first mode is sought, over where it is believed; others between the middles to their neighbours."""
+"""Where the first mode is sought, over where it is assumed; others between the middles to their neighbours."""
 SEEN = 0.1
 """Motion of a sensor in a mode, over the largest of any, from which the mode is looked for there."""
 HEADROOM = 0.92
@@ -60,7 +60,7 @@ def resonance(run: Run, rig: Rig, *, mode: int = 1) -> float:
     records = broadband_records(run)
     if not records:
         raise InputError(run.path, "", "holds no broadband stretch")
-    natural, response = _believed(rig, mode)
+    natural, response = _nominal(rig, mode)
     below = LOWEST * natural[0] if mode == 1 else np.sqrt(natural[mode - 2] * natural[mode - 1])
     low, high = below, np.sqrt(natural[mode - 1] * natural[mode])
     shown = h1(records[0], force=rig.force_sensor.channel, resolution_Hz=0.1 if mode == 1 else 0.25)
@@ -83,8 +83,8 @@ def _largest_force(rig: Rig, mode: int) -> float:
     return LINEAR_PEAK / max(reach)
 
 
-def _believed(rig: Rig, mode: int) -> tuple[NDArray[np.float64], str]:
-    """Natural frequencies as believed, Hz, and the first response channel that moves in a mode."""
+def _nominal(rig: Rig, mode: int) -> tuple[NDArray[np.float64], str]:
+    """Natural frequencies as assumed, Hz, and the first response channel that moves in a mode."""
     modelled = modelled_rig(rig)
     rows = [modelled.structure.row(rig.place_of(sensor.channel)) for sensor in rig.response_sensors]
     motion = np.abs(np.array(rows) @ modelled.modes.Phi[:, mode - 1])

@@ -2,7 +2,7 @@
 
 from twin.diagnose.diagnose import diagnose
 from twin.diagnose.models import CAUSES
+from twin.diagnose.parallel_map import in_processes, usual_processes
 from twin.diagnose.result import Diagnosis, NamedCause
-from twin.diagnose.side_by_side import in_processes, usual_processes
 
 __all__ = ["CAUSES", "Diagnosis", "NamedCause", "diagnose", "in_processes", "usual_processes"]

@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
-from twin.identify.unknowns import Unknowns
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = [
     "Cause",
@@ -85,10 +85,10 @@ class Parameter:
 
 
 class Cause(ABC):
-    """One way in which the rig may differ from what is believed.
+    """One way in which the rig may differ from what is assumed.
 
     A model is ``model.py`` of the cause's folder in ``twin/causes``: its name and parameters, fixed by the recording
-    contract, an :class:`~twin.identify.extension.Extension` of the forward model, and a sentence.
+    contract, an :class:`~twin.identify.modification.ModelModification` of the forward model, and a sentence.
     """
 
     name: ClassVar[str]
@@ -97,16 +97,16 @@ class Cause(ABC):
     """Whether a search fits it from its usual size even where its first order at nothing promises no gain: an effect
     that the base family's own law imitates leaves no slope there."""
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Choices that are names, such as the channel at fault: one search each; a single empty one by default."""
         return ({},)
 
-    def assumed(self, evidence: Evidence) -> Mapping[str, str]:
+    def assumed(self, evidence: MeasuredData) -> Mapping[str, str]:
         """Names that a rig file may leave out, and what is meant then; none by default."""
         return {}
 
     @abstractmethod
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The numbers to be found; the first one with a null value is the effect's strength."""
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
@@ -118,17 +118,17 @@ class Cause(ABC):
         return dict(values)
 
     def shared(
-        self, evidence: Evidence, label: Mapping[str, str], unknowns: Unknowns, values: Values
-    ) -> tuple[Unknowns, dict[str, float]]:
+        self, evidence: MeasuredData, label: Mapping[str, str], baseline: BaselineParameters, values: Values
+    ) -> tuple[BaselineParameters, dict[str, float]]:
         """Where a fit begins: what the data only know of the base family and the cause together, shared by the priors.
 
         A fit need not creep along a line on which nothing changes; by default nothing is shared.
         """
-        return unknowns, dict(values)
+        return baseline, dict(values)
 
     @abstractmethod
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
-        """What differs from the believed rig at these values."""
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
+        """What differs from the nominal rig at these values."""
 
 
 def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
@@ -136,33 +136,33 @@ def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
     return next((p for p in parameters if not p.places), None)
 
 
-def measured_duration_s(evidence: Evidence) -> float:
+def measured_duration_s(evidence: MeasuredData) -> float:
     """From the first step of all runs to the last that is used; at least ten seconds, a scale for what drifts."""
     times = [*evidence.steps.time_s, *(data.time_s for data in evidence.broadband)]
     return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
 
 
-def joint_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
+def joint_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     """Which joint: a single search where there is one, without a name."""
     joints = evidence.rig.joints
     return ({},) if len(joints) == 1 else tuple({"joint": joint.name} for joint in joints)
 
 
-def joint_number(evidence: Evidence, label: Mapping[str, str]) -> int:
+def joint_number(evidence: MeasuredData, label: Mapping[str, str]) -> int:
     """Of the joint that a label names, in the rig's order."""
     return [joint.name for joint in evidence.rig.joints].index(joint_name(evidence, label))
 
 
-def joint_name(evidence: Evidence, label: Mapping[str, str]) -> str:
+def joint_name(evidence: MeasuredData, label: Mapping[str, str]) -> str:
     """The joint that a label names, or the only one."""
     return label.get("joint") or evidence.rig.joints[0].name
 
 
-def response_channels(evidence: Evidence) -> tuple[dict[str, str], ...]:
+def response_channels(evidence: MeasuredData) -> tuple[dict[str, str], ...]:
     """One label for each response channel."""
     return tuple({"channel": name} for name in evidence.channels)
 
 
-def all_channels(evidence: Evidence) -> tuple[dict[str, str], ...]:
+def all_channels(evidence: MeasuredData) -> tuple[dict[str, str], ...]:
     """One label for each channel, the force's last."""
     return (*response_channels(evidence), {"channel": evidence.force})

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate, extension_of
-from twin.identify.evidence import Evidence
+from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.identify.harmonics import LINEAR_ERROR
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 
@@ -61,23 +61,23 @@ class SweepComparison:
     residual_after: Array
 
 
-def predicted_steps(evidence: Evidence, model: Candidate) -> Array:
+def predicted_steps(evidence: MeasuredData, model: FittedModel) -> Array:
     """Predicted fundamentals (s, o) per force; everything moves as far as the reference channel says."""
-    predictor = Predictor(evidence, extension_of(evidence, model.blames))
-    R, omega, _ = predictor.step_receptance(model.unknowns, inner=False)
-    return predictor.responses(R, omega)
+    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
+    R, omega, _ = residual_model.step_receptance(model.baseline, inner=False)
+    return residual_model.responses(R, omega)
 
 
-def predicted_harmonics(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> Array:
+def predicted_harmonics(evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals) -> Array:
     """What the extension's nonlinear forces add to the higher harmonics, (s, h, o), in the channels' units."""
-    predictor = Predictor(evidence, extension_of(evidence, model.blames), harmonics)
-    if not (predictor.extension.nonlinear or predictor.extension.opening):
+    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses), harmonics)
+    if not (residual_model.modification.nonlinear or residual_model.modification.opening):
         return np.zeros_like(harmonics.residual)
-    R, _, balance = predictor.step_receptance(model.unknowns, inner=False)
-    return predictor.extra_harmonics(model.unknowns, R, balance)
+    R, _, balance = residual_model.step_receptance(model.baseline, inner=False)
+    return residual_model.extra_harmonics(model.baseline, R, balance)
 
 
-def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> dict[int, Array]:
+def relative_errors(evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals) -> dict[int, Array]:
     """Errors of the complex response relative to itself, by harmonic.
 
     Harmonic 1 is the fundamental at every step and channel, (s o,); harmonic 2 is there where it :func:`stands_out`,
@@ -96,7 +96,7 @@ def relative_errors(evidence: Evidence, model: Candidate, harmonics: HarmonicRes
     return errors
 
 
-def stands_out(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
+def stands_out(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array:
     """Where (s, o) the second harmonic is :data:`CLEAR` times its noise, and so has a relative error to speak of.
 
     It must also be beyond what the force's own second harmonic, which no model has to predict, could make of it.
@@ -108,7 +108,7 @@ def stands_out(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
     return np.asarray(np.abs(residual) > np.maximum(noise, linear))
 
 
-def _second_noise(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
+def _second_noise(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array:
     """Standard deviation (s, o) of the second harmonic less its linear part.
 
     That part brings the noise of the measured force, and near a resonance far more of it than the response has.
@@ -123,7 +123,7 @@ def _second_noise(evidence: Evidence, harmonics: HarmonicResiduals) -> Array:
     )
 
 
-def noise_floors(evidence: Evidence, harmonics: HarmonicResiduals) -> dict[int, Array]:
+def noise_floors(evidence: MeasuredData, harmonics: HarmonicResiduals) -> dict[int, Array]:
     """The relative errors that a perfect model would have, as :func:`relative_errors`."""
     steps = evidence.steps
     shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2
@@ -141,12 +141,12 @@ def _second(harmonics: HarmonicResiduals, values: Array) -> Array:
     return np.asarray(values[:, harmonics.orders == 2][:, 0])
 
 
-def compare_sweeps(evidence: Evidence, before: Candidate, after: Candidate) -> tuple[SweepComparison, ...]:
+def compare_sweeps(evidence: MeasuredData, before: FittedModel, after: FittedModel) -> tuple[SweepComparison, ...]:
     """Every sweep of the evidence beside both models."""
     return sweeps_beside(evidence, predicted_steps(evidence, before), predicted_steps(evidence, after))
 
 
-def sweeps_beside(evidence: Evidence, before: Array, after: Array) -> tuple[SweepComparison, ...]:
+def sweeps_beside(evidence: MeasuredData, before: Array, after: Array) -> tuple[SweepComparison, ...]:
     """Every sweep of the evidence beside what two models predict of its steps, (s, o) each."""
     steps = evidence.steps
     measured = steps.response[:, :, 0] / steps.force[:, :1]

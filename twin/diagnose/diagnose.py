@@ -1,4 +1,4 @@
-"""Diagnosis from end to end: recordings and the believed rig in, an answer out."""
+"""Diagnosis from end to end: recordings and the nominal rig in, an answer out."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from recordings.run import Run
-from twin.diagnose.candidate import Candidate
 from twin.diagnose.cause import Cause
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.extended import extended_rig
+from twin.diagnose.extended import updated_rig_file
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
@@ -23,12 +23,12 @@ from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Search, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
-from twin.diagnose.sound_evidence import sound_evidence
-from twin.diagnose.tournament import Report
+from twin.diagnose.sound_data import sound_data
+from twin.diagnose.successive_halving import Report
 from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
-from twin.identify.evidence import Evidence, common_preload
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData, common_preload
+from twin.identify.residual_model import ResidualModel
 from twin.identify.rms import rms
 from twin.rigs import Rig, foreign_preload, save_rig
 
@@ -69,7 +69,7 @@ def diagnose(
     out
         Folder for the extended model; none is written without it.
     causes
-        What may be blamed, apart from what the samples themselves show.
+        What may be named, apart from what the samples themselves show.
     most
         Largest number of causes in one model.
     report
@@ -78,18 +78,18 @@ def diagnose(
     Raises
     ------
     InputError
-        As :func:`~twin.diagnose.sound_evidence.sound_evidence`.
+        As :func:`~twin.diagnose.sound_data.sound_data`.
     """
     started = time.perf_counter()
     asked_for = preload is not None
     preload = preload or common_preload([*runs, *held_out], rig)
     report("reducing recordings to harmonics and frequency responses")
-    sound = sound_evidence(runs, rig, preload=preload, source=source)
+    sound = sound_data(runs, rig, preload=preload, source=source)
     evidence, findings = sound.evidence, [*sound.findings]
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled], force=evidence.force)
-    unseen: Evidence | None
+    unseen: MeasuredData | None
     if held_out:
-        unseen = sound_evidence(held_out, rig, preload=preload, source=source).evidence
+        unseen = sound_data(held_out, rig, preload=preload, source=source).evidence
         aside: tuple[str, ...] = ()
     else:
         kept, unseen, aside = set_aside(evidence)
@@ -113,7 +113,7 @@ def diagnose(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         extended = "extended.toml"
-        model = extended_rig(evidence, replace(search, model=after))
+        model = updated_rig_file(evidence, replace(search, model=after))
         save_rig(model, out / extended)
         if verdict == "ambiguous":
             finalists = last_stage(search).finalists
@@ -122,7 +122,7 @@ def diagnose(
     acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
     if acting & set(DRIFTS) and _waits_left_out(runs):
         notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
-    missing = find_missing_force(evidence, search.footing, report=report) if verdict == "unknown" else None
+    missing = find_missing_force(evidence, search.baseline_fit, report=report) if verdict == "unknown" else None
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
@@ -146,9 +146,9 @@ def diagnose(
 
 
 def _gain(
-    unseen: Evidence, before: Candidate, after: Candidate, runs: tuple[str, ...], sweeps: tuple[str, ...]
+    unseen: MeasuredData, before: FittedModel, after: FittedModel, runs: tuple[str, ...], sweeps: tuple[str, ...]
 ) -> Gain:
-    harmonics = harmonic_residuals(Predictor(unseen), before.unknowns)
+    harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
     errors = [relative_errors(unseen, model, harmonics) for model in (before, after)]
     columns = [*errors, noise_floors(unseen, harmonics)]
     parts = {
@@ -163,7 +163,7 @@ def _gain(
     )
 
 
-def _within_amplitudes(unseen: Evidence, evidence: Evidence) -> tuple[Evidence, tuple[str, ...]]:
+def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[MeasuredData, tuple[str, ...]]:
     """What was held out, without steps at amplitudes beyond those learnt from: the joint's law is not known there."""
     inside = unseen.steps.amplitude_m <= BEYOND * np.max(evidence.steps.amplitude_m)
     if inside.all():
@@ -172,10 +172,10 @@ def _within_amplitudes(unseen: Evidence, evidence: Evidence) -> tuple[Evidence, 
     return replace(unseen, steps=unseen.steps.select(inside)), (note,)
 
 
-def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:
+def _where(evidence: MeasuredData, search: Search) -> tuple[dict[str, Any], ...]:
     """Shares of the base family's chi2 by run, channel and harmonic, largest first."""
-    predictor = Predictor(evidence, None, search.footing.harmonics)
-    prediction = predictor.evaluate(search.base.unknowns, sensitivities=False)
+    residual_model = ResidualModel(evidence, None, search.baseline_fit.harmonics)
+    prediction = residual_model.evaluate(search.base.baseline, sensitivities=False)
     outputs = len(evidence.channels)
     shares: dict[tuple[str, str, int], float] = {}
 
@@ -194,10 +194,10 @@ def _where(evidence: Evidence, search: Search) -> tuple[dict[str, Any], ...]:
             for state, row in zip(evidence.steps.states, per, strict=True):
                 for channel, value in zip(evidence.channels, row, strict=True):
                     add(state.run, channel, 1, float(value))
-        elif search.footing.harmonics is not None:
+        elif search.baseline_fit.harmonics is not None:
             per = square.reshape(2, len(evidence.steps), -1, outputs).sum(axis=0)
             for state, table in zip(evidence.steps.states, per, strict=True):
-                for order, row in zip(search.footing.harmonics.orders, table, strict=True):
+                for order, row in zip(search.baseline_fit.harmonics.orders, table, strict=True):
                     for channel, value in zip(evidence.channels, row, strict=True):
                         add(state.run, channel, int(order), float(value))
     total = sum(shares.values()) or 1.0
@@ -212,7 +212,7 @@ def _waits_left_out(runs: Sequence[Run]) -> bool:
     return any(run.info.get("stored") == "settled" and any(step.frequency_Hz for step in run.steps) for run in runs)
 
 
-def _notes(evidence: Evidence) -> tuple[str, ...]:
+def _notes(evidence: MeasuredData) -> tuple[str, ...]:
     """What an engineer should know of the data before reading the answer."""
     notes = []
     if evidence.unsettled:

@@ -6,20 +6,22 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from recordings.errors import InputError
-from twin.diagnose.candidate import Blame
+from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, told_place
 from twin.identify.base_fit import fit_base
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.baseline_parameters import LOOSE
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 from twin.identify.rebinning import rebinned
-from twin.identify.unknowns import LOOSE
 from twin.rigs import Effect
 
 __all__ = ["acting_effects", "left_out_effects", "with_effects"]
 
 
-def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str = "rig") -> tuple[Blame, ...]:
+def acting_effects(
+    evidence: MeasuredData, effects: Iterable[Effect], *, source: str = "rig"
+) -> tuple[CauseHypothesis, ...]:
     """The effects as the forward model has them.
 
     Effects without a forward model, see :func:`left_out_effects`, change nothing and are left out.
@@ -61,11 +63,11 @@ def acting_effects(evidence: Evidence, effects: Iterable[Effect], *, source: str
             values = from_told_place(evidence, label, cause.from_reported(values))
         except ValueError as error:
             raise InputError(source, place, str(error), "take one of the part's own table") from error
-        acting.append(Blame(cause, label, values, dict(effect.std)))
+        acting.append(CauseHypothesis(cause, label, values, dict(effect.std)))
     return tuple(acting)
 
 
-def with_effects(evidence: Evidence, *, source: str = "rig") -> Evidence:
+def with_effects(evidence: MeasuredData, *, source: str = "rig") -> MeasuredData:
     """The evidence, every prediction of which has the effects of its rig file.
 
     Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters
@@ -88,8 +90,8 @@ def with_effects(evidence: Evidence, *, source: str = "rig") -> Evidence:
     if not evidence.broadband:
         return evidence
     evidence = replace(evidence, linear=None)
-    unknowns, _ = fit_base(evidence.without_steps(), slacks=(LOOSE,))
-    return rebinned(evidence, Extension(), unknowns)
+    baseline, _ = fit_base(evidence.without_steps(), discrepancy_levels=(LOOSE,))
+    return rebinned(evidence, ModelModification(), baseline)
 
 
 def left_out_effects(effects: Iterable[Effect]) -> list[str]:

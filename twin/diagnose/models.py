@@ -1,4 +1,4 @@
-"""The causes a diagnosis may blame, by name."""
+"""The causes a diagnosis may name, by name."""
 
 from __future__ import annotations
 

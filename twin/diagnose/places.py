@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from twin.diagnose.cause import Parameter, Values
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.rigs import BeamPart, Place, unit_vector
 from twin.structure import NodeField, Structure
 
@@ -35,7 +35,7 @@ REGION = 0.95
 """Probability of the region of nodes that is reported with a place."""
 
 
-def place_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
+def place_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     """Where a place is searched: along the whole structure where one beam leads to the next, else on each part.
 
     On a part given by matrices that is thin in no direction a push may go along any axis, one search each.
@@ -53,39 +53,39 @@ def place_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
     return tuple(found)
 
 
-def part_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
+def part_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     """The same for what has no direction: one search a part."""
     layout = evidence.rig.layout()
     return ({},) if layout.passable else tuple({"part": part.name} for part in layout.parts)
 
 
-def beam_labels(evidence: Evidence) -> Sequence[Mapping[str, str]]:
+def beam_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     """The same for what only a beam can have."""
     layout = evidence.rig.layout()
     return ({},) if layout.passable else tuple({"part": beam.name} for beam in layout.beams)
 
 
-def searched_length(evidence: Evidence, label: Mapping[str, str]) -> float:
+def searched_length(evidence: MeasuredData, label: Mapping[str, str]) -> float:
     """Metres along which a place on beams is searched."""
     layout = evidence.rig.layout()
     return layout.beam(label["part"]).length if "part" in label else layout.length
 
 
-def node_field(evidence: Evidence, label: Mapping[str, str]) -> NodeField | None:
+def node_field(evidence: MeasuredData, label: Mapping[str, str]) -> NodeField | None:
     """The nodes among which a place is searched; None where that goes along beams."""
     if "part" not in label or isinstance(evidence.rig.layout().part(label["part"]), BeamPart):
         return None
     return evidence.model.structure.node_field(label["part"])
 
 
-def along_beam(evidence: Evidence, label: Mapping[str, str], count: int = 14) -> tuple[float, ...]:
+def along_beam(evidence: MeasuredData, label: Mapping[str, str], count: int = 14) -> tuple[float, ...]:
     """Positions to begin a search from, m: evenly along the structure or a beam, its end first, its start left out."""
     length = searched_length(evidence, label)
     return tuple(float(x) for x in np.linspace(length, length / count, count))
 
 
 def position(
-    evidence: Evidence, label: Mapping[str, str], count: int = 14, *, model_error: float = 2e-3
+    evidence: MeasuredData, label: Mapping[str, str], count: int = 14, *, model_error: float = 2e-3
 ) -> tuple[Parameter, ...]:
     """Parameters of a place: `position_m` along the whole structure or a beam, else one for each way across a part.
 
@@ -117,7 +117,7 @@ def position(
     return tuple(found)
 
 
-def place_at(evidence: Evidence, label: Mapping[str, str], values: Values) -> Place:
+def place_at(evidence: MeasuredData, label: Mapping[str, str], values: Values) -> Place:
     """The place that a label and its position name: across its beam, or in the label's direction."""
     layout, field = evidence.rig.layout(), node_field(evidence, label)
     if field is not None:
@@ -141,7 +141,7 @@ def _told(direction: tuple[float, float, float]) -> str:
 
 
 def told_place(
-    evidence: Evidence, label: Mapping[str, str], values: Values, std: Values
+    evidence: MeasuredData, label: Mapping[str, str], values: Values, std: Values
 ) -> tuple[dict[str, float], dict[str, float], tuple[int, ...]]:
     """Values and deviations with a node in place of a position between nodes, and the nodes of its 95 % region."""
     field = node_field(evidence, label)
@@ -157,7 +157,7 @@ def told_place(
     return rest | {"node": float(field.nearest(at))}, errors | {"node": 0.0}, nodes
 
 
-def from_told_place(evidence: Evidence, label: Mapping[str, str], values: Values) -> dict[str, float]:
+def from_told_place(evidence: MeasuredData, label: Mapping[str, str], values: Values) -> dict[str, float]:
     """Return the inverse of :func:`told_place`.
 
     Raises

@@ -10,7 +10,7 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.search import Search
 from twin.identify.estimate import Estimate
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 
 __all__ = [
     "Diagnosis",
@@ -144,7 +144,7 @@ class Diagnosis:
     gain: Gain | None
     next_test: NextTest | None
     seconds: float
-    evidence: Evidence
+    evidence: MeasuredData
     search: Search
     sweeps: tuple[SweepComparison, ...]
     held_out: tuple[SweepComparison, ...]
@@ -157,7 +157,7 @@ class Diagnosis:
         """The answer in one sentence."""
         named = [c for c in self.causes if c.in_model]
         if self.verdict == "none":
-            return "The model agrees with the data to within their noise; nothing needs to be blamed."
+            return "The model agrees with the data to within their noise; nothing needs to be named."
         if self.verdict == "unknown":
             return f"Something is missing from the model, and no cause on the list explains it{self._hint()}."
         what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)

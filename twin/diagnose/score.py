@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.cause import Cause, Parameter, main_strength
-from twin.diagnose.side_by_side import side_by_side
-from twin.identify.base_fit import unknowns_bounds
-from twin.identify.evidence import Evidence
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
+from twin.diagnose.parallel_map import parallel_map
+from twin.identify.base_fit import baseline_bounds
+from twin.identify.baseline_parameters import TIGHT, DiscrepancyLevel
 from twin.identify.gauss_newton import not_held_back
-from twin.identify.prediction import Linearisation, Predictor
-from twin.identify.unknowns import TIGHT, Slack
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import Linearisation, ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]
@@ -39,7 +39,7 @@ class Score:
 
     Attributes
     ----------
-    blame : Blame
+    name : CauseHypothesis
         With the strength that the first order suggests.
     gain : float
         Expected fall of chi2.
@@ -47,36 +47,36 @@ class Score:
         The cause's whitened signature with the unknowns projected out, of unit length.
     """
 
-    blame: Blame
+    hypothesis: CauseHypothesis
     gain: float
     column: Array
 
 
 def score_causes(
-    evidence: Evidence,
+    evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
-    model: Candidate,
+    model: FittedModel,
     causes: Mapping[str, Cause],
     *,
-    slack: Slack = TIGHT,
+    discrepancy: DiscrepancyLevel = TIGHT,
 ) -> list[Score]:
     """Score every cause, label and starting place against the residual of `model`, best first."""
-    extension = extension_of(evidence, model.blames)
+    modification = modification_of(evidence, model.hypotheses)
     # Differences over small strengths are taken with what the model holds: weights, and what its harmonics add.
-    held = Predictor(evidence, extension, harmonics, slack=slack).linearisation(model.unknowns)
-    predictor = Predictor(evidence, extension, harmonics, slack=slack, held=held)
-    prediction = predictor.evaluate(model.unknowns)
-    mean, precision = predictor.prior(model.unknowns)
+    held = ResidualModel(evidence, modification, harmonics, discrepancy=discrepancy).linearisation(model.baseline)
+    residual_model = ResidualModel(evidence, modification, harmonics, discrepancy=discrepancy, held=held)
+    prediction = residual_model.evaluate(model.baseline)
+    mean, precision = residual_model.prior(model.baseline)
     # The prior as further rows: a cause may gain by taking over what the unknowns strain to explain.
     root = np.linalg.cholesky(precision).T
-    r = np.concatenate([prediction.residual, root @ (mean - model.unknowns.vector)])
+    r = np.concatenate([prediction.residual, root @ (mean - model.baseline.vector)])
     J = np.vstack([prediction.jacobian, root])
     # An unknown at its limit, which the residual pushes outwards, cannot take over anything.
-    lower, upper = (unknowns_bounds(model.unknowns, side) for side in (0, 1))
-    J = J[:, not_held_back(model.unknowns.vector, J.T @ r, lower, upper)]
+    lower, upper = (baseline_bounds(model.baseline, side) for side in (0, 1))
+    J = J[:, not_held_back(model.baseline.vector, J.T @ r, lower, upper)]
     outside = _Outside(J, cho_factor(J.T @ J))
-    common = (evidence, harmonics, model, slack, held, r, outside)
-    scores = side_by_side(_scores_of, common, [(cause,) for cause in causes.values()])
+    common = (evidence, harmonics, model, discrepancy, held, r, outside)
+    scores = parallel_map(_scores_of, common, [(cause,) for cause in causes.values()])
     return sorted((score for each in scores for score in each), key=lambda score: -score.gain)
 
 
@@ -92,10 +92,10 @@ class _Outside:
 
 
 def _scores_of(
-    evidence: Evidence,
+    evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
-    model: Candidate,
-    slack: Slack,
+    model: FittedModel,
+    discrepancy: DiscrepancyLevel,
     held: Linearisation | None,
     r: Array,
     outside: _Outside,
@@ -107,23 +107,28 @@ def _scores_of(
         parameters = cause.parameters(evidence, label)
         for start in _starts(parameters):
             values, strength = _at_small_strength(parameters, start)
-            blame = Blame(cause, label, values, {})
-            extension = extension_of(evidence, (*model.blames, blame))
-            extended = Predictor(evidence, extension, harmonics, slack=slack, held=held)
-            changed = extended.evaluate(model.unknowns, sensitivities=False).residual
+            hypothesis = CauseHypothesis(cause, label, values, {})
+            modification = modification_of(evidence, (*model.hypotheses, hypothesis))
+            extended = ResidualModel(evidence, modification, harmonics, discrepancy=discrepancy, held=held)
+            changed = extended.evaluate(model.baseline, sensitivities=False).residual
             changed = np.concatenate([changed, r[len(changed) :]])
-            scores.append(_score(blame, parameters, strength, r, changed, outside))
+            scores.append(_score(hypothesis, parameters, strength, r, changed, outside))
     return scores
 
 
 def _score(
-    blame: Blame, parameters: tuple[Parameter, ...], strength: float, r: Array, changed: Array, outside: _Outside
+    hypothesis: CauseHypothesis,
+    parameters: tuple[Parameter, ...],
+    strength: float,
+    r: Array,
+    changed: Array,
+    outside: _Outside,
 ) -> Score:
     if not np.isfinite(changed).all():
-        return Score(blame, 0.0, np.zeros(len(r)))
+        return Score(hypothesis, 0.0, np.zeros(len(r)))
     main = main_strength(parameters)
     if main is None:
-        return Score(blame, float(r @ r - changed @ changed), np.zeros(len(r)))
+        return Score(hypothesis, float(r @ r - changed @ changed), np.zeros(len(r)))
     column = outside((r - changed) * main.scale / strength)
     length2 = float(column @ column)
     amount = float(column @ r) / (length2 + 1.0)
@@ -135,8 +140,10 @@ def _score(
     least = main.null + np.copysign(1e-3 * main.scale, estimate - main.null or strength)
     value = least if abs(estimate - main.null) < abs(least - main.null) else estimate
     value = float(np.clip(value, main.null - main.scale, main.null + main.scale))
-    values = {**blame.values, main.name: float(np.clip(value, main.lower, main.upper))}
-    return Score(Blame(blame.cause, blame.label, values, {}), gain, column / np.sqrt(length2 + 1e-300))
+    values = {**hypothesis.values, main.name: float(np.clip(value, main.lower, main.upper))}
+    return Score(
+        CauseHypothesis(hypothesis.cause, hypothesis.label, values, {}), gain, column / np.sqrt(length2 + 1e-300)
+    )
 
 
 def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from twin.diagnose.candidate import Candidate
+from twin.diagnose.acceptance import FALSE, left_by_effects
+from twin.diagnose.baseline_fit import BaselineFit, fit_baseline
 from twin.diagnose.cause import Cause
-from twin.diagnose.climb import EXPLAINED, Climb, Stage
-from twin.diagnose.footing import Footing, base_footing
-from twin.diagnose.paying import FALSE, left_by_effects
-from twin.diagnose.tournament import Report
-from twin.identify.evidence import Evidence
+from twin.diagnose.fitted_model import FittedModel
+from twin.diagnose.forward_selection import EXPLAINED, ForwardSelection, Stage
+from twin.diagnose.successive_halving import Report
+from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Search", "search_causes"]
@@ -26,33 +26,33 @@ class Search:
 
     Attributes
     ----------
-    footing : Footing
+    baseline_fit : BaselineFit
         The base family as it was fitted before any cause.
-    base : Candidate
+    base : FittedModel
         The base family alone, in the best minimum that was found.
-    model : Candidate
+    model : FittedModel
         The base family with every accepted cause.
     stages : tuple of Stage
-    evidence : Evidence
+    evidence : MeasuredData
         What `model` was fitted to: broadband runs may have been binned anew against what was found.
     harmonics : HarmonicResiduals, optional
         Of the steps, as `model` was fitted to them.
     """
 
-    footing: Footing
-    base: Candidate
-    model: Candidate
+    baseline_fit: BaselineFit
+    base: FittedModel
+    model: FittedModel
     stages: tuple[Stage, ...]
-    evidence: Evidence
+    evidence: MeasuredData
     harmonics: HarmonicResiduals | None
 
 
 def search_causes(
-    evidence: Evidence,
+    evidence: MeasuredData,
     causes: Mapping[str, Cause],
     *,
     most: int = 3,
-    footing: Footing | None = None,
+    baseline_fit: BaselineFit | None = None,
     report: Report = lambda text: None,
 ) -> Search:
     """Find what the base family does not explain.
@@ -61,22 +61,22 @@ def search_causes(
     ----------
     most
         Largest number of causes at once.
-    footing
+    baseline_fit
         Where to begin, if the base family has been fitted already.
     report
         Told what is being done.
     """
-    if footing is None:
+    if baseline_fit is None:
         report("fitting moduli, damping and the joint's law")
-        footing = base_footing(evidence)
-    excused = left_by_effects(evidence, footing.harmonics, footing.base)
-    found = _climb(evidence, causes, footing, excused, most, report)
+        baseline_fit = fit_baseline(evidence)
+    expected_residual_chi2 = left_by_effects(evidence, baseline_fit.harmonics, baseline_fit.base)
+    found = _forward_selection(evidence, causes, baseline_fit, expected_residual_chi2, most, report)
     for stage in _other_beginnings(found):
         if found.model.chi2_per_dof < EXPLAINED:
             break
-        report(f"beginning again with {stage.finalists[0].blames[-1].key}")
-        other = _climb(evidence, causes, footing, excused, most, report, first=stage)
-        no_more = len(other.model.blames) <= len(found.model.blames)
+        report(f"beginning again with {stage.finalists[0].hypotheses[-1].key}")
+        other = _forward_selection(evidence, causes, baseline_fit, expected_residual_chi2, most, report, first=stage)
+        no_more = len(other.model.hypotheses) <= len(found.model.hypotheses)
         if other.model.chi2_per_dof < (LESS if no_more else FALSE) * found.model.chi2_per_dof:
             found = other
     return found
@@ -90,19 +90,26 @@ def _other_beginnings(found: Search) -> list[Stage]:
     if not found.stages:
         return []
     first = found.stages[0]
-    return [replace(first, finalists=(rival,), paying=(rival,)) for rival in first.paying[1:]]
+    return [replace(first, finalists=(rival,), acceptance=(rival,)) for rival in first.acceptance[1:]]
 
 
-def _climb(
-    evidence: Evidence,
+def _forward_selection(
+    evidence: MeasuredData,
     causes: Mapping[str, Cause],
-    footing: Footing,
-    excused: float,
+    baseline_fit: BaselineFit,
+    expected_residual_chi2: float,
     most: int,
     report: Report,
     *,
     first: Stage | None = None,
 ) -> Search:
-    climb = Climb(evidence, causes, footing, excused, report)
-    climb.add_causes(most, first=first)
-    return Search(footing, climb.base, climb.model, tuple(climb.stages), climb.evidence, climb.harmonics)
+    forward_selection = ForwardSelection(evidence, causes, baseline_fit, expected_residual_chi2, report)
+    forward_selection.add_causes(most, first=first)
+    return Search(
+        baseline_fit,
+        forward_selection.base,
+        forward_selection.model,
+        tuple(forward_selection.stages),
+        forward_selection.evidence,
+        forward_selection.harmonics,
+    )

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.identify.sweeps import rows_by_sweep
 
 __all__ = ["set_aside"]
@@ -15,12 +15,12 @@ ENOUGH = 16
 """Steps of which a quarter can be spared."""
 
 
-def set_aside(evidence: Evidence) -> tuple[Evidence, Evidence | None, tuple[str, ...]]:
+def set_aside(evidence: MeasuredData) -> tuple[MeasuredData, MeasuredData | None, tuple[str, ...]]:
     """Keep the sweep of middle force back; of one or two sweeps every fourth step, where that leaves enough.
 
     Returns
     -------
-    kept, unseen : Evidence
+    kept, unseen : MeasuredData
         What to learn from, and what to measure the gain on; no `unseen` where there are too few steps.
     told : tuple of str
         What was set aside, in words.

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from twin.identify.extension import NoiseMotion
+from twin.identify.model_modification import NoiseMotion
 
 __all__ = ["series_spring_and_rate", "slider_in_noise"]
 

@@ -11,15 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.diagnose.candidate import Blame, Candidate, fit_candidate
 from twin.diagnose.cause import Parameter
-from twin.identify.evidence import Evidence
-from twin.identify.unknowns import Unknowns
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["refined"]
 
-Begin = Callable[[Unknowns, tuple[Blame, ...]], Unknowns]
+Begin = Callable[[BaselineParameters, tuple[CauseHypothesis, ...]], BaselineParameters]
 
 RATIOS, MOVES = (1.07, 1.025), 4
 """Steps of a threshold, coarse ones first, and most of each size."""
@@ -28,8 +28,8 @@ WIDE = 8.0
 
 
 def refined(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, candidate: Candidate, *, begin: Begin
-) -> Candidate:
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fitted_model: FittedModel, *, begin: Begin
+) -> FittedModel:
     """The candidate with the thresholds of its last cause moved downhill, all else refitted at each of their values.
 
     Parameters
@@ -37,36 +37,36 @@ def refined(
     begin
         Gives the unknowns to begin from beside the causes at their values.
     """
-    blame = candidate.blames[-1]
-    nonlinear = blame.nonlinear(evidence)
-    best = candidate
-    for parameter in blame.cause.parameters(evidence, blame.label):
+    hypothesis = fitted_model.hypotheses[-1]
+    nonlinear = hypothesis.nonlinear(evidence)
+    best = fitted_model
+    for parameter in hypothesis.cause.parameters(evidence, hypothesis.label):
         tuned = parameter.name == "frequency_Hz"
         if not (parameter.places and (tuned or (nonlinear and _by_ratios(parameter)))):
             continue
         for ratio in RATIOS:
             for factor in (ratio, 1 / ratio):
                 for _ in range(MOVES):
-                    value = best.blames[-1].values[parameter.name] * factor
+                    value = best.hypotheses[-1].values[parameter.name] * factor
                     value = float(np.clip(value, parameter.lower, parameter.upper))
-                    blames = _with_value(best.blames, parameter.name, value)
-                    start = begin(best.unknowns, blames)
-                    trial = fit_candidate(
-                        evidence, harmonics, start, blames, iterations=10, tolerance=0.3, held=parameter.name
+                    hypotheses = _with_value(best.hypotheses, parameter.name, value)
+                    start = begin(best.baseline, hypotheses)
+                    trial = fit_model(
+                        evidence, harmonics, start, hypotheses, iterations=10, tolerance=0.3, held=parameter.name
                     )
                     if trial.solution.cost >= best.solution.cost:
                         break
                     best = trial
-    if best is candidate:
-        return candidate
-    freed = fit_candidate(evidence, harmonics, best.unknowns, best.blames, tolerance=0.3)
-    return freed if freed.log_evidence > candidate.log_evidence else candidate
+    if best is fitted_model:
+        return fitted_model
+    freed = fit_model(evidence, harmonics, best.baseline, best.hypotheses, tolerance=0.3)
+    return freed if freed.log_evidence > fitted_model.log_evidence else fitted_model
 
 
-def _with_value(blames: tuple[Blame, ...], name: str, value: float) -> tuple[Blame, ...]:
+def _with_value(hypotheses: tuple[CauseHypothesis, ...], name: str, value: float) -> tuple[CauseHypothesis, ...]:
     """The causes with another value of one parameter of the last."""
-    last = blames[-1]
-    return (*blames[:-1], replace(last, values={**last.values, name: value}))
+    last = hypotheses[-1]
+    return (*hypotheses[:-1], replace(last, values={**last.values, name: value}))
 
 
 def _by_ratios(parameter: Parameter) -> bool:

@@ -1,19 +1,19 @@
 """Identification: recordings reduced to numbers, and the model that explains them."""
 
 from twin.identify.base_fit import fit_base
-from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData, gather_data
+from twin.identify.residual_model import ResidualModel
 from twin.identify.sine_fit import SteadyState, steady_states
-from twin.identify.unknowns import Unknowns
 
 __all__ = [
-    "Evidence",
+    "BaselineParameters",
     "LayerLaw",
-    "Predictor",
+    "MeasuredData",
+    "ResidualModel",
     "SteadyState",
-    "Unknowns",
     "fit_base",
-    "gather_evidence",
+    "gather_data",
     "steady_states",
 ]

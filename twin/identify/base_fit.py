@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.baseline_parameters import LOOSE, TIGHT, BaselineParameters, DiscrepancyLevel
 from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.joint_law import LayerLaw, choose_knots, spline_basis
 from twin.identify.linear_fit import base_bounds
-from twin.identify.linear_model import BaseParameters, believed_parameters
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import LOOSE, TIGHT, Slack, Unknowns
+from twin.identify.linear_model import LinearParameters, nominal_parameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.residual_model import ResidualModel
 
-__all__ = ["REWEIGHTED", "fit_base", "law_from_steps", "starting_unknowns", "unknowns_bounds"]
+__all__ = ["REWEIGHTED", "baseline_bounds", "fit_base", "law_from_steps", "starting_baseline"]
 
 Array = NDArray[Any]
 
@@ -34,20 +34,23 @@ SOFTENING_OF_A_STEP = (-0.5, 0.98)
 MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
 """Shares of E' that a law may take off or add."""
 REWEIGHTED = 10
-"""Most fits with one slack, each with the weights that the last one's law gives the steps, until they gain nothing."""
+"""Most fits with one discrepancy, each with the weights that the last one's law gives the steps, until they gain
+nothing."""
 TOLERANCE = 0.3
 """Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
 
-def starting_unknowns(evidence: Evidence, *, knots: int = 20, extension: Extension | None = None) -> Unknowns:
-    """Base parameters of the broadband fit, else what is believed, and a law read off the steps one by one."""
-    base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
-    return law_from_steps(Predictor(evidence, extension), base, knots=knots)
+def starting_baseline(
+    evidence: MeasuredData, *, knots: int = 20, modification: ModelModification | None = None
+) -> BaselineParameters:
+    """Base parameters of the broadband fit, else what is assumed, and a law read off the steps one by one."""
+    base = evidence.linear.base if evidence.linear else nominal_parameters(evidence.rig, evidence.preload)
+    return law_from_steps(ResidualModel(evidence, modification), base, knots=knots)
 
 
-def law_from_steps(predictor: Predictor, base: BaseParameters, *, knots: int = 20) -> Unknowns:
+def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, knots: int = 20) -> BaselineParameters:
     """The laws that reproduce each step's reference channel, smoothed onto knots that follow the layers' own motion.
 
     For each step by itself one softening and one loss are found that all points share, as parts of their joint's E', by
@@ -56,24 +59,24 @@ def law_from_steps(predictor: Predictor, base: BaseParameters, *, knots: int = 2
     found by its part in the energy, that is by the square of its motion; a step counts in a joint's law as far as the
     response feels that joint.
     """
-    evidence = predictor.evidence
-    if not len(evidence.steps) or not len(predictor.points):
+    evidence = residual_model.evidence
+    if not len(evidence.steps) or not len(residual_model.points):
         nowhere = choose_knots(np.zeros(0), knots)
-        return Unknowns(base, (LayerLaw.zero(nowhere, nowhere),) * base.joints)
-    steps, time, p = evidence.steps, predictor.step_times, len(predictor.points)
-    omega = predictor.clock(steps.omega, time)
-    free = predictor.receptance(omega, base, time, inner=False, points=True)
-    around = predictor.surroundings(free, omega)
-    E = predictor.moduli[0][predictor.points.joint]
-    weights = predictor.local.weights * np.concatenate([E, E])
-    n = len(predictor.moving)
+        return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * base.joints)
+    steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
+    omega = residual_model.clock(steps.omega, time)
+    free = residual_model.receptance(omega, base, time, inner=False, points=True)
+    around = residual_model.surroundings(free, omega)
+    E = residual_model.moduli[0][residual_model.points.joint]
+    weights = residual_model.local.weights * np.concatenate([E, E])
+    n = len(residual_model.moving)
     s, loss = np.zeros((2, len(omega)))
     for _ in range(TURNS):
         stiffness = np.zeros((len(omega), n), complex)
         stiffness[:, :p], stiffness[:, p : 2 * p] = -s[:, None] * weights[:, :p], 1j * loss[:, None] * weights[:, p:]
-        if predictor.local.forces:
-            laws = _smoothed(predictor, s, loss, around.motion(stiffness)[0], knots)
-            stiffness[:, 2 * p :] = predictor.local.balance(laws, omega, around).stiffness[:, 2 * p :]
+        if residual_model.local.forces:
+            laws = _smoothed(residual_model, s, loss, around.motion(stiffness)[0], knots)
+            stiffness[:, 2 * p :] = residual_model.local.balance(laws, omega, around).stiffness[:, 2 * p :]
         motion, reading, by_stiffness = around.reading(stiffness)
         # d(1/H) H = -dH/H; both unknowns are real, the equation is complex.
         gap = reading * steps.force[:, 0] / around.amplitude - 1
@@ -84,11 +87,11 @@ def law_from_steps(predictor: Predictor, base: BaseParameters, *, knots: int = 2
         dl = (a.real * gap.imag - a.imag * gap.real) / determinant
         s = np.clip(s + np.clip(ds, -0.3, 0.3), *SOFTENING_OF_A_STEP)
         loss = np.clip(loss + np.clip(dl, -1.0, 1.0), -0.1 * LARGEST_LOSS, LARGEST_LOSS)
-    return Unknowns(base, _smoothed(predictor, s, loss, motion, knots, each, np.abs(gap)))
+    return BaselineParameters(base, _smoothed(residual_model, s, loss, motion, knots, each, np.abs(gap)))
 
 
 def _smoothed(
-    predictor: Predictor, s: Array, loss: Array, motion: Array, knots: int, by_moduli: Array | None = None,
+    residual_model: ResidualModel, s: Array, loss: Array, motion: Array, knots: int, by_moduli: Array | None = None,
     gap: Array | float = 0.0,
 ) -> tuple[LayerLaw, ...]:  # fmt: skip
     """Splines through what the steps show of each joint, each weighted by how much it shows it.
@@ -100,9 +103,9 @@ def _smoothed(
     by_moduli : ndarray, (s, 2 p)
         Relative change of the response with that of each point.
     """
-    p, weights, laws = len(predictor.points), predictor.local.weights, []
-    for joint, E in enumerate(predictor.moduli[0]):
-        own, found = predictor.local.of_joint(joint), []
+    p, weights, laws = len(residual_model.points), residual_model.local.weights, []
+    for joint, E in enumerate(residual_model.moduli[0]):
+        own, found = residual_model.local.of_joint(joint), []
         for values, at in ((s, own), (loss, p + own)):
             amplitude = np.abs(motion[:, at])
             x = choose_knots(amplitude, knots)
@@ -122,24 +125,24 @@ def _smoothed(
     return tuple(laws)
 
 
-def unknowns_bounds(unknowns: Unknowns, side: int) -> Array:
+def baseline_bounds(baseline: BaselineParameters, side: int) -> Array:
     """Lower (0) or upper (1) limits of the unknowns' vector: a layer gives no energy away, and keeps some stiffness."""
     softening, loss = ((-MOST_STIFFENED, 0.0), (MOST_SOFTENED, np.inf))[side]
-    bounds = np.empty(len(unknowns.blocks))
-    bounds[: unknowns.of_laws.start] = base_bounds(unknowns.base.joints)[side]
-    for joint, E in enumerate(unknowns.base.E):
-        bounds[unknowns.softening(joint)], bounds[unknowns.loss(joint)] = softening * E, loss
+    bounds = np.empty(len(baseline.blocks))
+    bounds[: baseline.of_laws.start] = base_bounds(baseline.base.joints)[side]
+    for joint, E in enumerate(baseline.base.E):
+        bounds[baseline.softening(joint)], bounds[baseline.loss(joint)] = softening * E, loss
     return bounds
 
 
 def fit_base(
-    evidence: Evidence,
+    evidence: MeasuredData,
     *,
-    start: Unknowns | None = None,
-    slacks: Sequence[Slack] = (LOOSE, TIGHT),
+    start: BaselineParameters | None = None,
+    discrepancy_levels: Sequence[DiscrepancyLevel] = (LOOSE, TIGHT),
     iterations: int = 30,
     held_at_zero: Sequence[int] = (),
-) -> tuple[Unknowns, Solution]:
+) -> tuple[BaselineParameters, Solution]:
     """Fit base parameters and law.
 
     Parameters
@@ -151,31 +154,31 @@ def fit_base(
     held_at_zero
         Places in the unknowns' vector that are not free.
     """
-    unknowns = start or starting_unknowns(evidence)
+    baseline = start or starting_baseline(evidence)
     held = np.asarray(held_at_zero, int)
     if len(held):
-        vector = unknowns.vector
+        vector = baseline.vector
         vector[held] = 0.0
-        unknowns = unknowns.with_vector(vector)
-    for slack in slacks:
-        # With slack the weights hardly depend on the law.
-        for _ in range(REWEIGHTED if slack is TIGHT else 1):
-            here = Predictor(evidence, slack=slack).linearisation(unknowns)
-            predictor = Predictor(evidence, slack=slack, held=here)
-            mean, precision = predictor.prior(unknowns)
+        baseline = baseline.with_vector(vector)
+    for discrepancy in discrepancy_levels:
+        # With discrepancy the weights hardly depend on the law.
+        for _ in range(REWEIGHTED if discrepancy is TIGHT else 1):
+            here = ResidualModel(evidence, discrepancy=discrepancy).linearisation(baseline)
+            residual_model = ResidualModel(evidence, discrepancy=discrepancy, held=here)
+            mean, precision = residual_model.prior(baseline)
             mean[held], precision[held, held] = 0.0, HELD_PRECISION
 
             def evaluate(
-                x: Array, predictor: Predictor = predictor, unknowns: Unknowns = unknowns
+                x: Array, residual_model: ResidualModel = residual_model, baseline: BaselineParameters = baseline
             ) -> tuple[Array, Array]:
-                prediction = predictor.evaluate(unknowns.with_vector(x))
+                prediction = residual_model.evaluate(baseline.with_vector(x))
                 return prediction.residual, prediction.jacobian
 
-            bounds = (unknowns_bounds(unknowns, 0), unknowns_bounds(unknowns, 1))
+            bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
             solution = minimise(
-                evaluate, unknowns.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
+                evaluate, baseline.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
             )
-            unknowns = unknowns.with_vector(solution.x)
+            baseline = baseline.with_vector(solution.x)
             if solution.gained_little(TOLERANCE):
                 break
-    return unknowns, solution
+    return baseline, solution

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache, partial
 
-from twin.identify.extension import Extension
 from twin.identify.linear_model import LinearModel, Output, build_linear_model
+from twin.identify.model_modification import ModelModification
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
@@ -30,23 +30,23 @@ class ChangedModels:
         self._built = lru_cache(maxsize=KEPT)(partial(_build, rig, preload))
         self._placed = lru_cache(maxsize=KEPT)(self._place)
 
-    def model(self, extension: Extension, outputs: tuple[Output, ...]) -> LinearModel:
+    def model(self, modification: ModelModification, outputs: tuple[Output, ...]) -> LinearModel:
         """The model with the extension's beams, clamp, layer and positions; its ports are not yet in it."""
-        offset = extension.output_offset_m
+        offset = modification.output_offset_m
         layout = self._layout
         moved = tuple(
             replace(output, place=layout.moved(output.place, offset[output.channel]))
             if output.channel in offset else output
             for output in outputs
         )  # fmt: skip
-        drive = layout.moved(self._rig.drive_place, extension.drive_offset_m)
+        drive = layout.moved(self._rig.drive_place, modification.drive_offset_m)
         structure = tuple(
             tuple(sorted(changed.items()))
             for changed in (
-                extension.beam_modulus,
-                extension.beam_shear_ratio,
-                extension.clamp_rad_per_Nm,
-                extension.layer_gradient,
+                modification.beam_modulus,
+                modification.beam_shear_ratio,
+                modification.clamp_rad_per_Nm,
+                modification.layer_gradient,
             )
         )
         return self._placed(structure, moved, drive)
@@ -63,7 +63,7 @@ def _build(
     clamp_rad_per_Nm: Factors,
     layer_gradient: Factors,
 ) -> LinearModel:
-    changed = Extension(
+    changed = ModelModification(
         beam_modulus=dict(beam_modulus),
         beam_shear_ratio=dict(beam_shear_ratio),
         clamp_rad_per_Nm=dict(clamp_rad_per_Nm),
@@ -72,17 +72,17 @@ def _build(
     return build_linear_model(rig, [], preload=preload, structure=changed_structure(rig, changed))
 
 
-def changed_structure(rig: Rig, extension: Extension) -> Structure:
+def changed_structure(rig: Rig, modification: ModelModification) -> Structure:
     """The structure assembled with what an extension changes of it."""
     layout = rig.layout()
     for beam in layout.beams:
-        modulus = beam.youngs_modulus * extension.beam_modulus.get(beam.name, 1.0)
-        shear = beam.shear_ratio + extension.beam_shear_ratio.get(beam.name, 0.0)
+        modulus = beam.youngs_modulus * modification.beam_modulus.get(beam.name, 1.0)
+        shear = beam.shear_ratio + modification.beam_shear_ratio.get(beam.name, 0.0)
         layout = layout.with_beam(beam.name, youngs_modulus=modulus, shear_ratio=shear)
-    for part, rad_per_Nm in extension.clamp_rad_per_Nm.items():
+    for part, rad_per_Nm in modification.clamp_rad_per_Nm.items():
         layout = layout.softened(rad_per_Nm, part=part)
     structure = assemble(rig, layout=layout)
     for number, joint in enumerate(structure.joints):
-        if joint.name in extension.layer_gradient:
-            structure = structure.with_gradient(extension.layer_gradient[joint.name], joint=number)
+        if joint.name in modification.layer_gradient:
+            structure = structure.with_gradient(modification.layer_gradient[joint.name], joint=number)
     return structure

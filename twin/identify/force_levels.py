@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.linear_model import BaseParameters
+from twin.identify.linear_model import LinearParameters
 from twin.identify.polynomial_law import (
     PolynomialFit,
     PolynomialProblem,
     fit_polynomials,
     relative_error_percent,
 )
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
 from twin.identify.sweeps import rows_by_sweep
 
@@ -74,7 +74,7 @@ class Polynomials:
         By sweep: the residuals of its level's own polynomials, and of the common ones.
     left_out : dict of LeftOut
         By level, where there are at least two; see :func:`predict_left_out`.
-    base : BaseParameters
+    base : LinearParameters
         Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them.
     """
 
@@ -82,7 +82,7 @@ class Polynomials:
     together: PolynomialFit
     residual_percent: dict[str, dict[str, float]]
     left_out: dict[str, LeftOut]
-    base: BaseParameters
+    base: LinearParameters
 
     @property
     def depends_on_force(self) -> bool | None:
@@ -93,7 +93,9 @@ class Polynomials:
         return self.together.residual_percent > max(POOR_POLYNOMIAL_PERCENT, 2 * each)
 
 
-def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance: Array) -> Polynomials | None:
+def polynomials_by_level(
+    residual_model: ResidualModel, base: LinearParameters, covariance: Array
+) -> Polynomials | None:
     """Polynomials on top of given linear parameters; None where the steps are too few.
 
     Parameters
@@ -105,13 +107,13 @@ def polynomials_by_level(predictor: Predictor, base: BaseParameters, covariance:
         Linear parameters, and the covariance of their vector (in its first rows and columns).
     """
     n = len(base.vector)
-    lowest = by_resonance(predictor.evidence.steps.omega)[0]
-    if len(lowest) < len(predictor.evidence.steps):
-        about = np.isin(np.arange(len(predictor.evidence.steps)), lowest)
-        steps = predictor.evidence.steps.select(about)
-        predictor = Predictor(replace(predictor.evidence, steps=steps))
-    evidence = predictor.evidence
-    problem = PolynomialProblem.of(predictor, base, covariance[:n, :n])
+    lowest = by_resonance(residual_model.evidence.steps.omega)[0]
+    if len(lowest) < len(residual_model.evidence.steps):
+        about = np.isin(np.arange(len(residual_model.evidence.steps)), lowest)
+        steps = residual_model.evidence.steps.select(about)
+        residual_model = ResidualModel(replace(residual_model.evidence, steps=steps))
+    evidence = residual_model.evidence
+    problem = PolynomialProblem.of(residual_model, base, covariance[:n, :n])
     states = evidence.steps.states
     names = np.array([f"{state.target_channel} {state.target_amplitude:g}" for state in states])
     try:

@@ -154,11 +154,11 @@ def _with_gap(x: Array, stiffness: float, gap: float, up: float, down: float) ->
     """The slider keeps the link's extension between the two at which it slips; within the gap there is no force."""
     high, low = gap / 2 + up / stiffness, -gap / 2 - down / stiffness
     slider = 0.0
-    extension = np.zeros(len(x))
+    modification = np.zeros(len(x))
     for i, value in enumerate(x.tolist()):
         slider = min(max(slider, value - high), value - low)
-        extension[i] = value - slider
-    return np.asarray(stiffness * (np.maximum(extension - gap / 2, 0) + np.minimum(extension + gap / 2, 0)))
+        modification[i] = value - slider
+    return np.asarray(stiffness * (np.maximum(modification - gap / 2, 0) + np.minimum(modification + gap / 2, 0)))
 
 
 Law = Callable[[Array, Array, float, float], Array]

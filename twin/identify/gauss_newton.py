@@ -176,7 +176,7 @@ def _solved(A: Array, b: Array) -> Array:
 
 
 def _turn(step: Array, free: Array, scaled: Array, J: Array, missed: Array) -> Array:
-    """What the curvature of the residual adds to a step; nothing where it would add too much to be believed.
+    """What the curvature of the residual adds to a step; nothing where it would add too much to be assumed.
 
     Parameters
     ----------

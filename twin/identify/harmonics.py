@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import HARMONICS
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.measured_data import HARMONICS
 from twin.identify.opening_harmonics import at_harmonic
-from twin.identify.prediction import Predictor
 from twin.identify.receptance import update_receptance
-from twin.identify.unknowns import Unknowns
+from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["LINEAR_ERROR", "harmonic_fields", "harmonic_residuals"]
@@ -28,7 +28,7 @@ LINEAR_ERROR = 0.1
 """Relative error of the response to the force's own harmonics, some of which fall near other resonances."""
 
 
-def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResiduals:
+def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParameters) -> HarmonicResiduals:
     """Harmonics 2 ... 7 of every step less their linear part, with their covariance.
 
     Parameters
@@ -36,9 +36,9 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     predictor, unknowns
         The fitted base model.
     """
-    steps = predictor.evidence.steps
+    steps = residual_model.evidence.steps
     orders = np.arange(2, HARMONICS + 1)
-    linear, joint, field = harmonic_fields(predictor, unknowns, orders)
+    linear, joint, field = harmonic_fields(residual_model, baseline, orders)
     measured = np.moveaxis(steps.response[:, :, orders - 1], 1, 2)
     variance = np.moveaxis(steps.response_variance[:, :, orders - 1], 1, 2)
     residual = measured - linear
@@ -53,7 +53,7 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
     size = np.sum(np.abs(residual) ** 2, axis=2)
     direction = joint / np.maximum(np.linalg.norm(joint, axis=2, keepdims=True), 1e-300)
     anything = 100.0 * size[..., None, None] * direction[..., :, None] * np.conj(direction)[..., None, :]
-    even = _even_error(predictor, unknowns, orders, joint, size)
+    even = _even_error(residual_model, baseline, orders, joint, size)
     tolerance = np.where(odd, SIGNATURE_ERROR**2 * size[..., None, None], even[..., None, None]) * np.eye(outputs)
     covariance = covariance + odd * anything + tolerance
     return HarmonicResiduals(
@@ -61,12 +61,12 @@ def harmonic_residuals(predictor: Predictor, unknowns: Unknowns) -> HarmonicResi
         residual,
         np.linalg.cholesky(covariance),
         field,
-        predictor.model.structure,
+        residual_model.model.structure,
     )
 
 
 def harmonic_fields(
-    predictor: Predictor, unknowns: Unknowns, orders: Array, *, stretch: float = 1.0
+    residual_model: ResidualModel, baseline: BaselineParameters, orders: Array, *, stretch: float = 1.0
 ) -> tuple[Array, Array, Array]:
     """Responses at multiples of the drive frequency, all frequencies times `stretch`.
 
@@ -79,48 +79,54 @@ def harmonic_fields(
     field : ndarray, (s, h, o, n)
         Response of each output to a unit force on every degree of freedom.
     """
-    steps, model, points = predictor.evidence.steps, predictor.step_model, predictor.points
-    time = predictor.step_times
-    first = stretch * predictor.clock(steps.omega, time)
-    balance = predictor.step_receptance(unknowns, inner=False)[2]
-    at = predictor.moving[: 2 * len(points)]
+    steps, model, points = residual_model.evidence.steps, residual_model.step_model, residual_model.points
+    time = residual_model.step_times
+    first = stretch * residual_model.clock(steps.omega, time)
+    balance = residual_model.step_receptance(baseline, inner=False)[2]
+    at = residual_model.moving[: 2 * len(points)]
     springs = balance.stiffness[:, : 2 * len(points)]
     opening = balance.motion[:, : len(points)]
     softened = -springs[:, : len(points)].real
     # In a joint without softening the openings alone share out whatever harmonics it has.
-    softened = np.where(np.any(softened, axis=1, keepdims=True), softened, predictor.local.weights[:, : len(points)])
-    dE, dG = predictor.moduli_changes(unknowns.base, time)
+    softened = np.where(
+        np.any(softened, axis=1, keepdims=True),
+        softened,
+        residual_model.local.weights[:, : len(points)],
+    )
+    dE, dG = residual_model.moduli_changes(baseline.base, time)
     linear, joint, field = [], [], []
     for h in orders:
         omega = h * first
         R = update_receptance(
-            predictor.receptance(omega, unknowns.base, time, inner=False, points=True), at, at_harmonic(springs, h)
+            residual_model.receptance(omega, baseline.base, time, inner=False, points=True), at, at_harmonic(springs, h)
         )
-        factor = model.to_quantity(omega) * predictor.channel_factors(omega)[0]
-        linear.append(predictor.responses(R, omega) * steps.force[:, h - 1, None])
+        factor = model.to_quantity(omega) * residual_model.channel_factors(omega)[0]
+        linear.append(residual_model.responses(R, omega) * steps.force[:, h - 1, None])
         push = softened * np.abs(opening) * np.exp(1j * h * np.angle(opening))
         to_outputs = R[:, model.ports.outputs][:, :, at[: len(points)]]
         joint.append(np.einsum("sop,sp->so", to_outputs, push) * factor)
         field.append(
-            model.output_field(omega, unknowns.base, dE, dG, at=at, springs=at_harmonic(springs, h))
+            model.output_field(omega, baseline.base, dE, dG, at=at, springs=at_harmonic(springs, h))
             * factor[:, :, None]
         )
     return np.stack(linear, axis=1), np.stack(joint, axis=1), np.stack(field, axis=1)
 
 
-def _even_error(predictor: Predictor, unknowns: Unknowns, orders: Array, joint: Array, size: Array) -> Array:
+def _even_error(
+    residual_model: ResidualModel, baseline: BaselineParameters, orders: Array, joint: Array, size: Array
+) -> Array:
     """Variance (s, h) of any model of the even harmonics.
 
     It is relative to what was measured or, where that is larger, to what a joint force as large as the second
     harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.  The relative error
     grows with the softening, since causes are linear beside it.
     """
-    beside = harmonic_fields(predictor, unknowns, orders, stretch=1 + RESONANCE_ERROR)[1]
+    beside = harmonic_fields(residual_model, baseline, orders, stretch=1 + RESONANCE_ERROR)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
-    balance, p = predictor.step_receptance(unknowns, inner=False)[2], len(predictor.points)
+    balance, p = residual_model.step_receptance(baseline, inner=False)[2], len(residual_model.points)
     lost = np.abs(balance.stiffness[:, :p].real) / (
-        predictor.local.weights[:, :p] * unknowns.base.E[predictor.points.joint]
+        residual_model.local.weights[:, :p] * baseline.base.E[residual_model.points.joint]
     )
     softened = np.max(lost, axis=1)
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.extended_rig import ExtendedRig
+from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import BaseParameters
+from twin.identify.linear_model import LinearParameters
 from twin.identify.local_forces import LocalForces, Surroundings
 from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, at_harmonic, balance_openings, loss_among_harmonics
 from twin.identify.receptance import update_receptance
@@ -88,7 +88,7 @@ class HeldRig:
     """
 
     def __init__(
-        self, rig: ExtendedRig, base: BaseParameters, laws: Sequence[LayerLaw], rest: Sequence[tuple[float, float]],
+        self, rig: ForwardModel, base: LinearParameters, laws: Sequence[LayerLaw], rest: Sequence[tuple[float, float]],
         output: int, frequency: Array, *, own_harmonics: bool,
     ) -> None:  # fmt: skip
         self._rig, self._base, self._laws, self._rest, self._output = rig, base, laws, rest, output
@@ -209,17 +209,17 @@ class HeldRig:
         )
 
     def _forces(self, rows: Array) -> LocalForces:
-        return LocalForces(self._rig.extension.nonlinear, self.weights[rows], self._rig.points.joint)
+        return LocalForces(self._rig.modification.nonlinear, self.weights[rows], self._rig.points.joint)
 
     def _by_harmonics(self, motion: Array, stiffness: Array) -> Array:
         """What the openings' harmonics add to the stiffness at each amplitude of the march, (c, f, n)."""
-        p, orders = self.points, EVEN_TOO if self._rig.extension.opening else ODD
+        p, orders = self.points, EVEN_TOO if self._rig.modification.opening else ODD
         among = [self._at_harmonic(h) for h in orders]
         more = np.zeros_like(motion)
         joint = self._rig.points.joint
         softened = stiffness[:, :, :p].real / (self.weights[:, :p] * self._base.E[joint])
         felt = np.argwhere(np.abs(softened.min(axis=2)) > FELT)
-        if self._rig.extension.opening:
+        if self._rig.modification.opening:
             gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
             felt = np.argwhere(np.any(np.abs(motion[:, :, :p]) > gaps, axis=2))
         for k in range(0, len(felt), CHUNK):

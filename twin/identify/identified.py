@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.base_fit import fit_base
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.estimate import Estimate
-from twin.identify.evidence import Evidence
 from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level
 from twin.identify.gauss_newton import Solution
+from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import relative_error_percent
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
-from twin.identify.unknowns import Unknowns
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
 
@@ -36,12 +36,12 @@ class Identified:
     Attributes
     ----------
     rig : Rig
-        The model: the believed rig with what was identified, at the identified preload only.
+        The model: the nominal rig with what was identified, at the identified preload only.
     linear : dict
         E', G', their loss factors and the modal damping ratios; a list where there are several, of one for each joint
         or mode.  The values are the model's; the standard deviations allow for natural frequencies that are a little
         wrong by themselves, which a rig file has no place for.
-    unknowns : Unknowns
+    unknowns : BaselineParameters
         Of the model.
     solution : Solution
     polynomials : Polynomials or None
@@ -54,7 +54,7 @@ class Identified:
     rig: Rig
     preload: str
     linear: dict[str, Estimate | list[Estimate]]
-    unknowns: Unknowns
+    baseline: BaselineParameters
     solution: Solution
     chi2_per_dof: float
     polynomials: Polynomials | None
@@ -62,7 +62,7 @@ class Identified:
     warnings: tuple[str, ...]
 
 
-def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda text: None) -> Identified:
+def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lambda text: None) -> Identified:
     """Identify moduli, damping and the joint's law.
 
     Parameters
@@ -76,9 +76,9 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
     model, solution = fit_base(evidence, start=free, held_at_zero=held)
     dof = max(1, len(solution.residual) - len(solution.x) + len(held))
     polynomials, residual = None, {}
-    predictor = Predictor(evidence)
+    residual_model = ResidualModel(evidence)
     if len(evidence.steps):
-        residual = _spline_residuals(predictor, model)
+        residual = _spline_residuals(residual_model, model)
         base = (model.base, solution.covariance)
         if evidence.broadband:
             report("fitting the broadband runs alone")
@@ -86,12 +86,12 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
             base = (linear.base, linear_solution.covariance)
         if len(evidence.rig.joints) == 1:
             report("identifying the papers' polynomials")
-            polynomials = polynomials_by_level(predictor, *base)
+            polynomials = polynomials_by_level(residual_model, *base)
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
         linear=_linear(free, free_solution, model),
-        unknowns=model,
+        baseline=model,
         solution=solution,
         chi2_per_dof=solution.chi2 / dof,
         polynomials=polynomials,
@@ -100,13 +100,15 @@ def identify_rig(evidence: Evidence, *, report: Callable[[str], None] = lambda t
     )
 
 
-def _held(unknowns: Unknowns) -> list[int]:
-    """Unknowns that a rig file has no place for: they cost a few hundredths of a per cent of the response."""
-    every = np.arange(len(unknowns.blocks))
-    return [int(i) for name in ("loss_E", "detuning") for i in every[unknowns.blocks[name]]]
+def _held(baseline: BaselineParameters) -> list[int]:
+    """Parameters that a rig file has no place for: they cost a few hundredths of a per cent of the response."""
+    every = np.arange(len(baseline.blocks))
+    return [int(i) for name in ("loss_E", "frequency_discrepancy") for i in every[baseline.blocks[name]]]
 
 
-def _linear(free: Unknowns, solution: Solution, model: Unknowns) -> dict[str, Estimate | list[Estimate]]:
+def _linear(
+    free: BaselineParameters, solution: Solution, model: BaselineParameters
+) -> dict[str, Estimate | list[Estimate]]:
     std = free.blocks.unpack(np.sqrt(np.diag(solution.covariance)))
     base = model.base
     linear: dict[str, Estimate | list[Estimate]] = {}
@@ -123,10 +125,10 @@ def _linear(free: Unknowns, solution: Solution, model: Unknowns) -> dict[str, Es
     return linear
 
 
-def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]:
-    evidence = predictor.evidence
-    R, omega, _ = predictor.step_receptance(model, inner=False)
-    H = predictor.responses(R, omega)[:, evidence.reference]
+def _spline_residuals(residual_model: ResidualModel, model: BaselineParameters) -> dict[str, float]:
+    evidence = residual_model.evidence
+    R, omega, _ = residual_model.step_receptance(model, inner=False)
+    H = residual_model.responses(R, omega)[:, evidence.reference]
     measured = evidence.steps.response[:, evidence.reference, 0] / evidence.steps.force[:, 0]
     return {
         name: relative_error_percent(H[rows], measured[rows])
@@ -134,10 +136,10 @@ def _spline_residuals(predictor: Predictor, model: Unknowns) -> dict[str, float]
     }
 
 
-def _warnings(evidence: Evidence, chi2_per_dof: float, polynomials: Polynomials | None) -> list[str]:
+def _warnings(evidence: MeasuredData, chi2_per_dof: float, polynomials: Polynomials | None) -> list[str]:
     found = []
     if not evidence.broadband:
-        found.append("no broadband run: E', G' and the higher modes' damping rest on what is believed of them")
+        found.append("no broadband run: E', G' and the higher modes' damping rest on what is assumed of them")
     if not len(evidence.steps):
         found.append("no sweeps: the model's joint law is a constant loss")
     if evidence.unsettled:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import believed_parameters
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import ResidualModel
 
 __all__ = ["largest_motion"]
 
@@ -19,14 +19,14 @@ UNKNOWN_M = 1e-8
 """Where nothing was measured that could tell."""
 
 
-def largest_motion(evidence: Evidence, joint: int) -> tuple[NDArray[Any], NDArray[Any]]:
+def largest_motion(evidence: MeasuredData, joint: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Largest opening and slip (p,) of each of a joint's points over all steps, m, were the joints linear."""
-    predictor = Predictor(evidence)
-    base = evidence.linear.base if evidence.linear else believed_parameters(evidence.rig, evidence.preload)
-    p, own = len(predictor.points), predictor.local.of_joint(joint)
+    residual_model = ResidualModel(evidence)
+    base = evidence.linear.base if evidence.linear else nominal_parameters(evidence.rig, evidence.preload)
+    p, own = len(residual_model.points), residual_model.local.of_joint(joint)
     if not len(evidence.steps):
         return np.full(len(own), UNKNOWN_M), np.full(len(own), UNKNOWN_M)
     nothing = np.array([UNKNOWN_M, 2 * UNKNOWN_M])
-    linear = Unknowns(base, (LayerLaw.zero(nothing, nothing),) * base.joints)
-    motion = np.abs(predictor.step_receptance(linear, inner=False)[2].motion)
+    linear = BaselineParameters(base, (LayerLaw.zero(nothing, nothing),) * base.joints)
+    motion = np.abs(residual_model.step_receptance(linear, inner=False)[2].motion)
     return motion[:, own].max(axis=0), motion[:, p + own].max(axis=0)

@@ -107,7 +107,7 @@ def update_moduli(
     Parameters
     ----------
     rig
-        What is believed; its moduli are where the search starts (the first preload's for one that it lacks).
+        What is assumed; its moduli are where the search starts (the first preload's for one that it lacks).
     measured
         Natural frequencies of bending modes in Hz, by preload.
     relative_std

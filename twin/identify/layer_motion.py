@@ -92,7 +92,7 @@ class _PerOutput:
 
 
 def _per_output(layer: LayerResponse, dE: Array, dG: Array, output: int) -> _PerOutput:
-    p = layer.predictor.model.ports
+    p = layer.residual_model.model.ports
     strains, outputs = layer.by_drive(dE, dG)
     receptance = outputs[:, output]
     # The ports' common factor from strain to metres cancels in the comparison.

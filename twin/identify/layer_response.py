@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.linear_model import BaseParameters
-from twin.identify.prediction import Predictor
+from twin.identify.linear_model import LinearParameters
 from twin.identify.receptance import update_receptance
+from twin.identify.residual_model import ResidualModel
 
 __all__ = ["LayerResponse", "layer_response"]
 
@@ -29,24 +29,24 @@ class LayerResponse:
 
     Attributes
     ----------
-    predictor : Predictor
+    predictor : ResidualModel
     omega : ndarray, (f,)
         As the model has them: a wrong sample clock is already taken off.
     R : ndarray, (f, p, p)
         Between all ports, linear attachments included.
     """
 
-    predictor: Predictor
+    residual_model: ResidualModel
     omega: Array
     R: Array
 
     def pick(self, rows: Array) -> LayerResponse:
         """The same at the frequencies `rows`, in that order, repeated ones included."""
-        return LayerResponse(self.predictor, self.omega[rows], self.R[rows])
+        return LayerResponse(self.residual_model, self.omega[rows], self.R[rows])
 
     def with_stiffness(self, ports: slice, k: Array) -> LayerResponse:
         """The same with complex stiffness k (f, q) on `ports`."""
-        return LayerResponse(self.predictor, self.omega, update_receptance(self.R, ports, k))
+        return LayerResponse(self.residual_model, self.omega, update_receptance(self.R, ports, k))
 
     def responses(self, dE: Array, dG: Array) -> tuple[Array, Array, Array]:
         """Responses and their logarithmic sensitivities.
@@ -64,8 +64,8 @@ class LayerResponse:
             d log H / dE and d log H / dG, of the structure's own part of H.
         """
         R, into = self._updated(dE, dG)
-        p = self.predictor.model.ports
-        H = self.predictor.responses(R, self.omega)
+        p = self.residual_model.model.ports
+        H = self.residual_model.responses(R, self.omega)
         drive, outputs = into[:, :, 0], into[:, :, 1 : 1 + p.outputs.stop - p.outputs.start]
         receptance = R[:, p.outputs, p.drive]
         by_E = -np.einsum("fn,fno->fo", drive[:, p.normal[0]], outputs[:, p.normal[0]]) / receptance
@@ -74,7 +74,7 @@ class LayerResponse:
 
     def with_moduli(self, dE: Array, dG: Array) -> Array:
         """Receptances (f, p, p) between all ports with these changes of the moduli, (f,)."""
-        p = self.predictor.model.ports
+        p = self.residual_model.model.ports
         S = np.empty((len(self.omega), p.soft.stop), complex)
         S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
         return update_receptance(self.R, slice(0, p.soft.stop), S)
@@ -82,17 +82,17 @@ class LayerResponse:
     def drive_receptance(self, dE: Array, dG: Array, ports: slice) -> Array:
         """Displacement of `ports` per drive force, (f, q)."""
         R, _ = self._updated(dE, dG)
-        return np.asarray(R[:, ports, self.predictor.model.ports.drive])
+        return np.asarray(R[:, ports, self.residual_model.model.ports.drive])
 
     def by_drive(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """The layer's strains (f, r), normal ones first, and the outputs' displacements (f, o) per drive force."""
         R, into = self._updated(dE, dG)
-        p = self.predictor.model.ports
+        p = self.residual_model.model.ports
         return into[:, :, 0], R[:, p.outputs, p.drive]
 
     def _updated(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """Receptances among drive, outputs and extra ports (others are left zero), and those from there to strains."""
-        p = self.predictor.model.ports
+        p = self.residual_model.model.ports
         count = len(self.omega)
         S = np.empty((count, p.soft.stop), complex)
         S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
@@ -104,7 +104,7 @@ class LayerResponse:
         return R, into
 
 
-def layer_response(predictor: Predictor, base: BaseParameters, omega: Array, time_s: Array) -> LayerResponse:
+def layer_response(residual_model: ResidualModel, base: LinearParameters, omega: Array, time_s: Array) -> LayerResponse:
     """Set up at commanded `omega` (f,) and times since the first step, with the extension's changes of the moduli."""
-    clocked = predictor.clock(omega, time_s)
-    return LayerResponse(predictor, clocked, predictor.receptance(clocked, base, time_s))
+    clocked = residual_model.clock(omega, time_s)
+    return LayerResponse(residual_model, clocked, residual_model.receptance(clocked, base, time_s))

@@ -14,7 +14,7 @@ from scipy.linalg import solve_triangular
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances, hidden_resonances
 from twin.identify.driven_gaps import driven_through
 from twin.identify.gauss_newton import minimise
-from twin.identify.linear_model import DAMPED_MODES, BaseParameters, LinearModel
+from twin.identify.linear_model import DAMPED_MODES, LinearModel, LinearParameters
 from twin.identify.poles import poles_near
 from twin.identify.spectrum import BroadbandRecord
 from twin.structure import rigid_motions
@@ -27,12 +27,19 @@ DAMPING_STD, EACH_DAMPING_STD = 0.5, 0.15
 """Prior of the logarithm of all damping ratios at once, and of each beside the others: what a structure's damping is
 like is known roughly, and one mode far out of line has a cause."""
 WIDE_DETUNING = 0.03
-"""Prior of a detuning while a fit finds its way."""
+"""Prior of a frequency discrepancy while a fit finds its way."""
 LARGEST_ALIGNMENT = 0.2
 """A resonance farther off than this, as a logarithm, is not taken for the model's."""
 ASTRAY, FOUND = 4.0, 2.0
-"""Chi2 per degree of freedom from which on other moduli are tried to begin with, and up to which they are believed."""
-LARGEST_STEP = {"log_E": 0.3, "log_G": 0.3, "loss_E": 0.1, "loss_G": 0.3, "log_zeta": 0.5, "detuning": 0.01}
+"""Chi2 per degree of freedom from which on other moduli are tried to begin with, and up to which they are assumed."""
+LARGEST_STEP = {
+    "log_E": 0.3,
+    "log_G": 0.3,
+    "loss_E": 0.1,
+    "loss_G": 0.3,
+    "log_zeta": 0.5,
+    "frequency_discrepancy": 0.01,
+}
 """Of the base parameters in one step of a fit."""
 ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pair))
 """Logarithms of factors on all joints' E' and G' to begin from."""
@@ -53,39 +60,42 @@ class LinearFit:
         Of the whitened residual.
     history : tuple of float
         Cost at each iteration.
-    believed : BaseParameters
+    assumed : LinearParameters
         Centre of the prior.
     """
 
-    base: BaseParameters
+    base: LinearParameters
     covariance: Real
     chi2_per_dof: float
     history: tuple[float, ...]
-    believed: BaseParameters
+    nominal: LinearParameters
 
 
 def base_prior(
-    believed: BaseParameters, *, detuning_std: float = DETUNING_STD, moduli_std: float = MODULI_STD
+    nominal: LinearParameters, *, frequency_discrepancy_std: float = DETUNING_STD, moduli_std: float = MODULI_STD
 ) -> tuple[Real, Real]:
     """Mean and precision (u, u) of ``base.vector`` before any data: what an experimenter may be wrong about.
 
     Parameters
     ----------
-    detuning_std
+    frequency_discrepancy_std
         Of the natural frequencies' own errors.  A fit that begins with a wide one follows the measured resonances
         whatever is wrong with the model, and tightening it then asks the physical parameters to explain them: a way
         round the false minima that sharp resonances have.
     moduli_std
         Of the logarithms of the layers' E' and G'.
     """
-    blocks = believed.blocks(believed.joints)
-    detuning = np.full(DAMPED_MODES, detuning_std)
-    # The last of these modes lies above the band: nothing measured would hold a wide detuning of it in place.
-    detuning[-1] = min(detuning_std, DETUNING_STD)
+    blocks = nominal.blocks(nominal.joints)
+    frequency_discrepancy = np.full(DAMPED_MODES, frequency_discrepancy_std)
+    # The last of these modes lies above the band: nothing measured would hold a wide frequency discrepancy of it in
+    # place.
+    frequency_discrepancy[-1] = min(frequency_discrepancy_std, DETUNING_STD)
     moduli = {"log_E": moduli_std, "log_G": moduli_std, "loss_E": 0.05, "loss_G": 0.2}
-    covariance = np.diag(blocks.pack(moduli | {"log_zeta": EACH_DAMPING_STD, "detuning": detuning}) ** 2)
+    covariance = np.diag(
+        blocks.pack(moduli | {"log_zeta": EACH_DAMPING_STD, "frequency_discrepancy": frequency_discrepancy}) ** 2
+    )
     covariance[blocks["log_zeta"], blocks["log_zeta"]] += DAMPING_STD**2
-    return believed.vector, np.linalg.inv(covariance)
+    return nominal.vector, np.linalg.inv(covariance)
 
 
 def whiten(covariance: Complex, values: Complex) -> Complex:
@@ -98,19 +108,19 @@ def whiten(covariance: Complex, values: Complex) -> Complex:
 
 def base_bounds(joints: int = 1) -> tuple[Real, Real]:
     """Limits of ``base.vector``: no loss factor is negative, no damping ratio below a hundred-thousandth."""
-    pack = BaseParameters.blocks(joints).pack
+    pack = LinearParameters.blocks(joints).pack
     lower = {"log_E": -np.inf, "log_G": -np.inf, "loss_E": 0.0, "loss_G": 0.0, "log_zeta": np.log(1e-5)}
     upper = {"log_E": np.inf, "log_G": np.inf, "loss_E": 1.0, "loss_G": 3.0, "log_zeta": np.log(0.3)}
-    return pack(lower | {"detuning": -0.3}), pack(upper | {"detuning": 0.3})
+    return pack(lower | {"frequency_discrepancy": -0.3}), pack(upper | {"frequency_discrepancy": 0.3})
 
 
 def fit_linear(
     model: LinearModel,
     data: BinnedResponse,
-    start: BaseParameters,
+    start: LinearParameters,
     *,
-    believed: BaseParameters,
-    detuning_std: float = DETUNING_STD,
+    nominal: LinearParameters,
+    frequency_discrepancy_std: float = DETUNING_STD,
     moduli_std: float = MODULI_STD,
     model_error: float = 0.0,
     iterations: int = 15,
@@ -121,65 +131,65 @@ def fit_linear(
     ----------
     start
         Where to begin.
-    believed
+    assumed
         Centre of the prior.
-    detuning_std, moduli_std
+    frequency_discrepancy_std, moduli_std
         See :func:`base_prior`.
     model_error
         Relative error of the model's responses, beside the data's noise.
     """
     covariance = data.relative_covariance + model_error**2 * np.eye(len(data.channels))
-    mean, precision = base_prior(believed, detuning_std=detuning_std, moduli_std=moduli_std)
+    mean, precision = base_prior(nominal, frequency_discrepancy_std=frequency_discrepancy_std, moduli_std=moduli_std)
     omega = data.omega
 
     def evaluate(vector: Real) -> tuple[Real, Real]:
-        base = BaseParameters.from_vector(vector)
+        base = LinearParameters.from_vector(vector)
         R = model.receptance(omega, base)
         H = model.response(R, omega)
         r = whiten(covariance, np.log(data.H / H)).ravel()
         J = whiten(covariance, model.sensitivity(R, omega, base) / H[:, :, None]).reshape(len(r), -1)
         return np.sqrt(2) * np.concatenate([r.real, r.imag]), np.sqrt(2) * np.vstack([J.real, J.imag])
 
-    largest = believed.blocks(believed.joints).pack(LARGEST_STEP)
+    largest = nominal.blocks(nominal.joints).pack(LARGEST_STEP)
     solution = minimise(
         evaluate,
         start.vector,
         mean=mean,
         precision=precision,
-        bounds=base_bounds(believed.joints),
+        bounds=base_bounds(nominal.joints),
         iterations=iterations,
         largest_step=largest,
     )
     return LinearFit(
-        base=BaseParameters.from_vector(solution.x),
+        base=LinearParameters.from_vector(solution.x),
         covariance=solution.covariance,
         chi2_per_dof=solution.chi2 / max(1, len(solution.residual) - len(mean)),
         history=solution.history,
-        believed=believed,
+        nominal=nominal,
     )
 
 
 def reduce_broadband(
-    model: LinearModel, record: BroadbandRecord, believed: BaseParameters, *, force: str, rounds: int = 3
+    model: LinearModel, record: BroadbandRecord, nominal: LinearParameters, *, force: str, rounds: int = 3
 ) -> tuple[BinnedResponse, LinearFit]:
     """Bin a broadband record and fit the base parameters to it, each round with a better reference.
 
-    The first reference is what is believed, detuned to the resonances that the data show; since bins assume only that
+    The first reference is what is assumed, detuned to the resonances that the data show; since bins assume only that
     the difference to it is smooth away from those, a wrong belief costs accuracy, which the following rounds give back.
-    The detuning stays wide here: what explains the resonances is for later to say.
+    The frequency discrepancy stays wide here: what explains the resonances is for later to say.
     """
     resonances, band = _resonances_and_band(model, record, force)
     told_apart = resonances
-    base = _on_the_resonances(model, believed, resonances)
+    base = _on_the_resonances(model, nominal, resonances)
     upright = signs = np.ones(len(model.outputs))
 
-    def reduced(base: BaseParameters, signs: Real) -> tuple[BinnedResponse, LinearFit]:
+    def reduced(base: LinearParameters, signs: Real) -> tuple[BinnedResponse, LinearFit]:
         response, omega, zeta = _reference(model, base)
         data = _binned(
             model, record, _within(band, (-zeta + 1j) * omega),
             force=force, resonances=told_apart, band=band, reference=lambda omega: signs * response(omega),
         )  # fmt: skip
-        return data, _follow(model, replace(data, H=signs * data.H), base, believed)
+        return data, _follow(model, replace(data, H=signs * data.H), base, nominal)
 
     led_astray = False
     for _ in range(rounds):
@@ -187,47 +197,47 @@ def reduce_broadband(
         if fit.chi2_per_dof > ASTRAY and not led_astray:
             led_astray = True
             # Resonances hardly move with the moduli where the layer is stiff, and shapes do: a false minimum.
-            others = [(data, _elsewhere(model, data, believed, resonances, *f), upright) for f in ELSEWHERE]
+            others = [(data, _elsewhere(model, data, nominal, resonances, *f), upright) for f in ELSEWHERE]
             # Nor does a fit of logarithms find its way out of a wrong sign.
             others += [(*reduced(base, turned), turned) for turned in upright - 2 * np.eye(len(upright))]
             best = min(others, key=lambda other: other[1].chi2_per_dof)
             if best[1].chi2_per_dof < FOUND:
                 data, fit, signs = best
-                believed = fit.believed
+                nominal = fit.nominal
         told_apart = np.concatenate([told_apart, hidden_resonances(data)])
         base = fit.base
     return data, fit
 
 
-def _follow(model: LinearModel, data: BinnedResponse, base: BaseParameters, believed: BaseParameters) -> LinearFit:
-    """A fit that follows the resonances, the moduli held near what is believed."""
+def _follow(model: LinearModel, data: BinnedResponse, base: LinearParameters, nominal: LinearParameters) -> LinearFit:
+    """A fit that follows the resonances, the moduli held near what is assumed."""
     return fit_linear(
-        model, data, base, believed=believed, detuning_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
+        model, data, base, nominal=nominal, frequency_discrepancy_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
     )
 
 
 def _elsewhere(
     model: LinearModel,
     data: BinnedResponse,
-    believed: BaseParameters,
+    nominal: LinearParameters,
     resonances: Real,
     log_normal: float,
     log_shear: float,
 ) -> LinearFit:
     """The same with the moduli held at other values."""
-    there = replace(believed, E=believed.E * np.exp(log_normal), G=believed.G * np.exp(log_shear))
+    there = replace(nominal, E=nominal.E * np.exp(log_normal), G=nominal.G * np.exp(log_shear))
     return _follow(model, data, _on_the_resonances(model, there, resonances), there)
 
 
-def _on_the_resonances(model: LinearModel, base: BaseParameters, resonances: Real) -> BaseParameters:
+def _on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Real) -> LinearParameters:
     """The same, detuned to the resonances that the data show."""
-    return replace(base, detuning=_aligned(_complex_modes(model, base)[0], resonances))
+    return replace(base, frequency_discrepancy=_aligned(_complex_modes(model, base)[0], resonances))
 
 
 def bin_broadband(
     model: LinearModel,
     record: BroadbandRecord,
-    base: BaseParameters,
+    base: LinearParameters,
     *,
     force: str,
     reference: Callable[[Real], Complex],
@@ -287,19 +297,19 @@ def _within(band_Hz: Real, poles: Complex) -> Complex:
 
 
 def _aligned(values: Complex, resonances_Hz: Real) -> Real:
-    """Detunings that put the model's first modes on the measured resonances, where one is near enough."""
+    """Frequency discrepancy that put the model's first modes on the measured resonances, where one is near enough."""
     model_Hz = np.sqrt(values.real[:DAMPED_MODES]) / (2 * np.pi)
-    detuning = np.zeros(DAMPED_MODES)
+    frequency_discrepancy = np.zeros(DAMPED_MODES)
     for r, frequency in enumerate(model_Hz):
         near = [f for f in resonances_Hz if np.argmin(np.abs(np.log(model_Hz / f))) == r]
         if near:
             best = float(near[int(np.argmin(np.abs(np.log(np.array(near) / frequency))))])
             shift = np.log(best / frequency)
-            detuning[r] = shift if abs(shift) < LARGEST_ALIGNMENT else 0.0
-    return detuning
+            frequency_discrepancy[r] = shift if abs(shift) < LARGEST_ALIGNMENT else 0.0
+    return frequency_discrepancy
 
 
-def _complex_modes(model: LinearModel, base: BaseParameters) -> tuple[Complex, Complex]:
+def _complex_modes(model: LinearModel, base: LinearParameters) -> tuple[Complex, Complex]:
     """Squares of the complex frequencies, with joint loss, and shapes with Phi' M Phi = 1, (n,) and (n, n)."""
     s = model.structure
     K = s.K0 + np.zeros((), complex)
@@ -316,14 +326,14 @@ def _complex_modes(model: LinearModel, base: BaseParameters) -> tuple[Complex, C
     return values[order], inverse.T @ (vectors / np.sqrt(np.sum(vectors**2, axis=0)))
 
 
-def _reference(model: LinearModel, base: BaseParameters) -> tuple[Callable[[Real], Complex], Real, Real]:
+def _reference(model: LinearModel, base: LinearParameters) -> tuple[Callable[[Real], Complex], Real, Real]:
     """A fast response function, and its natural frequencies and damping ratios.
 
     Tens of thousands of lines want a sum over complex modes instead of a solution at each; the modal damping acts on
     the complex modes then, a difference far below what a bin leaves free.
     """
     values, Phi = _complex_modes(model, base)
-    values[:DAMPED_MODES] *= 1 + 2 * base.detuning
+    values[:DAMPED_MODES] *= 1 + 2 * base.frequency_discrepancy
     omega_r = np.sqrt(values.real)
     zeta = np.concatenate([base.zeta, model.basis.zeta])[: len(values)]
     zeta = np.concatenate([zeta, np.full(len(values) - len(zeta), zeta[-1])])

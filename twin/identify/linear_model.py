@@ -16,31 +16,31 @@ from numpy.typing import NDArray
 from recordings.quantities import quantity
 from twin.identify.blocks import Blocks
 from twin.identify.receptance import ModalBasis, layer_ports, lowest_modes_basis
-from twin.identify.softened import PortPairs
+from twin.identify.structural_modification import PortPairs
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
-__all__ = ["DAMPED_MODES", "BaseParameters", "LinearModel", "Output", "Ports", "build_linear_model"]
+__all__ = ["DAMPED_MODES", "LinearModel", "LinearParameters", "Output", "Ports", "build_linear_model"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
 
 DAMPED_MODES = 5
-"""Modes whose damping ratios are identified; those above keep what is believed."""
+"""Modes whose damping ratios are identified; those above keep what is assumed."""
 
 
 @dataclass(frozen=True)
-class BaseParameters:
-    """E', G' (N/m2) of each joint, their loss factors, modal damping ratios, and detunings.
+class LinearParameters:
+    """E', G' (N/m2) of each joint, their loss factors, modal damping ratios, and frequency discrepancies.
 
-    A detuning is the relative error of one natural frequency that no parameter of the model explains: discretisation,
-    neglected rotary inertia, a length rounded to tenths of a millimetre.  Its prior is tight.
+    A frequency discrepancy is the relative error of one natural frequency that no parameter of the model explains:
+    discretisation, neglected rotary inertia, a length rounded to tenths of a millimetre.  Its prior is tight.
 
     Attributes
     ----------
     E, G, loss_E, loss_G : ndarray, (j,)
         One for each joint, in the rig's order; a number stands for a single joint's.
-    zeta, detuning : ndarray, (DAMPED_MODES,)
+    zeta, frequency discrepancy : ndarray, (DAMPED_MODES,)
     """
 
     E: Real
@@ -48,7 +48,7 @@ class BaseParameters:
     loss_E: Real
     loss_G: Real
     zeta: Real
-    detuning: Real
+    frequency_discrepancy: Real
 
     def __post_init__(self) -> None:
         for name in ("E", "G", "loss_E", "loss_G"):
@@ -58,7 +58,7 @@ class BaseParameters:
     def blocks(joints: int) -> Blocks:
         """Of :attr:`vector`: the form in which they are identified."""
         layers = [(name, joints) for name in ("log_E", "log_G", "loss_E", "loss_G")]
-        return Blocks((*layers, ("log_zeta", DAMPED_MODES), ("detuning", DAMPED_MODES)))
+        return Blocks((*layers, ("log_zeta", DAMPED_MODES), ("frequency_discrepancy", DAMPED_MODES)))
 
     @property
     def joints(self) -> int:
@@ -69,20 +69,20 @@ class BaseParameters:
     def vector(self) -> Real:
         """All in one vector, see :meth:`blocks`."""
         logs = {"log_E": np.log(self.E), "log_G": np.log(self.G), "log_zeta": np.log(self.zeta)}
-        rest = {"loss_E": self.loss_E, "loss_G": self.loss_G, "detuning": self.detuning}
+        rest = {"loss_E": self.loss_E, "loss_G": self.loss_G, "frequency_discrepancy": self.frequency_discrepancy}
         return self.blocks(self.joints).pack(logs | rest)
 
     @staticmethod
-    def from_vector(vector: Real) -> BaseParameters:
+    def from_vector(vector: Real) -> LinearParameters:
         """Inverse of :attr:`vector`."""
-        part = BaseParameters.blocks((len(vector) - 2 * DAMPED_MODES) // 4).unpack(vector)
-        return BaseParameters(
+        part = LinearParameters.blocks((len(vector) - 2 * DAMPED_MODES) // 4).unpack(vector)
+        return LinearParameters(
             E=np.exp(part["log_E"]),
             G=np.exp(part["log_G"]),
             loss_E=part["loss_E"],
             loss_G=part["loss_G"],
             zeta=np.exp(part["log_zeta"]),
-            detuning=part["detuning"],
+            frequency_discrepancy=part["frequency_discrepancy"],
         )
 
     @property
@@ -168,7 +168,7 @@ class LinearModel:
     def receptance(
         self,
         omega: Real,
-        base: BaseParameters,
+        base: LinearParameters,
         *,
         dE: Complex | float = 0.0,
         dG: Complex | float = 0.0,
@@ -186,14 +186,14 @@ class LinearModel:
             Whether the layer's strains and the modal coordinates are wanted as well, which only sensitivities need;
             NaN without.
         modal
-            Whether the modal coordinates are wanted among these, which only sensitivities to their damping and detuning
-            need; those to the moduli alone come a good deal faster without.
+            Whether the modal coordinates are wanted among these, which only sensitivities to their damping and
+            frequency discrepancy need; those to the moduli alone come a good deal faster without.
 
         Returns
         -------
         ndarray, (f, p, p)
         """
-        basis = self.basis.with_damping(base.zeta, base.detuning)
+        basis = self.basis.with_damping(base.zeta, base.frequency_discrepancy)
         pairs = self._all_pairs if inner and modal else self._outer_pairs
         return pairs.receptance(basis, omega, self.soft_stiffness(omega, base, dE, dG), inner=inner)
 
@@ -207,7 +207,7 @@ class LinearModel:
         count, soft = len(self.ports.rows), self.ports.soft.stop
         return PortPairs.of(self.basis, self.ports.rows, np.r_[:soft, self.ports.drive : count])
 
-    def soft_stiffness(self, omega: Real, base: BaseParameters, dE: Complex | float, dG: Complex | float) -> Complex:
+    def soft_stiffness(self, omega: Real, base: LinearParameters, dE: Complex | float, dG: Complex | float) -> Complex:
         """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
         p = self.ports
         S = np.empty((len(omega), p.soft.stop), complex)
@@ -220,7 +220,7 @@ class LinearModel:
         return S
 
     def output_field(
-        self, omega: Real, base: BaseParameters, dE: Complex, dG: Complex, *, at: NDArray[np.intp], springs: Complex
+        self, omega: Real, base: LinearParameters, dE: Complex, dG: Complex, *, at: NDArray[np.intp], springs: Complex
     ) -> Complex:
         """Displacement of the outputs per unit force on every degree of freedom, (f, o, n).
 
@@ -231,7 +231,7 @@ class LinearModel:
         springs : ndarray, (f, q)
             and the complex stiffness on them.
         """
-        p, basis = self.ports, self.basis.with_damping(base.zeta, base.detuning)
+        p, basis = self.ports, self.basis.with_damping(base.zeta, base.frequency_discrepancy)
         held = np.concatenate([np.arange(p.soft.stop), at])
         outputs = np.arange(len(p.rows))[p.outputs]
         rows = p.rows[np.concatenate([held, outputs])]
@@ -251,13 +251,13 @@ class LinearModel:
         """Frequency responses (f, o) of the outputs per unit drive force, from receptances R."""
         return R[:, self.ports.outputs, self.ports.drive] * self.to_quantity(omega)
 
-    def sensitivity(self, R: Complex, omega: Real, base: BaseParameters) -> Complex:
+    def sensitivity(self, R: Complex, omega: Real, base: LinearParameters) -> Complex:
         """Sensitivities of the responses to ``base.vector``, (f, o, parameters): products of receptances."""
         into, outputs = R[:, :, self.ports.drive], np.arange(R.shape[1])[self.ports.outputs]
         return self.displacement_sensitivity(R, omega, base, outputs, into) * self.to_quantity(omega)[:, :, None]
 
     def displacement_sensitivity(
-        self, R: Complex, omega: Real, base: BaseParameters, ports: NDArray[np.intp], into: Complex
+        self, R: Complex, omega: Real, base: LinearParameters, ports: NDArray[np.intp], into: Complex
     ) -> Complex:
         """Sensitivities of the displacements of q ports to ``base.vector``, (f, q, parameters).
 
@@ -274,7 +274,7 @@ class LinearModel:
         columns = [base.complex_E * E, base.complex_G * G, 1j * base.E * E, 1j * base.G * G]
         modal = -2j * omega[:, None, None] * out[:, :, p.modal] * into[:, None, p.modal]
         omega_r = self.basis.omega[:DAMPED_MODES]
-        shifted = omega_r * np.sqrt(1 + 2 * base.detuning)
+        shifted = omega_r * np.sqrt(1 + 2 * base.frequency_discrepancy)
         detuned = 2 * omega_r**2 + 2j * base.zeta * omega[:, None] * omega_r**2 / shifted
         stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * detuned[:, None, :]
         return np.concatenate([*columns, modal * (base.zeta * shifted), stiffness], axis=2)
@@ -320,10 +320,10 @@ def _one_after_another(rows: list[Real], first: int) -> tuple[tuple[slice, ...],
     return tuple(slice(int(a), int(b)) for a, b in pairwise(ends)), int(ends[-1])
 
 
-def believed_parameters(rig: Rig, preload: str | None = None) -> BaseParameters:
+def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
     moduli = rig.moduli(preload)
     zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
     zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
     E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
-    return BaseParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, np.zeros(DAMPED_MODES))
+    return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, np.zeros(DAMPED_MODES))

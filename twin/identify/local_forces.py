@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.balance_kernel import settle, turn
-from twin.identify.extension import NoiseMotion, NonlinearForce
 from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
+from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
 __all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.extension import Opening
 from twin.identify.joint_law import LayerLaw, spline_basis
+from twin.identify.model_modification import Opening
 from twin.identify.opening_kernel import balance
 
 __all__ = [

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from twin.identify.joint_law import spline_basis
 from twin.identify.layer_motion import LayerMotion, layer_motion
 from twin.identify.layer_response import LayerResponse, layer_response
-from twin.identify.linear_model import BaseParameters
-from twin.identify.prediction import Predictor
+from twin.identify.linear_model import LinearParameters
 from twin.identify.regularisation import LCurve, decompose
+from twin.identify.residual_model import ResidualModel
 from twin.identify.uncertain_base import UncertainBase
 from twin.identify.whitening import LAW_ERROR
 
@@ -121,7 +121,7 @@ class PolynomialProblem:
         Response per force of the reference channel.
     reference : int
         Its place among the outputs.
-    base : BaseParameters
+    base : LinearParameters
     base_covariance : ndarray
         Of ``base.vector``.
     by_base : ndarray, (s, b)
@@ -138,7 +138,7 @@ class PolynomialProblem:
     amplitude_m: Array
     measured: Array
     reference: int
-    base: BaseParameters
+    base: LinearParameters
     base_covariance: Array
     by_base: Array
     guess: tuple[Array, Array]
@@ -146,27 +146,27 @@ class PolynomialProblem:
     left: Array
 
     @staticmethod
-    def of(predictor: Predictor, base: BaseParameters, base_covariance: Array) -> PolynomialProblem:
+    def of(residual_model: ResidualModel, base: LinearParameters, base_covariance: Array) -> PolynomialProblem:
         """All steps of the predictor's evidence, which are about one resonance."""
-        evidence = predictor.evidence
+        evidence = residual_model.evidence
         steps, ref = evidence.steps, evidence.reference
 
         def layer_at(commanded: Array) -> LayerResponse:
-            layer = layer_response(predictor, base, commanded, steps.time_s - evidence.origin_s)
-            if not predictor.extension.nonlinear:
+            layer = layer_response(residual_model, base, commanded, steps.time_s - evidence.origin_s)
+            if not residual_model.modification.nonlinear:
                 return layer
-            ports = predictor.nonlinear_ports
-            amplitude = np.abs(layer.R[:, ports, predictor.model.ports.drive] * steps.force[:, :1])
-            return layer.with_stiffness(ports, predictor.local.equivalent(amplitude, layer.omega))
+            ports = residual_model.nonlinear_ports
+            amplitude = np.abs(layer.R[:, ports, residual_model.model.ports.drive] * steps.force[:, :1])
+            return layer.with_stiffness(ports, residual_model.local.equivalent(amplitude, layer.omega))
 
         X = steps.amplitude_m * (steps.omega / evidence.reference_omega) ** 2
-        left = predictor.normal_left(predictor.step_times)[:, 0]
+        left = residual_model.normal_left(residual_model.step_times)[:, 0]
         measured = steps.response[:, ref, 0] / steps.force[:, 0]
         layer = layer_at(steps.omega)
         guess = _read_off(layer, measured, X, left, ref)
         R = layer.with_moduli(-guess[0] * left + 0j, 1j * guess[1])
-        H = predictor.model.response(R, layer.omega)[:, ref, None]
-        by_base = predictor.model.sensitivity(R, layer.omega, base)[:, ref] / H
+        H = residual_model.model.response(R, layer.omega)[:, ref, None]
+        by_base = residual_model.model.sensitivity(R, layer.omega, base)[:, ref] / H
         motion = layer_motion(layer, layer_at, steps.omega, -guess[0] * left + 0j, 1j * guess[1], output=ref)
         return PolynomialProblem(layer, X, measured, ref, base, base_covariance, by_base, guess, motion, left)
 
@@ -210,7 +210,7 @@ def _read_off(layer: LayerResponse, measured: Array, X: Array, left: Array, refe
 
     Newton's method on the inverse of the response, as in :func:`twin.identify.base_fit.law_from_steps`.
     """
-    E = layer.predictor.moduli[0][0]
+    E = layer.residual_model.moduli[0][0]
     s, loss = np.zeros((2, len(X)))
     for _ in range(READ_OFF_TURNS):
         H, by_E, by_G = layer.responses(-left * s + 0j, 1j * loss)

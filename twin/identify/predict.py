@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence, StepArrays, reference_output
-from twin.identify.extended_rig import ExtendedRig
+from twin.identify.forward_model import ForwardModel
 from twin.identify.held_response import HeldRig
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import DAMPED_MODES, Output, believed_parameters, build_linear_model
+from twin.identify.linear_model import DAMPED_MODES, Output, build_linear_model, nominal_parameters
+from twin.identify.measured_data import MeasuredData, StepArrays, reference_output
 from twin.identify.modal_prediction import ModalResponse
 from twin.identify.whitening import COMMON_ERROR, LAW_ERROR, RATIO_ERROR
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.law_table import layer_table
 from twin.structure.point_law import Curve
 
-__all__ = ["RigPrediction", "RigResponse", "blank_evidence"]
+__all__ = ["RigPrediction", "RigResponse", "blank_data"]
 
 Array = NDArray[Any]
 
@@ -53,14 +53,14 @@ SETTLED = 1e-6
 """Relative disagreement of motion and stiffness that is told."""
 
 
-def blank_evidence(rig: Rig, preload: str | None = None) -> Evidence:
+def blank_data(rig: Rig, preload: str | None = None) -> MeasuredData:
     """A rig with all its response channels and nothing measured: what a prediction stands on."""
     outputs = tuple(Output(s.channel, s.quantity, rig.place_of(s.channel)) for s in rig.response_sensors)
     model = build_linear_model(rig, list(outputs), preload=preload)
     nothing = np.zeros(0)
     none = np.zeros((0, len(outputs), 1))
     steps = StepArrays(nothing, none[:, 0], none[:, 0], none, none, nothing, nothing, nothing, ())
-    return Evidence(
+    return MeasuredData(
         rig=rig,
         preload=rig.preload_name(preload),
         model=model,
@@ -157,7 +157,7 @@ class RigResponse:
     Parameters
     ----------
     evidence
-        As from :func:`blank_evidence`.
+        As from :func:`blank_data`.
     channel
         The one that is held or asked for: that of the file's law, or the response sensor nearest the tip.
     own_harmonics
@@ -169,9 +169,9 @@ class RigResponse:
         If the rig file's law is not what a law of the layer could be.
     """
 
-    def __init__(self, evidence: Evidence, *, channel: str | None = None, own_harmonics: bool = True) -> None:
-        self._rig = ExtendedRig(evidence)
-        base = believed_parameters(evidence.rig, evidence.preload)
+    def __init__(self, evidence: MeasuredData, *, channel: str | None = None, own_harmonics: bool = True) -> None:
+        self._rig = ForwardModel(evidence)
+        base = nominal_parameters(evidence.rig, evidence.preload)
         more_E, more_G = self._rig.moduli_factors
         self._laws = tuple(
             _Law.of(layer_table(evidence.rig, E=float(E), G=float(G), joint=joint))
@@ -235,7 +235,7 @@ class RigResponse:
         linear, at_last, past = (np.abs(value) for value in rig.at_ends_of_law())
         # Where the law has its last values the rig is linear, so that no solution lies above this one.
         top = np.maximum(PAST_LAW * past, 1.2 * most * np.maximum(linear, at_last))
-        if self._rig.extension.nonlinear:
+        if self._rig.modification.nonlinear:
             # Other forces may bring any resonance to the drive's frequency, but lose no less than the linear rig.
             top = np.maximum(top, 1.5 * most * rig.at_resonance())
         bottom = np.maximum(LEAST * top, np.minimum(SMALLEST * top, 0.3 * least * np.minimum(linear, at_last)))

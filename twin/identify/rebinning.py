@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
 from twin.identify.linear_fit import bin_broadband
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.residual_model import ResidualModel
 
 __all__ = ["rebinned"]
 
@@ -27,20 +27,20 @@ LINES_AT_ONCE = 4096
 """Spectral lines whose receptances are held in memory together."""
 
 
-def rebinned(evidence: Evidence, extension: Extension, unknowns: Unknowns) -> Evidence:
+def rebinned(evidence: MeasuredData, modification: ModelModification, baseline: BaselineParameters) -> MeasuredData:
     """The evidence with its broadband runs binned against the extended model."""
-    predictor = Predictor(evidence, extension)
+    residual_model = ResidualModel(evidence, modification)
     anew = []
     for record, data in zip(evidence.records(), evidence.broadband, strict=True):
 
         def reference(omega: Array, data: BinnedResponse = data) -> Array:
-            return _responses(predictor, data, unknowns, omega)
+            return _responses(residual_model, data, baseline, omega)
 
         anew.append(
             bin_broadband(
                 evidence.model,
                 record,
-                unknowns.base,
+                baseline.base,
                 force=evidence.force,
                 reference=reference,
                 resonances_Hz=data.resonances_Hz,
@@ -49,15 +49,17 @@ def rebinned(evidence: Evidence, extension: Extension, unknowns: Unknowns) -> Ev
     return replace(evidence, broadband=tuple(anew))
 
 
-def _responses(predictor: Predictor, data: BinnedResponse, unknowns: Unknowns, omega: Array) -> Array:
+def _responses(
+    residual_model: ResidualModel, data: BinnedResponse, baseline: BaselineParameters, omega: Array
+) -> Array:
     """Responses (f, o) at any omega, as the extended model has them in this run's noise."""
     motion = None
-    if predictor.local.act_in_noise:
-        motion = predictor.noise_motion(*predictor.broadband_receptance(data, unknowns, data.omega), data)
+    if residual_model.local.act_in_noise:
+        motion = residual_model.noise_motion(*residual_model.broadband_receptance(data, baseline, data.omega), data)
     parts = []
     for some in np.array_split(omega, max(1, len(omega) // LINES_AT_ONCE)):
-        R, clocked = predictor.broadband_receptance(data, unknowns, some)
+        R, clocked = residual_model.broadband_receptance(data, baseline, some)
         if motion is not None:
-            R = predictor.in_noise(R, clocked, motion)
-        parts.append(predictor.responses(R, clocked))
+            R = residual_model.in_noise(R, clocked, motion)
+        parts.append(residual_model.responses(R, clocked))
     return np.concatenate(parts)

@@ -49,10 +49,10 @@ class ModalBasis:
     flexibility: Real
     flexibility2: Real
 
-    def with_damping(self, zeta: Real, detuning: Real) -> ModalBasis:
+    def with_damping(self, zeta: Real, frequency_discrepancy: Real) -> ModalBasis:
         """Return the same modes with other damping ratios and relatively shifted frequencies for the first ones."""
         shifted = self.omega.copy()
-        shifted[: len(detuning)] *= np.sqrt(1 + 2 * detuning)
+        shifted[: len(frequency_discrepancy)] *= np.sqrt(1 + 2 * frequency_discrepancy)
         return replace(self, omega=shifted, zeta=np.concatenate([zeta, self.zeta[len(zeta) :]]))
 
     def receptance(self, ports: Real, omega: Real) -> Complex:

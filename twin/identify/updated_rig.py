@@ -1,7 +1,7 @@
-"""A fitted model as a rig file: the believed rig with its identified moduli, damping and joints' laws.
+"""A fitted model as a rig file: the nominal rig with its identified moduli, damping and joints' laws.
 
-A rig file has no place for loss factors and for detunings.  The constant loss of G' is part of the law's loss; what the
-others do is a few hundredths of a per cent of the response.
+A rig file has no place for loss factors and for frequency discrepancies.  The constant loss of G' is part of the
+law's loss; what the others do is a few hundredths of a per cent of the response.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.linear_model import DAMPED_MODES
-from twin.identify.unknowns import Unknowns
+from twin.identify.measured_data import MeasuredData
 from twin.rigs import LayerLawTable, Rig
 from twin.structure import normal_modes
 
@@ -28,7 +28,7 @@ BELOW = 3.0
 """First knot of the fitted law over the file's first one above zero."""
 
 
-def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> Rig:
+def updated_rig(evidence: MeasuredData, baseline: BaselineParameters, solution: Solution) -> Rig:
     """The rig of `evidence` at the preload that was measured, which alone has this law.
 
     Parameters
@@ -38,13 +38,13 @@ def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> R
     solution
         The minimum that they are; the first entries of its vector are those of ``unknowns.vector``.
     """
-    rig, base = evidence.rig, unknowns.base
-    believed = list(rig.damping.modal_ratio)
-    # Modes beyond the list take its last entry, so the believed one must stay the last.
-    relative = np.sqrt(np.diag(solution.covariance))[unknowns.blocks["log_zeta"]]
+    rig, base = evidence.rig, baseline.base
+    nominal = list(rig.damping.modal_ratio)
+    # Modes beyond the list take its last entry, so the assumed one must stay the last.
+    relative = np.sqrt(np.diag(solution.covariance))[baseline.blocks["log_zeta"]]
     damping = rig.damping.model_copy(
         update={
-            "modal_ratio": [*map(float, base.zeta), *(believed[DAMPED_MODES:] or believed[-1:])],
+            "modal_ratio": [*map(float, base.zeta), *(nominal[DAMPED_MODES:] or nominal[-1:])],
             "modal_ratio_std": (relative * base.zeta).tolist(),
         }
     )
@@ -52,15 +52,15 @@ def updated_rig(evidence: Evidence, unknowns: Unknowns, solution: Solution) -> R
     for number, joint in enumerate(rig.joints):
         identified = {"normal_modulus": float(base.E[number]), "shear_modulus": float(base.G[number])}
         moduli = joint.preload[evidence.preload].model_copy(update=identified)
-        law = _law_table(evidence, unknowns, solution, number)
+        law = _law_table(evidence, baseline, solution, number)
         joints.append(joint.model_copy(update={"preload": {evidence.preload: moduli}, "law": law}))
     measured = {name: table for name, table in rig.measured.items() if name == evidence.preload}
     return rig.with_joints(joints).model_copy(update={"damping": damping, "measured": measured})
 
 
-def _law_table(evidence: Evidence, unknowns: Unknowns, solution: Solution, joint: int) -> LayerLawTable:
+def _law_table(evidence: MeasuredData, baseline: BaselineParameters, solution: Solution, joint: int) -> LayerLawTable:
     """Softening and loss with standard deviations of what a response feels: E' - g1, and g2 with mode 1's damping."""
-    law, base, blocks = unknowns.laws[joint], unknowns.base, unknowns.blocks
+    law, base, blocks = baseline.laws[joint], baseline.base, baseline.blocks
     G, loss_G = base.G[joint], base.loss_G[joint]
     opening, slip = _file_knots(law.opening_knots), _file_knots(law.slip_knots)
     seen = len(evidence.steps) > 0
@@ -70,9 +70,9 @@ def _law_table(evidence: Evidence, unknowns: Unknowns, solution: Solution, joint
     by_E, by_loss = np.zeros((len(opening), len(solution.x))), np.zeros((len(slip), len(solution.x)))
     by_E[:, blocks["log_E"].start + joint] = base.E[joint]
     by_loss[:, blocks["log_G"].start + joint], by_loss[:, blocks["loss_G"].start + joint] = G * loss_G, G
-    by_loss[:, blocks["log_zeta"].start] = _loss_of_mode_1(evidence, unknowns, joint)
+    by_loss[:, blocks["log_zeta"].start] = _loss_of_mode_1(evidence, baseline, joint)
     if seen:
-        by_E[:, unknowns.softening(joint)], by_loss[:, unknowns.loss(joint)] = -softens, loses
+        by_E[:, baseline.softening(joint)], by_loss[:, baseline.loss(joint)] = -softens, loses
     return LayerLawTable(
         opening_m=opening.tolist(),
         softening=(softens @ law.softening).tolist(),
@@ -87,9 +87,9 @@ def _file_knots(knots: Array) -> Array:
     return np.concatenate([[0.0], np.geomspace(knots[0] / BELOW, knots[-1], LAW_POINTS)])
 
 
-def _loss_of_mode_1(evidence: Evidence, unknowns: Unknowns, joint: int) -> float:
+def _loss_of_mode_1(evidence: MeasuredData, baseline: BaselineParameters, joint: int) -> float:
     """Loss modulus in shear that is worth the damping ratio of mode 1, N/m2: a sweep tells their sum, not each."""
-    structure, base = evidence.model.structure, unknowns.base
+    structure, base = evidence.model.structure, baseline.base
     modes = normal_modes(structure.M, structure.stiffness(base.E, base.G), 1)
     sheared = float(np.sum((structure.joints[joint].B_G @ modes.Phi[:, 0]) ** 2))
     return float(2 * modes.omega[0] ** 2 / sheared * base.zeta[0])

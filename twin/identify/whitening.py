@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.evidence import StepArrays
+from twin.identify.measured_data import StepArrays
 from twin.structure import Structure
 
 __all__ = ["COMMON_ERROR", "LAW_ERROR", "RATIO_ERROR", "HarmonicResiduals", "step_factor"]
@@ -37,7 +37,7 @@ class HarmonicResiduals:
     field : ndarray, (s, h, o, n)
         Response of the outputs to unit forces on all degrees of freedom of `structure`.
     structure : Structure
-        The model's that they were reduced against: a cause may have given it another mesh than the believed one.
+        The model's that they were reduced against: a cause may have given it another mesh than the assumed one.
     """
 
     orders: Array

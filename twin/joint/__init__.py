@@ -15,24 +15,24 @@ from twin.joint.polynomial import Polynomial
 from twin.joint.registry import known_laws, law_named, load_laws
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
-from twin.joint.slap import Hinges, mayer_gaul, one_sided
-from twin.joint.sliders import Sliders, jenkins
+from twin.joint.slap import PiecewiseLinearContact, mayer_gaul, one_sided
+from twin.joint.sliders import ParallelJenkins, jenkins
 from twin.joint.table import Table, table_from_stiffness
 
 __all__ = [
     "Cubic",
     "FunctionLaw",
-    "Hinges",
     "Law",
     "Linear",
     "NamedLaw",
+    "ParallelJenkins",
     "Parameter",
+    "PiecewiseLinearContact",
     "PointForce",
     "Polynomial",
     "QuadraticDrag",
     "RunningLoss",
     "Saturating",
-    "Sliders",
     "Table",
     "describing_function",
     "iwan",

@@ -14,12 +14,12 @@ import numpy as np
 
 from twin.joint.law import Series, Stiffness
 from twin.joint.masing import masing_stiffness
-from twin.joint.sliders import Sliders
+from twin.joint.sliders import ParallelJenkins
 
 __all__ = ["iwan", "iwan_backbone", "iwan_stiffness"]
 
 
-def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, chi: float = 0.0) -> Sliders:
+def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, chi: float = 0.0) -> ParallelJenkins:
     """The network with a number of sliders, each of which stands for an equal share of the springs.
 
     Parameters
@@ -40,7 +40,7 @@ def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, ch
         raise ValueError(f"an Iwan network needs chi above -1 and a slider at least, got {chi} and {sliders}")
     levels = ((np.arange(sliders) + 0.5) / sliders) ** (1.0 / (chi + 1.0))
     levels *= slip_force_N / levels.sum()
-    return Sliders((stiffness_N_per_m / sliders,) * sliders, tuple(float(level) for level in levels))
+    return ParallelJenkins((stiffness_N_per_m / sliders,) * sliders, tuple(float(level) for level in levels))
 
 
 def iwan_backbone(x: Series, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0) -> Series:

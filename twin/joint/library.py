@@ -20,7 +20,7 @@ from twin.joint.named_law import NamedLaw, Parameter
 from twin.joint.polynomial import Polynomial
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
-from twin.joint.slap import Hinges
+from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.sliders import jenkins
 
 __all__ = ["LIBRARY"]
@@ -59,7 +59,7 @@ def _mayer_gaul(opened: float, closed: float, pressed: float, gap: float) -> Law
     if not opened < closed < pressed:
         raise ValueError("the layer stiffens as it closes: opened < closed < pressed")
     # The contact pressure without its constant part, which the preload is.
-    return Hinges(
+    return PiecewiseLinearContact(
         (opened, -opened, closed, pressed - closed), (0.0, gap, 0.0, -gap), (1, 1, -1, -1)
     )  # fmt: skip
 
@@ -169,7 +169,7 @@ LIBRARY = (
             _length("gap", "deflection beyond which it has lost contact"),
             _modulus("stiffness", "what is lost there"),
         ),
-        make=lambda gap, stiffness: Hinges((-stiffness,), (gap,), (1,)),
+        make=lambda gap, stiffness: PiecewiseLinearContact((-stiffness,), (gap,), (1,)),
     ),
     NamedLaw(
         name="stop",
@@ -178,7 +178,7 @@ LIBRARY = (
             _length("gap", "deflection at which it meets the stop"),
             _modulus("stiffness", "of the stop"),
         ),
-        make=lambda gap, stiffness: Hinges((stiffness,), (gap,), (1,)),
+        make=lambda gap, stiffness: PiecewiseLinearContact((stiffness,), (gap,), (1,)),
     ),
     NamedLaw(
         name="mayer-gaul",

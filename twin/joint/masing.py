@@ -12,14 +12,14 @@ from collections.abc import Callable
 import numpy as np
 
 from twin.joint.law import Series, Stiffness
-from twin.joint.sliders import Sliders
+from twin.joint.sliders import ParallelJenkins
 
 __all__ = ["masing", "masing_of_points", "masing_stiffness"]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 
 
-def masing(backbone: Callable[[Series], Series], *, limit_m: float, sliders: int = 20) -> Sliders:
+def masing(backbone: Callable[[Series], Series], *, limit_m: float, sliders: int = 20) -> ParallelJenkins:
     """The law with a given backbone, straight between so many points.
 
     Parameters
@@ -40,7 +40,7 @@ def masing(backbone: Callable[[Series], Series], *, limit_m: float, sliders: int
     return masing_of_points(x, np.asarray(backbone(x)))
 
 
-def masing_of_points(deflection_m: Series, force_N: Series) -> Sliders:
+def masing_of_points(deflection_m: Series, force_N: Series) -> ParallelJenkins:
     """The law whose backbone is straight between points, the first of them (0, 0); beyond, it keeps its last slope.
 
     Raises
@@ -57,7 +57,7 @@ def masing_of_points(deflection_m: Series, force_N: Series) -> Sliders:
     slip_at = np.append(x[1:-1], np.inf)  # the last spring holds
     kept = k > 1e-12 * slopes[0]
     force = np.where(np.isinf(slip_at), 1e6 * k * x[-1], k * slip_at)
-    return Sliders(tuple(map(float, k[kept])), tuple(map(float, force[kept])))
+    return ParallelJenkins(tuple(map(float, k[kept])), tuple(map(float, force[kept])))
 
 
 def masing_stiffness(amplitude: Series | float, backbone: Callable[[Series], Series]) -> Stiffness:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from twin.joint.law import Law, Series, Stiffness
-from twin.joint.slap import Hinges
+from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.table import Table
 
 __all__ = ["NamedLaw", "Parameter", "PointForce", "Value"]
@@ -91,7 +91,7 @@ class PointForce:
         """What it takes off the modulus where it is softest, N/m2; of a law with memory, where all of it slips."""
         if isinstance(self.law, Table):
             return self.at_rest - float(self.law.tangent.min())
-        if isinstance(self.law, Hinges):
+        if isinstance(self.law, PiecewiseLinearContact):
             return self.at_rest - self.law.least_tangent
         return self.at_rest
 

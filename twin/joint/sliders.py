@@ -11,11 +11,11 @@ from twin.joint.jenkins import jenkins_stiffness, slide
 from twin.joint.kinds import SLIDERS
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["Sliders", "jenkins"]
+__all__ = ["ParallelJenkins", "jenkins"]
 
 
 @dataclass(frozen=True)
-class Sliders:
+class ParallelJenkins:
     """Springs in series with Coulomb sliders, all in parallel; the state is the force in each.
 
     Iwan and Masing laws are such networks; see their files for how they are made, and for their closed forms.
@@ -51,6 +51,6 @@ class Sliders:
         return np.asarray(sum(jenkins_stiffness(amplitude, k, F) for k, F in pairs))
 
 
-def jenkins(stiffness_N_per_m: float, slip_force_N: float) -> Sliders:
+def jenkins(stiffness_N_per_m: float, slip_force_N: float) -> ParallelJenkins:
     """A network of one."""
-    return Sliders((stiffness_N_per_m,), (slip_force_N,))
+    return ParallelJenkins((stiffness_N_per_m,), (slip_force_N,))

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from recordings import InputError, whole_file
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
-from twin.diagnose.extended import extended_rig
+from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.tables import TableDiagnosis
 from twin.lab.shown import Shown
 from twin.rigs import Rig, save_rig
@@ -76,7 +76,7 @@ class DiagnosedRecordings(_Diagnosed):
 
         found = self.diagnosis
         accepted = list(shown_models(found).values())[-1]
-        rig = extended_rig(found.evidence, replace(found.search, model=accepted))
+        rig = updated_rig_file(found.evidence, replace(found.search, model=accepted))
         return LabRig(source=f"{rig.name}, extended", file=rig)
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:

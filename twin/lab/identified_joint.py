@@ -13,9 +13,9 @@ from recordings import Run, whole_file
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.sound_evidence import sound_evidence
-from twin.identify.evidence import Evidence
+from twin.diagnose.sound_data import sound_data
 from twin.identify.identified import Identified, identify_rig
+from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
 from twin.lab.shown import Shown
 from twin.rigs import Rig, foreign_preload, save_rig
@@ -41,13 +41,13 @@ class IdentifiedJoint(Shown):
     ----------
     found : Identified
         Values, covariance, polynomials, residuals.
-    evidence : Evidence
+    evidence : MeasuredData
         The recordings, reduced.
     warnings : tuple of str
     """
 
     found: Identified
-    evidence: Evidence
+    evidence: MeasuredData
     warnings: tuple[str, ...]
 
     @property
@@ -145,7 +145,7 @@ def identify_recordings(
 ) -> IdentifiedJoint:
     """Moduli, damping and joint law from recordings; `source` names the rig in errors."""
     report("reducing the runs to responses")
-    sound = sound_evidence(runs, rig, preload=preload, source=source)
+    sound = sound_data(runs, rig, preload=preload, source=source)
     found = identify_rig(sound.evidence, report=report)
     warnings = left_out_effects(rig.effect)
     warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]

@@ -14,8 +14,8 @@ from recordings import FrequencyTable, InputError, read_table, whole_file
 from twin.diagnose.effects import with_effects
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import update_moduli
-from twin.identify.predict import blank_evidence
-from twin.identify.prediction import Predictor
+from twin.identify.predict import blank_data
+from twin.identify.residual_model import ResidualModel
 from twin.lab.shown import Shown
 from twin.rigs import Rig, save_rig
 from twin.rigs.preloads import known_preload
@@ -45,7 +45,7 @@ class IdentifiedModuli(Shown):
     ----------
     model : Rig
         With the identified moduli.
-    believed : Rig
+    assumed : Rig
     preload : str
     update : FrequencyUpdate
     table : FrequencyTable
@@ -53,7 +53,7 @@ class IdentifiedModuli(Shown):
     """
 
     model: Rig
-    believed: Rig
+    nominal: Rig
     preload: str
     update: FrequencyUpdate
     table: FrequencyTable
@@ -66,7 +66,7 @@ class IdentifiedModuli(Shown):
 
     def tables(self) -> Sequence[Table]:
         """Moduli, and measured and modelled frequencies."""
-        return [moduli_table(self.update, self._believed()), frequency_table(self.update, self._modes())]
+        return [moduli_table(self.update, self._nominal()), frequency_table(self.update, self._modes())]
 
     @property
     def rig(self) -> LabRig:
@@ -83,12 +83,12 @@ class IdentifiedModuli(Shown):
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""
         write_moduli_report(
-            self.update, Path(path), rig=self.believed.name, table=Path(self.table.path).name, modes=self._modes(),
-            believed=self._believed(), warnings=self.warnings, commands=commands,
+            self.update, Path(path), rig=self.nominal.name, table=Path(self.table.path).name, modes=self._modes(),
+            nominal=self._nominal(), warnings=self.warnings, commands=commands,
         )  # fmt: skip
 
     def plot_errors(self) -> Figure:
-        """Relative errors of the frequencies, as believed and as identified."""
+        """Relative errors of the frequencies, as assumed and as identified."""
         return errors_figure(self.update, self._modes())
 
     def to_dict(self) -> dict[str, Any]:
@@ -108,8 +108,8 @@ class IdentifiedModuli(Shown):
     def _modes(self) -> list[int]:
         return [int(mode) for mode in self.table.mode]
 
-    def _believed(self) -> dict[str, float]:
-        moduli = self.believed.moduli(self.preload)[0]
+    def _nominal(self) -> dict[str, float]:
+        moduli = self.nominal.moduli(self.preload)[0]
         return {f"{key}[{self.preload}]": getattr(moduli, key) for key in ("normal_modulus", "shear_modulus")}
 
 
@@ -131,7 +131,7 @@ def identify_moduli(path: str | Path, rig: Rig, *, source: str, preload: str | N
     if (state := table.preload[0]) and preload not in (None, state):
         raise InputError("--preload", "", f"is {preload}, {path} holds {state}")
     name = known_preload(rig, preload or state or None)
-    structure = Predictor(with_effects(blank_evidence(rig, name), source=source)).model.structure
+    structure = ResidualModel(with_effects(blank_data(rig, name), source=source)).model.structure
     for effect in rig.effect:
         if effect.cause == "added-mass":
             position, mass = effect.parameters["position_m"], effect.parameters["mass_kg"]
@@ -153,6 +153,6 @@ def identify_moduli(path: str | Path, rig: Rig, *, source: str, preload: str | N
         update={key: float(update.values[f"{key}[{name}]"]) for key in ("normal_modulus", "shear_modulus")}
     )
     return IdentifiedModuli(
-        model=rig.with_moduli(name, [moduli]), believed=rig, preload=name, update=update, table=table,
+        model=rig.with_moduli(name, [moduli]), nominal=rig, preload=name, update=update, table=table,
         warnings=tuple(warnings),
     )  # fmt: skip

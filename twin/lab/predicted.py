@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from recordings import InputError
 from twin.diagnose.effects import left_out_effects, with_effects
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
-from twin.identify.predict import RigPrediction, RigResponse, blank_evidence
+from twin.identify.predict import RigPrediction, RigResponse, blank_data
 from twin.lab.shown import Shown
 from twin.rigs import LawTable, Rig
 from twin.rigs.beam import BeamRig
@@ -115,7 +115,7 @@ def predict_response(
         return PredictedResponse(response=predict(rig.law, frequency, level), given=name, warnings=())
     if isinstance(rig, BeamRig):
         raise InputError(source, "kind", "is a beam alone", "a prediction needs a rig with drive and sensors")
-    evidence = blank_evidence(rig, known_preload(rig, preload))
+    evidence = blank_data(rig, known_preload(rig, preload))
     law = rig.joints[0].law if rig.joints else None
     if isinstance(law, LawTable) and law.channel not in evidence.channels:
         raise InputError(

@@ -17,7 +17,7 @@ from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Shown
 from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
 from twin.rehearsal import (
-    Believed,
+    NominalRig,
     Rehearsed,
     branch_tables,
     open_twin,
@@ -189,12 +189,12 @@ def _rehearsed(
 ) -> RehearsedProcedure:
     report("predicting the branches")
     branches = branch_tables(rig, preload=preload, procedure=asked)
-    believed = Believed.of(rig, preload=preload, branches=branches)
+    nominal = NominalRig.of(rig, preload=preload, branches=branches)
     report("rehearsing")
-    first = rehearse(asked, first_bench, folder / "run.mcap", believed=believed)
+    first = rehearse(asked, first_bench, folder / "run.mcap", nominal=nominal)
     better = None
     if rounds:
         report("improving the procedure")
-        better = rehearse_until_clear(first, bench, folder / "improved.mcap", believed=believed, rounds=rounds)
+        better = rehearse_until_clear(first, bench, folder / "improved.mcap", nominal=nominal, rounds=rounds)
     result = result_table(first, better, procedure=named, rig=rig, preload=preload, seed=seed, branches=branches)
     return RehearsedProcedure(first=first, better=better, result=result)

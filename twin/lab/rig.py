@@ -43,7 +43,7 @@ def _silent(_: str) -> None:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class LabRig(Shown):
-    """What is believed of a rig.
+    """What is assumed of a rig.
 
     Attributes
     ----------

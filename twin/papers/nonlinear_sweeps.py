@@ -18,9 +18,9 @@ from twin.bench import open_bench
 from twin.demo import broadband, planned_sweeps, resonance
 from twin.demo.plan import BROADBAND, SWEEPS
 from twin.diagnose.effects import with_effects
-from twin.identify.evidence import Evidence, gather_evidence
 from twin.identify.force_levels import Polynomials
 from twin.identify.identified import identify_rig
+from twin.identify.measured_data import MeasuredData, gather_data
 from twin.papers.reproduction import NonlinearSweeps
 from twin.papers.tables import Law, Study, Sweeps
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
@@ -71,7 +71,7 @@ def rig_with_law(rig: Rig, sweeps: Sweeps, preload: str) -> Rig:
     return rig.with_joints([rig.joints[0].model_copy(update={"law": table})])
 
 
-def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evidence:
+def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> MeasuredData:
     """A broadband run and the sweeps about the resonance that it shows, recorded to MCAP, read back and reduced."""
     true = rig_with_law(rig, sweeps, preload)
     with tempfile.TemporaryDirectory(prefix="twin-papers-") as temporary:
@@ -93,7 +93,7 @@ def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> Evide
         guards = {sensor.channel: HEADROOM * sensor.range for sensor in rig.sensors}
         limits = planned.limits.model_copy(update={"peak": guards})
         record(SWEEPS, planned.model_copy(update={"amplitudes": sweeps.forces_N, "limits": limits}), seed + 1)
-        return gather_evidence([noise, read_run(folder / SWEEPS)], rig, preload=preload)
+        return gather_data([noise, read_run(folder / SWEEPS)], rig, preload=preload)
 
 
 def _residuals(sweeps: Sweeps, preload: str, found: Polynomials) -> dict[str, dict[str, float]]:

@@ -11,20 +11,20 @@ import numpy as np
 from twin.identify.eigensensitivity import FrequencyUpdate, Parameter
 from twin.identify.identifiability import profile_likelihood
 from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
-from twin.papers.reproduction import Candidate, Reproduction, describe_update
+from twin.papers.reproduction import FittedModel, Reproduction, describe_update
 from twin.papers.tables import load_study, percent_error
 from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
 from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
 from twin.structure.shear_change import shear_change
 
-__all__ = ["believed_rig", "reproduce_steel_lap_joint"]
+__all__ = ["nominal_rig", "reproduce_steel_lap_joint"]
 
 RELATIVE_STD = 1e-3
 """Assumed of every printed frequency: bolted joints repeat to about 0.1 %, ten times the print's rounding."""
 
 LIGHT_SENSOR_KG = 0.002
-"""Mass of an ordinary miniature accelerometer, believed of both before the data are asked."""
+"""Mass of an ordinary miniature accelerometer, assumed of both before the data are asked."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class SteelUpdate:
     update: FrequencyUpdate
 
 
-def believed_rig() -> LapJointRig:
+def nominal_rig() -> LapJointRig:
     """The shipped rig with two light accelerometers instead of the inferred masses."""
     rig = load_rig("steel-lap-joint")
     assert isinstance(rig, LapJointRig)
@@ -46,7 +46,7 @@ def believed_rig() -> LapJointRig:
 
 def reproduce_steel_lap_joint() -> Reproduction:
     """Table 1 of the paper beside this project's, with the causes that were tried."""
-    study, rig = load_study("steel-lap-joint"), believed_rig()
+    study, rig = load_study("steel-lap-joint"), nominal_rig()
     structure, measured = assemble(rig), _measured(rig)
     base = update_moduli(rig, measured, relative_std=RELATIVE_STD, structure=structure)
     places = (rig.length, rig.length - rig.upper.length / 2, rig.drive.position)
@@ -91,14 +91,15 @@ def reproduce_steel_lap_joint() -> Reproduction:
             f"{key}[{n}]": value for n, c in study.condition.items() for key, value in c.published.items()
         },
         causes=[{"cause": best.cause, "parameters": best.parameters}],
-        candidates=[_candidate("none", {}, base)] + [_candidate(t.cause, t.parameters, t.update) for t in tried],
+        fitted_models=[_fitted_model("none", {}, base)]
+        + [_fitted_model(t.cause, t.parameters, t.update) for t in tried],
         identifiability=describe_update(update, profiles),
         assumed_std_percent=100 * RELATIVE_STD,
         notes=list(study.note),
         details={
             "four_frequencies_of_one_preload": four,
             "element_choice": _elements(rig, structure),
-            "believed_sensor_mass_kg": LIGHT_SENSOR_KG,
+            "nominal_sensor_mass_kg": LIGHT_SENSOR_KG,
             "gain_rms_percent": {"before": base.rms_percent, "after": update.rms_percent},
         },
     )
@@ -127,8 +128,8 @@ def _measured(rig: Rig) -> dict[str, list[float]]:
     return {preload: table.natural_frequencies for preload, table in rig.measured.items()}
 
 
-def _candidate(cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate) -> Candidate:
-    return Candidate(
+def _fitted_model(cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate) -> FittedModel:
+    return FittedModel(
         cause, parameters, len(update.names), update.chi2, update.bic, update.rms_percent, update.worst_percent
     )
 

@@ -67,7 +67,7 @@ def jumping_steps(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[int
     """Numbers i of the steps over which, from i to i + 1, the response leaves one branch for another.
 
     Those where the branch folds, as far as it is known, and those whose phase turns farther than any linear resonance
-    of the believed width can.
+    of the assumed width can.
     """
     turns = phase_steps(rehearsal, steps)
     if not turns:

@@ -1,4 +1,4 @@
-"""What a rehearsal knows: the procedure, what came of it, and what is believed of the rig."""
+"""What a rehearsal knows: the procedure, what came of it, and what is assumed of the rig."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class SweepSummary:
 class Rehearsal:
     """A procedure that was run on the twin.
 
-    `damping_ratio` is what is believed of the least damped mode in question, `bits` the converter's word length; None
+    `damping_ratio` is what is assumed of the least damped mode in question, `bits` the converter's word length; None
     where nothing is known.  `drive_limits` are the largest values that its drive lets some channels have.
     `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
     """

@@ -23,14 +23,14 @@ from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.gather import gathered
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-from twin.rigs import Rig, believed_rig_file, preload_record
+from twin.rigs import Rig, nominal_rig_file, preload_record
 
-__all__ = ["Believed", "Rehearsed", "judge", "open_twin", "rehearse", "rehearse_until_clear"]
+__all__ = ["NominalRig", "Rehearsed", "judge", "open_twin", "rehearse", "rehearse_until_clear"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Believed:
-    """What is believed of the rig beside its samples, and what the recording should say of it.
+class NominalRig:
+    """What is assumed of the rig beside its samples, and what the recording should say of it.
 
     Attributes
     ----------
@@ -57,11 +57,11 @@ class Believed:
     branches: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
-    def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> Believed:
+    def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> NominalRig:
         """What the rig's file says, at one of its preloads, and the branches predicted from it."""
         return cls(
             rig_name=rig.name,
-            rig_file=believed_rig_file(rig),
+            rig_file=nominal_rig_file(rig),
             preload=preload_record(preload),
             damping_ratio=min(rig.damping.modal_ratio),
             bits=rig.acquisition.bits,
@@ -126,7 +126,7 @@ def rehearse(
     source: SampleSource,
     recording: Path,
     *,
-    believed: Believed,
+    nominal: NominalRig,
     progress: Callable[[float], None] | None = None,
     on_step: Callable[[StepResult], None] | None = None,
     watch: Callable[[Acquisition, RunSink], tuple[Acquisition, RunSink]] | None = None,
@@ -141,7 +141,7 @@ def rehearse(
         The bench, or any other source; at rest.
     recording
         The MCAP to write; replaced if it exists.
-    believed
+    assumed
         Of the rig.
     progress, on_step
         As for :func:`twin.procedures.run_procedure`.
@@ -158,13 +158,13 @@ def rehearse(
     info = {
         "source": "simulated",
         "stored": procedure.store,
-        "rig": believed.rig_name,
+        "rig": nominal.rig_name,
         "procedure": procedure.procedure,
-        **believed.preload,
+        **nominal.preload,
     }
     attachments: Mapping[str, bytes] = {"procedure.toml": dump_procedure(procedure)}
-    if believed.rig_file:
-        attachments = {"rig.toml": believed.rig_file, **attachments}
+    if nominal.rig_file:
+        attachments = {"rig.toml": nominal.rig_file, **attachments}
     with RunWriter(
         recording, info=info, channels=list(source.channels), attachments=attachments, overwrite=True
     ) as writer:
@@ -182,10 +182,10 @@ def rehearse(
         procedure=procedure,
         result=result,
         channels={channel.name: channel for channel in source.channels},
-        damping_ratio=believed.damping_ratio,
-        bits=believed.bits,
-        drive_limits=believed.drive_limits,
-        branches=believed.branches,
+        damping_ratio=nominal.damping_ratio,
+        bits=nominal.bits,
+        drive_limits=nominal.drive_limits,
+        branches=nominal.branches,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
 
@@ -195,7 +195,7 @@ def rehearse_until_clear(
     make_source: Callable[[], SampleSource],
     recording: Path,
     *,
-    believed: Believed,
+    nominal: NominalRig,
     rounds: int = 5,
     progress: Callable[[float], None] | None = None,
     on_step: Callable[[StepResult], None] | None = None,
@@ -211,7 +211,7 @@ def rehearse_until_clear(
         Gives a fresh rig at rest for every round.
     recording
         The MCAP of the last round.
-    believed, progress, on_step
+    assumed, progress, on_step
         As for :func:`rehearse`.
     rounds
         At most so many improvements.
@@ -235,6 +235,6 @@ def rehearse_until_clear(
         if on_round is not None:
             on_round(better)
         latest = current = rehearse(
-            better, make_source(), recording, believed=believed, progress=progress, on_step=on_step
+            better, make_source(), recording, nominal=nominal, progress=progress, on_step=on_step
         )
     return latest

@@ -13,7 +13,7 @@ __all__ = ["transient_left"]
 def transient_left(rehearsal: Rehearsal, step: StepResult, before: StepResult | None) -> float:
     """What part of a measured response is transient, as far as the measurement shows.
 
-    A step that settled by the data is believed.  Otherwise the drift between the halves of the measurement tells: with
+    A step that settled by the data is assumed.  Otherwise the drift between the halves of the measurement tells: with
     the time constant tau, deviations averaged over the halves of T differ by a known part of their mean.  A
     measurement too short to have halves is judged by how far the response had to go.
     """

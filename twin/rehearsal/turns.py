@@ -36,7 +36,7 @@ def phase_steps(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[float
 
 
 def steepest_linear(rehearsal: Rehearsal, steps: Sequence[StepResult], index: int) -> float:
-    """The most that a linear resonance of the believed width can turn from one step to the next, with a margin."""
+    """The most that a linear resonance of the assumed width can turn from one step to the next, with a margin."""
     gap_Hz = abs(steps[index + 1].frequency_Hz - steps[index].frequency_Hz)
     half_Hz = rehearsal.half_width_Hz(steps[index].frequency_Hz)
     return 2 * math.degrees(math.atan(gap_Hz / (2 * half_Hz))) + MARGIN_DEGREES

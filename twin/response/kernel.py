@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from twin.joint.kernel import COMPILED
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
-from twin.response.alternation import alternate, alternate_pair, running
+from twin.response.aft import alternate, alternate_pair, running
 from twin.response.system import System
 
 __all__ = ["drive_slope", "forces", "residual", "rounding"]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
-from twin.response.alternation import alternate_numpy, alternate_pair_numpy, running
+from twin.response.aft import alternate_numpy, alternate_pair_numpy, running
 from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
 from twin.response.kernel import ROUNDING
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED

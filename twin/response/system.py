@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from twin.bench.build import Built
 from twin.bench.linear import Poles
-from twin.response.alternation import fourier_basis
+from twin.response.aft import fourier_basis
 
 __all__ = ["System", "system_of", "transfer"]
 
@@ -37,7 +37,7 @@ class System(NamedTuple):
     kind, coordinate, auxiliary, scale, parameters
         Elements, as in :class:`twin.bench.marching.Elements`.
     basis : ndarray, (n, samples)
-        See :func:`twin.response.alternation.fourier_basis`.
+        See :func:`twin.response.aft.fourier_basis`.
     """
 
     twice_real: Matrix

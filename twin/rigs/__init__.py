@@ -15,7 +15,7 @@ from twin.rigs.layout import (
 )
 from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, preload_record, recorded_preload
 from twin.rigs.rig import Rig
-from twin.rigs.store import RIG_FILES, believed_rig_file, load_rig, parse_rig, save_rig
+from twin.rigs.store import RIG_FILES, load_rig, nominal_rig_file, parse_rig, save_rig
 from twin.rigs.structure_rig import StructureRig
 from twin.rigs.tables import Effect, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Transducer
 
@@ -42,11 +42,11 @@ __all__ = [
     "ThinLayer",
     "Tie",
     "Transducer",
-    "believed_rig_file",
     "foreign_preload",
     "known_preload",
     "load_rig",
     "nearest_preload",
+    "nominal_rig_file",
     "parse_rig",
     "preload_record",
     "recorded_preload",

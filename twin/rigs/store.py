@@ -13,7 +13,7 @@ from twin.rigs.lap_joint import LapJointRig
 from twin.rigs.rig import Rig
 from twin.rigs.structure_rig import StructureRig
 
-__all__ = ["RIG_FILES", "believed_rig_file", "load_rig", "parse_rig", "save_rig"]
+__all__ = ["RIG_FILES", "load_rig", "nominal_rig_file", "parse_rig", "save_rig"]
 
 RIG_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped rigs by name."""
@@ -54,7 +54,7 @@ def save_rig(rig: Rig, path: Path) -> None:
     path.write_bytes(_toml(rig.named_from(path.parent) if isinstance(rig, StructureRig) else rig))
 
 
-def believed_rig_file(rig: Rig) -> bytes:
+def nominal_rig_file(rig: Rig) -> bytes:
     """The rig's file as a recording carries it: without its effects, of which a recording says nothing."""
     return _toml(rig.model_copy(update={"effect": []}))
 

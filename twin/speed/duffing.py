@@ -18,7 +18,7 @@ from twin.bench.linear import LinearRig, Poles, to_poles
 from twin.bench.marching import Elements
 from twin.joint import Cubic
 from twin.response import HarmonicBalance
-from twin.speed.measured import Measured, MissingRivalError, side_by_side
+from twin.speed.measured import Measured, MissingRivalError, parallel_map
 
 __all__ = ["duffing"]
 
@@ -77,7 +77,7 @@ def duffing() -> Measured:
             sizes.append(amplitude[0])
         return np.array(sizes)
 
-    mine, other = side_by_side(ours, theirs, repeats=3)
+    mine, other = parallel_map(ours, theirs, repeats=3)
     found, expected = ours(), theirs()
     points = len(OMEGA)
     return Measured(

@@ -12,11 +12,11 @@ from scipy.linalg import solve_banded
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
-from twin.identify.softened import softened_receptance_numpy
-from twin.identify.unknowns import BaseParameters
+from twin.identify.baseline_parameters import LinearParameters
+from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.structural_modification import softened_receptance_numpy
 from twin.rigs import load_rig
-from twin.speed.measured import Measured, side_by_side
+from twin.speed.measured import Measured, parallel_map
 
 __all__ = ["SofteningSweep", "banded_model", "equivalent_linear_sweep", "in_bands", "receptances", "softening_sweep"]
 
@@ -29,7 +29,7 @@ class SofteningSweep:
 
     model: LinearModel
     omega: Array
-    base: BaseParameters
+    base: LinearParameters
     dE: Array
 
 
@@ -40,7 +40,7 @@ def softening_sweep(count: int = 400) -> SofteningSweep:
     """
     rig = load_rig("steel-lap-joint")
     model = build_linear_model(rig, [Output("acc2", "acceleration", rig.layout().place(rig.length))])
-    base = replace(believed_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
+    base = replace(nominal_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
     omega = 2 * np.pi * np.linspace(20.0, 32.0, count)
     return SofteningSweep(model, omega, base, -np.linspace(0.0, base.E[0] / 3, count))
 
@@ -88,7 +88,7 @@ def equivalent_linear_sweep() -> Measured:
         R = model.receptance(sweep.omega, base, dE=sweep.dE[:, None], inner=False)
         return R[:, model.ports.outputs.start, model.ports.drive]
 
-    mine, other = side_by_side(ours, full, ours_each=20)
+    mine, other = parallel_map(ours, full, ours_each=20)
     return Measured(ratio=other / mine, promise=40, against="the banded full model", error=_difference(ours(), full()))
 
 
@@ -96,7 +96,7 @@ def receptances() -> Measured:
     """All receptances that sensitivities need, compiled, against the plain numpy twin."""
     sweep = softening_sweep()
     model, base = sweep.model, sweep.base
-    basis = model.basis.with_damping(base.zeta, base.detuning)
+    basis = model.basis.with_damping(base.zeta, base.frequency_discrepancy)
     S = model.soft_stiffness(sweep.omega, base, sweep.dE[:, None], 0.0)
 
     def plain() -> Array:
@@ -105,7 +105,7 @@ def receptances() -> Measured:
     def ours() -> Array:
         return model.receptance(sweep.omega, base, dE=sweep.dE[:, None])
 
-    mine, other = side_by_side(ours, plain)
+    mine, other = parallel_map(ours, plain)
     return Measured(ratio=other / mine, promise=None, against="plain numpy", error=_difference(ours(), plain()))
 
 

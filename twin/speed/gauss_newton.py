@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.speed.equivalent_linear import banded_model, softening_sweep
-from twin.speed.measured import Measured, side_by_side
+from twin.speed.measured import Measured, parallel_map
 
 __all__ = ["gauss_newton_step"]
 
@@ -68,7 +68,7 @@ def gauss_newton_step() -> Measured:
         J, r = (by / at[:, None]) * start, np.log(measured / at)
         return np.linalg.lstsq(np.vstack([J.real, J.imag]), np.concatenate([r.real, r.imag]), rcond=None)[0]
 
-    mine, other = side_by_side(lambda: step(analytic), lambda: step(differences), repeats=3, ours_each=10)
+    mine, other = parallel_map(lambda: step(analytic), lambda: step(differences), repeats=3, ours_each=10)
     (at, ours), (_, theirs) = analytic(), differences()
     scale = np.abs(theirs * start / at[:, None]).max()
     error = float(np.abs((ours - theirs) * start / at[:, None]).max() / scale)

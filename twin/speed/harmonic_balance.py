@@ -11,7 +11,7 @@ from twin.bench.build import Built
 from twin.joint import iwan
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, load_rig
-from twin.speed.measured import Measured, least_seconds, side_by_side
+from twin.speed.measured import Measured, least_seconds, parallel_map
 
 __all__ = ["balance", "ten_sliders"]
 
@@ -47,6 +47,6 @@ def _beside_its_twin(built: Built, *, harmonics: int, samples: int) -> tuple[flo
     """Ratio of times for one point, and the largest difference of a channel's harmonic."""
     fast = HarmonicBalance(built, harmonics=harmonics, samples=samples)
     slow = HarmonicBalance(built, harmonics=harmonics, samples=samples, kernel="numpy")
-    quick, plain = side_by_side(*(partial(one.solve, 26.6, 1.0) for one in (fast, slow)), repeats=3)
+    quick, plain = parallel_map(*(partial(one.solve, 26.6, 1.0) for one in (fast, slow)), repeats=3)
     a, b = (one.solve(26.6, 1.0).channels for one in (fast, slow))
     return plain / quick, float(np.abs(a - b).max() / np.abs(b).max())

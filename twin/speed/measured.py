@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["Measured", "MissingRivalError", "least_seconds", "side_by_side"]
+__all__ = ["Measured", "MissingRivalError", "least_seconds", "parallel_map"]
 
 
 class MissingRivalError(Exception):
@@ -53,7 +53,7 @@ def least_seconds(work: Callable[[], Any], repeats: int) -> float:
     return min(_seconds(work) for _ in range(repeats))
 
 
-def side_by_side(
+def parallel_map(
     ours: Callable[[], Any], other: Callable[[], Any], *, repeats: int = 5, ours_each: int = 5
 ) -> tuple[float, float]:
     """Shortest times of two works that take turns, so that a busy moment of the machine meets both.

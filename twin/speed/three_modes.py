@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
-from twin.identify.evidence import HARMONICS, Evidence, StepArrays
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw, choose_knots
-from twin.identify.linear_model import Output, believed_parameters, build_linear_model
-from twin.identify.prediction import Linearisation, Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
+from twin.identify.residual_model import Linearisation, ResidualModel
 from twin.rigs import load_rig
 from twin.speed.equivalent_linear import in_bands
-from twin.speed.measured import Measured, side_by_side
+from twin.speed.measured import Measured, parallel_map
 from twin.structure import layer_points
 
 __all__ = ["gauss_newton_three_modes"]
@@ -43,34 +43,34 @@ SETTLED = 1e-9
 
 def gauss_newton_three_modes() -> Measured:
     """Three modes, three levels, 41 steps: residual and sensitivities to 44 unknowns."""
-    evidence, unknowns = _sweeps()
-    free = Predictor(evidence)
-    receptance = free.receptance(evidence.steps.omega, unknowns.base, free.step_times, inner=False, points=True)
-    found = free.local.balance(unknowns.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
+    evidence, baseline = _sweeps()
+    free = ResidualModel(evidence)
+    receptance = free.receptance(evidence.steps.omega, baseline.base, free.step_times, inner=False, points=True)
+    found = free.local.balance(baseline.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    predictor = Predictor(evidence, held=Linearisation(np.array(factor), found, None, None, (), ()))
+    residual_model = ResidualModel(evidence, held=Linearisation(np.array(factor), found, None, None, (), ()))
     full = _BandedRig(evidence, np.abs(found.motion))
 
-    law = np.arange(len(unknowns.blocks))[unknowns.of_laws]
-    columns, x = np.concatenate([np.arange(LINEAR), law]), unknowns.vector
+    law = np.arange(len(baseline.blocks))[baseline.of_laws]
+    columns, x = np.concatenate([np.arange(LINEAR), law]), baseline.vector
 
     def ours() -> Array:
-        return predictor.evaluate(unknowns).jacobian[:, columns]
+        return residual_model.evaluate(baseline).jacobian[:, columns]
 
     def one() -> Array:
-        return full.log_response(unknowns)
+        return full.log_response(baseline)
 
     # Differences take as many responses as there are unknowns, and one: each is the same work.
-    mine, other = side_by_side(ours, one, repeats=1, ours_each=10)
+    mine, other = parallel_map(ours, one, repeats=1, ours_each=10)
     other *= 1 + len(columns)
     J, at = ours(), one()
-    unit = np.where(np.arange(len(columns)) < LINEAR, 1.0, unknowns.base.E[0])
+    unit = np.where(np.arange(len(columns)) < LINEAR, 1.0, baseline.base.E[0])
     errors = []
     for column in np.linspace(0, len(columns) - 1, COMPARED).astype(int):
         moved = x.copy()
         moved[columns[column]] += CHANGE * unit[column]
-        difference = (full.log_response(unknowns.with_vector(moved)) - at) / CHANGE
+        difference = (full.log_response(baseline.with_vector(moved)) - at) / CHANGE
         errors.append(float(np.linalg.norm(J[:, column] * unit[column] - difference)))
     return Measured(
         ratio=other / mine, promise=100, against="finite differences on the banded full model",
@@ -79,12 +79,12 @@ def gauss_newton_three_modes() -> Measured:
     )  # fmt: skip
 
 
-def _sweeps() -> tuple[Evidence, Unknowns]:
+def _sweeps() -> tuple[MeasuredData, BaselineParameters]:
     """Sweeps of the steel rig whose tip moves as a resonance would make it; their forces do not matter here."""
     rig = load_rig("steel-lap-joint")
     outputs = (Output("acc2", "acceleration", rig.layout().place(rig.length)),)
     model = build_linear_model(rig, list(outputs))
-    base = replace(believed_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
+    base = replace(nominal_parameters(rig), loss_E=np.array([0.02]), loss_G=np.array([0.05]), zeta=np.full(5, 1e-12))
     shape = 1.0 / np.sqrt(1.0 + np.linspace(-4.0, 4.0, STEPS) ** 2)
     omega = np.concatenate(
         [w * np.tile(np.linspace(0.98, 1.01, STEPS), len(LEVELS)) for w in model.basis.omega[:MODES]]
@@ -96,20 +96,20 @@ def _sweeps() -> tuple[Evidence, Unknowns]:
         omega, force, np.full(force.shape, 1e-8), response, np.full(response.shape, 1e-8), tip,
         np.zeros(len(omega)), np.zeros(len(omega)), (),
     )  # fmt: skip
-    evidence = Evidence(
+    evidence = MeasuredData(
         rig=rig, preload=rig.preload_name(None), model=model, outputs=outputs, force="force", reference=0,
         broadband=(), steps=steps, unsettled=(), linear=None, runs=(),
     )  # fmt: skip
     vars(evidence)["origin_s"] = 0.0  # there is no recording to begin
     opening, slip = choose_knots(np.geomspace(1e-8, 1e-5, 50), KNOTS), choose_knots(np.geomspace(1e-8, 2e-6, 50), KNOTS)
     law = LayerLaw(opening, slip, 0.5 * base.E * opening / (opening + 1e-6), 4.0 * base.G * slip**2 / (slip**2 + 1e-12))
-    return evidence, Unknowns(base, (law,))
+    return evidence, BaselineParameters(base, (law,))
 
 
 class _BandedRig:
     """The rig's full matrices in bands, with what the law makes of the layer's points at each step."""
 
-    def __init__(self, evidence: Evidence, amplitude: Array) -> None:
+    def __init__(self, evidence: MeasuredData, amplitude: Array) -> None:
         model, self.steps = evidence.model, evidence.steps
         s = model.structure
         points = layer_points(s, evidence.rig.joints[0].layer_elements)
@@ -119,9 +119,9 @@ class _BandedRig:
         self.load, self.read = (model.ports.rows[row][order] for row in (model.ports.drive, model.ports.outputs.start))
         self.points, self.start = points.rows[:, order], amplitude
 
-    def log_response(self, unknowns: Unknowns) -> Array:
+    def log_response(self, baseline: BaselineParameters) -> Array:
         """Logarithms of the responses, real parts beside imaginary ones as the whitened residual has them."""
-        base, (law,), p = unknowns.base, unknowns.laws, len(self.points) // 2
+        base, (law,), p = baseline.base, baseline.laws, len(self.points) // 2
         omega, tip = self.steps.omega, self.steps.amplitude_m
         moduli = np.concatenate([[1.0], base.complex_E, base.complex_G])
         linear = np.tensordot(moduli, self.linear[:3], 1) - (omega**2)[:, None, None] * self.linear[3]

@@ -52,7 +52,7 @@ def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, flo
 
 
 def causes_table(causes: Sequence[NamedCause]) -> Table:
-    """What is blamed, and what could be instead."""
+    """What is named, and what could be instead."""
     return Table(
         caption="Most probable first; parameters in SI units with one standard deviation",
         head=("cause", "parameters", "probability", "in the model", "could be confused with"),
@@ -75,7 +75,7 @@ def errors_table(gain: Gain, *, several: bool) -> Table:
     caption = "Root-mean-square relative error of the complex response over the held-out steps"
     if len(gain.by_harmonic) > 1:
         caption += ", fundamental and second harmonic where it stands out, each relative to itself"
-    rows = [("believed rig, base family refitted", f"{100 * gain.before:.2f} %")]
+    rows = [("nominal rig, base family refitted", f"{100 * gain.before:.2f} %")]
     if several:
         rows.append(("extended model", f"{100 * gain.after:.2f} %"))
     rows.append(("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %"))

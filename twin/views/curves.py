@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
-from twin.diagnose.candidate import Candidate, extension_of
+from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.result import Diagnosis
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
 from twin.identify.sine_fit import SteadyState, steady_states
-from twin.identify.unknowns import Unknowns
 from twin.rigs import Place
 from twin.structure import Structure, beam_lines, drawn_position, layer_points, normal_modes
 from twin.structure.mode_law import LayerModes, mode_functions
@@ -182,7 +182,7 @@ class Fitted(Protocol):
     """A fitted model of whatever kind."""
 
     @property
-    def unknowns(self) -> Unknowns:
+    def baseline(self) -> BaselineParameters:
         """The base family's parameters."""
 
     @property
@@ -190,29 +190,29 @@ class Fitted(Protocol):
         """The minimum that they are."""
 
 
-def law_bands(evidence: Evidence, model: Fitted, *, points: int = 120) -> tuple[LawBand, ...]:
+def law_bands(evidence: MeasuredData, model: Fitted, *, points: int = 120) -> tuple[LawBand, ...]:
     """Each joint's identified softening and loss over their knots; nothing where the data had no sine steps."""
-    unknowns, covariance = model.unknowns, model.solution.covariance
-    if not any(np.any(law.vector) for law in unknowns.laws):
+    baseline, covariance = model.baseline, model.solution.covariance
+    if not any(np.any(law.vector) for law in baseline.laws):
         return ()
     bands: list[LawBand] = []
-    for joint, (law, (opening, slip)) in enumerate(zip(unknowns.laws, law_reach(evidence, model), strict=True)):
+    for joint, (law, (opening, slip)) in enumerate(zip(baseline.laws, law_reach(evidence, model), strict=True)):
         o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], points)
         q = np.geomspace(law.slip_knots[0], law.slip_knots[-1], points)
         for quantity, x, basis, part, reach in (
-            ("softening", o, law.softening_basis(o), unknowns.softening(joint), opening),
-            ("loss", q, law.loss_basis(q), unknowns.loss(joint), slip),
+            ("softening", o, law.softening_basis(o), baseline.softening(joint), opening),
+            ("loss", q, law.loss_basis(q), baseline.loss(joint), slip),
         ):
             variance = np.einsum("xi,ij,xj->x", basis, covariance[part, part], basis)
             std = np.sqrt(np.maximum(variance, 0.0))
-            value, name = basis @ unknowns.vector[part], joint_name(evidence, joint)
+            value, name = basis @ baseline.vector[part], joint_name(evidence, joint)
             bands.append(
                 LawBand(quantity=quantity, joint=name, amplitude_m=x, value=value, std=std, reach_m=reach)
             )  # fmt: skip
     return tuple(bands)
 
 
-def joint_name(evidence: Evidence, joint: int) -> str:
+def joint_name(evidence: MeasuredData, joint: int) -> str:
     """What tells a joint from others; empty where there is but one."""
     joints = evidence.rig.joints
     return joints[joint].name if len(joints) > 1 else ""
@@ -221,14 +221,14 @@ def joint_name(evidence: Evidence, joint: int) -> str:
 Range = tuple[float, float]
 
 
-def law_reach(evidence: Evidence, model: Fitted) -> tuple[tuple[Range, Range], ...]:
+def law_reach(evidence: MeasuredData, model: Fitted) -> tuple[tuple[Range, Range], ...]:
     """For each joint, from the least to the largest opening, and slip, of its point that moves most in any step, m."""
-    predictor = Predictor(evidence, _extension(evidence, model))
-    p = len(predictor.points)
-    motion = np.abs(predictor.step_receptance(model.unknowns, inner=False)[2].motion)
+    residual_model = ResidualModel(evidence, _extension(evidence, model))
+    p = len(residual_model.points)
+    motion = np.abs(residual_model.step_receptance(model.baseline, inner=False)[2].motion)
     found = []
     for joint in range(len(evidence.rig.joints)):
-        own = predictor.local.of_joint(joint)
+        own = residual_model.local.of_joint(joint)
         opening, slip = motion[:, own].max(axis=1), motion[:, p + own].max(axis=1)
         found.append(((float(opening.min()), float(opening.max())), (float(slip.min()), float(slip.max()))))
     return tuple(found)
@@ -254,10 +254,10 @@ class SeenByMode:
     std: dict[str, Array]
 
 
-def law_in_lowest_mode(evidence: Evidence, model: Fitted, *, points: int = 60) -> SeenByMode:
+def law_in_lowest_mode(evidence: MeasuredData, model: Fitted, *, points: int = 60) -> SeenByMode:
     """The only joint's law as the lowest mode that was swept sees it, over the amplitudes that were measured there."""
-    unknowns, steps = model.unknowns, evidence.steps
-    base, (law,) = unknowns.base, unknowns.laws
+    baseline, steps = model.baseline, evidence.steps
+    base, (law,) = baseline.base, baseline.laws
     (E,), (G,) = base.E, base.G
     structure, output = evidence.model.structure, evidence.outputs[evidence.reference]
     modes = LayerModes.of(
@@ -279,7 +279,7 @@ def law_in_lowest_mode(evidence: Evidence, model: Fitted, *, points: int = 60) -
         ],
         axis=2,
     )
-    part = unknowns.of_laws
+    part = baseline.of_laws
     variance = np.einsum("xgi,ij,xgj->gx", by_law, model.solution.covariance[part, part], by_law)
     std = np.sqrt(np.maximum(variance, 0.0))
     return SeenByMode(
@@ -329,7 +329,7 @@ class Deflection:
     value: Array
 
 
-def sensor_deflections(evidence: Evidence, beams: Sequence[Deflection]) -> tuple[Array, Array]:
+def sensor_deflections(evidence: MeasuredData, beams: Sequence[Deflection]) -> tuple[Array, Array]:
     """Where the sensors that sit on beams are drawn, m, and how these move there."""
     layout, x, value = evidence.rig.layout(), [], []
     by_name = {beam.name: beam for beam in beams}
@@ -369,10 +369,10 @@ class ModeShape:
     slip: Array
 
 
-def mode_shapes(evidence: Evidence, model: Fitted, *, count: int = 4) -> tuple[ModeShape, ...]:
+def mode_shapes(evidence: MeasuredData, model: Fitted, *, count: int = 4) -> tuple[ModeShape, ...]:
     """The first modes of the structure at the identified moduli, the extension's attachments left out."""
     s = evidence.model.structure
-    base = model.unknowns.base
+    base = model.baseline.base
     modes = normal_modes(s.M, s.stiffness(base.E, base.G), count)
     lines, layer = beam_lines(s), s.joints[0]
     begin = layer_begin(s)
@@ -398,26 +398,26 @@ def mode_shapes(evidence: Evidence, model: Fitted, *, count: int = 4) -> tuple[M
     return tuple(shapes)
 
 
-def compared_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
+def compared_models(diagnosis: Diagnosis) -> dict[str, FittedModel]:
     """The base family as ``before``, and as ``after`` the extended model where the verdict stands by one."""
     search = diagnosis.search
-    if diagnosis.verdict in ("explained", "ambiguous") and search.model.blames:
+    if diagnosis.verdict in ("explained", "ambiguous") and search.model.hypotheses:
         return {"before": search.base, "after": search.model}
     return {"before": search.base}
 
 
-def shown_models(diagnosis: Diagnosis) -> dict[str, Candidate]:
+def shown_models(diagnosis: Diagnosis) -> dict[str, FittedModel]:
     """As :func:`compared_models`; a single one, which is neither before nor after anything, is called ``model``."""
     models = compared_models(diagnosis)
     return models if len(models) > 1 else {"model": models["before"]}
 
 
-def broadband_responses(evidence: Evidence, model: Fitted, index: int) -> Array:
+def broadband_responses(evidence: MeasuredData, model: Fitted, index: int) -> Array:
     """What a model predicts of broadband run `index`: responses per force at its bins, (b, o), unit/N."""
-    predictor = Predictor(evidence, _extension(evidence, model))
-    return predictor.broadband_response(evidence.broadband[index], model.unknowns)
+    residual_model = ResidualModel(evidence, _extension(evidence, model))
+    return residual_model.broadband_response(evidence.broadband[index], model.baseline)
 
 
-def _extension(evidence: Evidence, model: Fitted) -> Extension | None:
-    """What a candidate blames; nothing is beside a model that was not on trial."""
-    return extension_of(evidence, model.blames) if isinstance(model, Candidate) else None
+def _extension(evidence: MeasuredData, model: Fitted) -> ModelModification | None:
+    """What a candidate names; nothing is beside a model that was not on trial."""
+    return modification_of(evidence, model.hypotheses) if isinstance(model, FittedModel) else None

@@ -16,7 +16,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.views.curves import (
     Fitted,
     LawBand,
@@ -74,7 +74,7 @@ class Drawing(Figure):
 
 
 def sweeps_figure(
-    evidence: Evidence, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("measured", "before", "after")
+    evidence: MeasuredData, sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("measured", "before", "after")
 ) -> Figure:
     """Receptance against frequency: a row for each resonance, in it a panel for each channel, a colour for each sweep.
 
@@ -128,7 +128,7 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
     return figure
 
 
-def law_figure(evidence: Evidence, models: Mapping[str, Fitted]) -> Figure | None:
+def law_figure(evidence: MeasuredData, models: Mapping[str, Fitted]) -> Figure | None:
     """Softening over a layer point's opening and loss over its slip, with one standard deviation; None without one."""
     laws = {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
     if not laws:
@@ -171,7 +171,7 @@ def unmeasured_entry() -> Patch:
     return Patch(facecolor=SHADE, label="no step reached this")
 
 
-def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure:
+def modes_figure(evidence: MeasuredData, model: Fitted, *, count: int = 4) -> Figure:
     """Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked."""
     shapes = mode_shapes(evidence, model, count=count)
     rows = -(-len(shapes) // 2)
@@ -206,7 +206,7 @@ def modes_figure(evidence: Evidence, model: Fitted, *, count: int = 4) -> Figure
     return figure
 
 
-def broadband_figure(evidence: Evidence, models: Mapping[str, Fitted], index: int = 0) -> Figure:
+def broadband_figure(evidence: MeasuredData, models: Mapping[str, Fitted], index: int = 0) -> Figure:
     """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise."""
     data = evidence.broadband[index]
     units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}

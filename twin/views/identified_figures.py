@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
 from twin.identify.identified import Identified
+from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.regularisation import LCurve
 from twin.rigs import LayerLawTable
@@ -28,7 +28,7 @@ Array = NDArray[Any]
 POINTS = 80
 
 
-def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
+def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
     """Softening over opening and loss over slip; below, over a sensor's amplitude, the papers' polynomials.
 
     Beside the polynomials of each level stands the same law as the lowest mode that was swept sees it.
@@ -75,7 +75,7 @@ def identified_law_figure(found: Identified, evidence: Evidence) -> Figure:
     return figure
 
 
-def file_law_bands(found: Identified, evidence: Evidence) -> tuple[LawBand, ...]:
+def file_law_bands(found: Identified, evidence: MeasuredData) -> tuple[LawBand, ...]:
     """Each joint's law as the model file has it, softening and loss in turn, the constant loss included.
 
     The standard deviations are those of what a response feels.

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from twin.diagnose.comparison import SweepComparison, sweeps_beside
-from twin.identify.evidence import Evidence
 from twin.identify.force_levels import Polynomials
 from twin.identify.identified import POOR_FIT, Identified
+from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.views.answer import estimate_text, layer_sentences
 from twin.views.curves import joint_name, law_reach
 from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
@@ -35,17 +35,17 @@ __all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
 AMPLITUDE = {"softening": "an opening of", "loss": "a slip of"}
 
 
-def fitted_sweeps(found: Identified, evidence: Evidence) -> tuple[SweepComparison, ...]:
+def fitted_sweeps(found: Identified, evidence: MeasuredData) -> tuple[SweepComparison, ...]:
     """Every sweep beside the identified model, which stands for both models of the comparison."""
     if not len(evidence.steps):
         return ()
-    predictor = Predictor(evidence)
-    R, omega, _ = predictor.step_receptance(found.unknowns, inner=False)
-    H = predictor.responses(R, omega)
+    residual_model = ResidualModel(evidence)
+    R, omega, _ = residual_model.step_receptance(found.baseline, inner=False)
+    H = residual_model.responses(R, omega)
     return sweeps_beside(evidence, H, H)
 
 
-def identified_sentence(found: Identified, evidence: Evidence) -> str:
+def identified_sentence(found: Identified, evidence: MeasuredData) -> str:
     """The answer in one sentence."""
     rows = determined(found, evidence)
     moduli = " and ".join(
@@ -59,12 +59,12 @@ def identified_sentence(found: Identified, evidence: Evidence) -> str:
             f"The model misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g} even with {moduli}, "
             "and no value below can be relied on before 'twin diagnose' has named what it is."
         )
-    told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.unknowns.base.zeta[0]:.3g} %"
+    told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.baseline.base.zeta[0]:.3g} %"
     errors = list(found.residual_percent.values())
     if errors:
         for number, ((_, largest), _) in enumerate(law_reach(evidence, found)):
-            fallen = float(np.max(found.unknowns.laws[number].softening_at(np.linspace(0.0, largest, 200))))
-            name, part = joint_name(evidence, number), fallen / found.unknowns.base.E[number]
+            fallen = float(np.max(found.baseline.laws[number].softening_at(np.linspace(0.0, largest, 200))))
+            name, part = joint_name(evidence, number), fallen / found.baseline.base.E[number]
             told += (
                 f"; E′{' of ' + name if name else ''} falls by up to {100 * part:.2g} % as far as the layer was opened "
                 f"({1e6 * largest:.2g} µm)"
@@ -75,7 +75,7 @@ def identified_sentence(found: Identified, evidence: Evidence) -> str:
 
 def write_identified_report(
     found: Identified,
-    evidence: Evidence,
+    evidence: MeasuredData,
     path: Path,
     *,
     warnings: Sequence[str] | None = None,
@@ -113,7 +113,7 @@ def write_identified_report(
 
 def _sections(
     found: Identified,
-    evidence: Evidence,
+    evidence: MeasuredData,
     warnings: Sequence[str],
     commands: Sequence[str],
 ) -> Iterator[Section]:
@@ -134,7 +134,7 @@ def _sections(
         yield Section(title="To get this again", commands=commands)
 
 
-def _parameters(found: Identified, evidence: Evidence, rows: Sequence[Determined]) -> Section:
+def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determined]) -> Section:
     tables, pictures = [parameter_table(tuple(rows))], []
     if found.residual_percent:
         bands = file_law_bands(found, evidence)
@@ -169,7 +169,7 @@ def _parameters(found: Identified, evidence: Evidence, rows: Sequence[Determined
     return Section(title="What was identified", tables=tables, pictures=pictures)
 
 
-def _sweeps(found: Identified, evidence: Evidence, sweeps: Sequence[SweepComparison]) -> Section:
+def _sweeps(found: Identified, evidence: MeasuredData, sweeps: Sequence[SweepComparison]) -> Section:
     names = ", ".join(sweep.sweep for sweep in sweeps)
     peaks = "; ".join(
         f"{sweep.sweep} peaks at {sweep.frequency_Hz[int(np.argmax(np.abs(sweep.measured[:, -1])))]:.5g} Hz"
@@ -201,7 +201,7 @@ def _sweeps(found: Identified, evidence: Evidence, sweeps: Sequence[SweepCompari
     )
 
 
-def _broadband(found: Identified, evidence: Evidence) -> Section:
+def _broadband(found: Identified, evidence: MeasuredData) -> Section:
     return Section(
         title="Broadband responses",
         pictures=[
@@ -220,7 +220,7 @@ def _broadband(found: Identified, evidence: Evidence) -> Section:
 def _determined(rows: Sequence[Determined]) -> Section:
     little = [row.name for row in rows if row.little]
     told = (
-        f"Rather believed than measured, since the data narrow them less than twofold: {', '.join(little)}."
+        f"Rather assumed than measured, since the data narrow them less than twofold: {', '.join(little)}."
         if little
         else "The data narrow every parameter at least twofold."
     )
@@ -268,7 +268,7 @@ def _regularisation(fit: PolynomialFit) -> Section:
     )
 
 
-def _modes(found: Identified, evidence: Evidence) -> Section:
+def _modes(found: Identified, evidence: MeasuredData) -> Section:
     return Section(
         title="Modes of the identified structure",
         pictures=[
@@ -281,7 +281,7 @@ def _modes(found: Identified, evidence: Evidence) -> Section:
     )
 
 
-def _assumed(evidence: Evidence) -> Section:
+def _assumed(evidence: MeasuredData) -> Section:
     layout = evidence.rig.layout()
     places = ", ".join(f"{o.channel} at {layout.told(o.place)}" for o in evidence.outputs)
     rig = evidence.rig
@@ -296,7 +296,7 @@ def _assumed(evidence: Evidence) -> Section:
             "The force is what the force cell reads; steps that were still changing were left out.",
             "The noise is estimated from the recordings themselves, and is Gaussian; the model may be wrong by a "
             "little more, which counts as noise.",
-            "Beforehand the moduli are believed to within some per cent, the damping ratios to within a half.",
+            "Beforehand the moduli are assumed to within some per cent, the damping ratios to within a half.",
         ],
     )
 

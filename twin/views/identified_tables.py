@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from twin.identify.base_fit import HELD_PRECISION
 from twin.identify.estimate import Estimate
-from twin.identify.evidence import Evidence
 from twin.identify.force_levels import Polynomials
 from twin.identify.identified import Identified
 from twin.identify.linear_fit import base_prior
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.measured_data import MeasuredData
 from twin.views.answer import estimate_text
 from twin.views.curves import LawBand, joint_name
 from twin.views.table import Table
@@ -33,7 +33,7 @@ __all__ = [
 Array = NDArray[Any]
 
 LITTLE = 2.0
-"""A parameter whose uncertainty the data narrow by less than this is believed rather than identified."""
+"""A parameter whose uncertainty the data narrow by less than this is assumed rather than identified."""
 LAW_PARTS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])
 """Of the largest amplitudes, where the law is told in numbers."""
 UNITS = {"normal_modulus": "N/mm²", "shear_modulus": "N/mm²"}
@@ -68,7 +68,7 @@ class Determined:
     joint: str
     name: str
     unit: str
-    believed: float
+    nominal: float
     estimate: Estimate
     relative: bool
     beforehand: float
@@ -78,20 +78,20 @@ class Determined:
 
     @property
     def narrowed(self) -> float:
-        """How many times narrower the data made what was believed."""
+        """How many times narrower the data made what was assumed."""
         return self.beforehand / self.std if self.std > 0 else np.inf
 
     @property
     def little(self) -> bool:
-        """Whether the value is rather believed than measured."""
+        """Whether the value is rather assumed than measured."""
         return self.narrowed < LITTLE
 
 
-def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
+def determined(found: Identified, evidence: MeasuredData) -> tuple[Determined, ...]:
     """Every linear parameter, in the order of the model's vector."""
-    believed = believed_parameters(evidence.rig, evidence.preload)
-    vector, precision = base_prior(believed)
-    # Given the others: all damping ratios are believed to be alike, so that some tell of one that was never measured.
+    nominal = nominal_parameters(evidence.rig, evidence.preload)
+    vector, precision = base_prior(nominal)
+    # Given the others: all damping ratios are assumed to be alike, so that some tell of one that was never measured.
     beforehand = 1 / np.sqrt(np.diag(precision))
     entries = _flat(found, evidence)
     names = [f"{parameter} {joint}".strip() for parameter, joint, _, _, _ in entries]
@@ -104,7 +104,7 @@ def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
         rows.append(
             Determined(
                 parameter=parameter, joint=joint, name=names[i], unit=unit,
-                believed=scale * float(np.exp(vector[i]) if relative else vector[i]),
+                nominal=scale * float(np.exp(vector[i]) if relative else vector[i]),
                 estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
                 beforehand=float(beforehand[i]), std=estimate.std / estimate.value if relative else estimate.std,
                 partner=names[partner] if strength else "", correlation=strength,
@@ -113,7 +113,7 @@ def determined(found: Identified, evidence: Evidence) -> tuple[Determined, ...]:
     return tuple(rows)
 
 
-def _flat(found: Identified, evidence: Evidence) -> list[tuple[str, str, str, bool, Estimate]]:
+def _flat(found: Identified, evidence: MeasuredData) -> list[tuple[str, str, str, bool, Estimate]]:
     """All linear parameters in the order of the fit: name, joint, unit, whether it is fitted as a logarithm, estimate.
 
     Those of the modes one by one.
@@ -142,11 +142,11 @@ def _correlation(found: Identified, count: int) -> Array:
 
 
 def parameter_table(rows: tuple[Determined, ...]) -> Table:
-    """Believed and identified."""
+    """Assumed and identified."""
     return Table(
         caption="With one standard deviation",
-        head=("parameter", "believed", "identified", "unit"),
-        rows=[(row.name, f"{row.believed:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
+        head=("parameter", "nominal", "identified", "unit"),
+        rows=[(row.name, f"{row.nominal:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
         numbers=(1, 2),
     )
 
@@ -159,7 +159,7 @@ def determined_table(rows: tuple[Determined, ...]) -> Table:
 
     return Table(
         caption="Each parameter before the data, if all others were known, and after",
-        head=("parameter", "believed to within", "known to within", "narrowed", "most correlated with", "correlation"),
+        head=("parameter", "assumed to within", "known to within", "narrowed", "most correlated with", "correlation"),
         rows=[
             (
                 row.name, spread(row, row.beforehand), spread(row, row.std), f"{row.narrowed:.3g}-fold",

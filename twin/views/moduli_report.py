@@ -30,17 +30,17 @@ def moduli_sentence(update: FrequencyUpdate) -> str:
     return f"{moduli} meet the {count} natural frequencies within {update.worst_percent:.2g} %."
 
 
-def moduli_table(update: FrequencyUpdate, believed: dict[str, float]) -> Table:
-    """Moduli in N/mm², with their standard deviations; `believed` as the update names them, in N/m²."""
+def moduli_table(update: FrequencyUpdate, nominal: dict[str, float]) -> Table:
+    """Moduli in N/mm², with their standard deviations; `nominal` as the update names them, in N/m²."""
     rows = []
     for name in update.names:
         plain = name.partition("[")[0]
-        was = f"{1e-6 * believed[name]:.4g}" if name in believed else ""
+        was = f"{1e-6 * nominal[name]:.4g}" if name in nominal else ""
         estimate = Estimate(1e-6 * update.values[name], 1e-6 * update.std[name])
         rows.append(({"normal_modulus": "E′", "shear_modulus": "G′"}.get(plain, name), was, estimate_text(estimate)))
     return Table(
         caption="Moduli in N/mm², with one standard deviation",
-        head=("modulus", "believed", "identified"),
+        head=("modulus", "nominal", "identified"),
         rows=rows,
         numbers=(1, 2),
     )
@@ -64,18 +64,18 @@ def frequency_table(update: FrequencyUpdate, modes: Sequence[int]) -> Table:
         ]
     return Table(
         caption="Natural frequencies in Hz; errors are model over measured, minus one",
-        head=("mode", "measured", "as believed", "error", "identified", "error"),
+        head=("mode", "measured", "as assumed", "error", "identified", "error"),
         rows=rows,
         numbers=(0, 1, 2, 3, 4, 5),
     )
 
 
 def errors_figure(update: FrequencyUpdate, modes: Sequence[int]) -> Figure:
-    """Relative errors of all frequencies, as believed and as identified."""
+    """Relative errors of all frequencies, as assumed and as identified."""
     figure, (axes,) = panels(1, height_in=3.0)
     x = np.arange(len(modes))
     for place, (label, model, colour) in enumerate(
-        (("as believed", update.before, BEFORE), ("identified", update.after, AFTER))
+        (("as assumed", update.before, BEFORE), ("identified", update.after, AFTER))
     ):
         error = np.concatenate([100 * (model[name] / f - 1) for name, f in update.measured.items()])
         axes.bar(x - 0.2 + 0.4 * place, error, width=0.4, color=colour, label=label)
@@ -94,7 +94,7 @@ def write_moduli_report(
     rig: str,
     table: str,
     modes: Sequence[int],
-    believed: dict[str, float],
+    nominal: dict[str, float],
     warnings: Sequence[str] = (),
     commands: Sequence[str] = (),
 ) -> None:
@@ -110,7 +110,7 @@ def write_moduli_report(
         Names of the rig, and of the table's file.
     modes
         Number of each frequency's mode, in the table's order.
-    believed
+    assumed
         Moduli as the rig file has them, named as in the update, N/m².
     warnings
         What to know beside it.
@@ -127,11 +127,11 @@ def write_moduli_report(
     told = "; ".join(f"mode {m}: {-e:+.2f} %" for m, e in zip(modes, np.concatenate(list(errors)), strict=True))
     shown = picture(
         errors_figure(update, modes),
-        alt=f"Relative error of every frequency, as believed and as identified. Identified: {told}.",
+        alt=f"Relative error of every frequency, as assumed and as identified. Identified: {told}.",
         caption="Relative errors of the natural frequencies.",
     )
     sections = [
-        Section(title="What was identified", tables=[moduli_table(update, believed)]),
+        Section(title="What was identified", tables=[moduli_table(update, nominal)]),
         Section(title="Measured and modelled", tables=[frequency_table(update, modes)], pictures=[shown]),
         _determined(update),
         Section(
@@ -169,7 +169,7 @@ def _determined(update: FrequencyUpdate) -> Section:
         rows=rows,
         numbers=(1, 2),
     )
-    told = "by the frequencies alone, without what was believed beforehand"
+    told = "by the frequencies alone, without what was assumed beforehand"
     return Section(title="How well the data determine it", texts=[f"What is known {told}."], tables=[table])
 
 

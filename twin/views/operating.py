@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
-from twin.identify.evidence import Evidence
-from twin.identify.extended_rig import ExtendedRig
-from twin.identify.extension import Extension
-from twin.identify.linear_model import BaseParameters
-from twin.identify.prediction import Predictor
+from twin.identify.forward_model import ForwardModel
+from twin.identify.linear_model import LinearParameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 from twin.identify.receptance import update_receptance
+from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.structure import beam_lines
 from twin.views.curves import Deflection, Fitted, ModeShape, layer_begin
@@ -72,7 +72,11 @@ def modal_motion(shape: ModeShape) -> Motion:
 
 
 def operating_motions(
-    evidence: Evidence, model: Fitted, sweeps: Sequence[SweepComparison], *, extension: Extension | None = None
+    evidence: MeasuredData,
+    model: Fitted,
+    sweeps: Sequence[SweepComparison],
+    *,
+    modification: ModelModification | None = None,
 ) -> list[Motion]:
     """The motion at the largest step of each sweep, mm.
 
@@ -97,12 +101,12 @@ def operating_motions(
             tops.append((sweep.sweep, int(inside[np.argmax(size[inside])])))
     if not tops:
         return []
-    fitted = Predictor(evidence, extension)
-    _, omega, balance = fitted.step_receptance(model.unknowns, inner=False)
-    # The clamp's own motion is left out, and a sensor that sits elsewhere than believed moves no beam.
-    seen = replace(fitted.extension, output_offset_m={}, base_receptance=0.0)
-    structural = ExtendedRig(replace(evidence, effects=()), seen)
-    s, base = structural.model.structure, model.unknowns.base
+    fitted = ResidualModel(evidence, modification)
+    _, omega, balance = fitted.step_receptance(model.baseline, inner=False)
+    # The clamp's own motion is left out, and a sensor that sits elsewhere than assumed moves no beam.
+    seen = replace(fitted.modification, output_offset_m={}, base_receptance=0.0)
+    structural = ForwardModel(replace(evidence, effects=()), seen)
+    s, base = structural.model.structure, model.baseline.base
     rows = np.array([row for _, row in tops])
     force, time_s = np.abs(evidence.steps.force[rows, :1]), structural.step_times[rows]
     lines, layer, begin = beam_lines(s), s.joints[0], layer_begin(s)
@@ -144,7 +148,7 @@ def operating_motions(
 
 
 def _carried(
-    rig: ExtendedRig, base: BaseParameters, time_s: Array, by_law: Array, driven: Array
+    rig: ForwardModel, base: LinearParameters, time_s: Array, by_law: Array, driven: Array
 ) -> tuple[Array, Array]:
     """Motion (k, 2), m, of the elements that open and that slip most, and the forces (k, 2) that they carry, N.
 

@@ -88,7 +88,7 @@ def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Se
     yield Section(
         title="What is uncertain",
         items=[
-            "Where the resonances lie and how sharp they are is believed, not measured: a real joint that is softer or "
+            "Where the resonances lie and how sharp they are is assumed, not measured: a real joint that is softer or "
             "better damped moves peaks, settling times and jumps by as much.",
             "At a fold a sweep jumps within a step of where it is predicted, as the transient of the last step has it.",
             "The noise is one draw; a warning that hangs on it alone may come or go with another seed.",

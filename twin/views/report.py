@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
 from twin.views.answer import causes_table, errors_table, estimate_text, layer_sentences, residual_rows, residuals_table
 from twin.views.curves import compared_models, joint_name, shown_models
 from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
@@ -177,7 +177,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
         )
     verb = "agrees with" if agrees else "does not agree with"
     return Section(
-        title="How far the believed model is from the data",
+        title="How far the nominal model is from the data",
         texts=[
             f"Chi² per degree of freedom of the base family (moduli, damping and joint's law refitted) is "
             f"{misfit.chi2_per_dof:.3g}: it {verb} the data, the threshold being {misfit.threshold:.3g}."
@@ -191,10 +191,10 @@ def _misfit(diagnosis: Diagnosis) -> Section:
 def _sweeps(diagnosis: Diagnosis) -> Section | None:
     if len(compared_models(diagnosis)) > 1:
         lines = "measured (points), before (dashed), after (solid)"
-        meant = "Before means the believed rig with moduli, damping and joint's law refitted."
+        meant = "Before means the nominal rig with moduli, damping and joint's law refitted."
     else:
         lines = "measured (points) and model (lines)"
-        meant = "The model is the believed rig with moduli, damping and joint's law refitted."
+        meant = "The model is the nominal rig with moduli, damping and joint's law refitted."
     pictures = []
     for sweeps, told in (
         (diagnosis.sweeps, "that the models were fitted to"),
@@ -235,17 +235,17 @@ def _broadband(diagnosis: Diagnosis) -> Section | None:
 def _identified(diagnosis: Diagnosis) -> Section:
     evidence, models = diagnosis.evidence, shown_models(diagnosis)
     model = list(models.values())[-1]
-    base = model.unknowns.base
-    std = model.unknowns.base.blocks(base.joints).unpack(np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0)))
-    believed = believed_parameters(evidence.rig, evidence.preload)
+    base = model.baseline.base
+    std = model.baseline.base.blocks(base.joints).unpack(np.sqrt(np.maximum(np.diag(model.solution.covariance), 0.0)))
+    nominal = nominal_parameters(evidence.rig, evidence.preload)
     rows: list[tuple[str, ...]] = [
         (
             f"{name} {joint_name(evidence, j)}".strip(), f"{1e-6 * was[j]:.4g}",
             estimate_text(Estimate(float(1e-6 * now[j]), float(1e-6 * now[j] * error[j]))), "N/mm²",
         )
         for name, was, now, error in (
-            ("normal modulus E′", believed.E, base.E, std["log_E"]),
-            ("shear modulus G′", believed.G, base.G, std["log_G"]),
+            ("normal modulus E′", nominal.E, base.E, std["log_E"]),
+            ("shear modulus G′", nominal.G, base.G, std["log_G"]),
         )
         for j in range(base.joints)
     ]  # fmt: skip
@@ -286,7 +286,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
         tables=[
             Table(
                 caption="Of the accepted model, with one standard deviation",
-                head=("parameter", "believed", "identified", "unit"),
+                head=("parameter", "nominal", "identified", "unit"),
                 rows=rows,
                 numbers=(1, 2),
             )

@@ -11,10 +11,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import extension_of
 from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.views.answer import answer_markdown
 from twin.views.chart import Chart, common_range
 from twin.views.curves import (
@@ -53,7 +53,9 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
     with recording_file(path) as recording:
         answer = rr.TextDocument(answer_markdown(diagnosis), media_type=rr.MediaType.MARKDOWN)
         recording.log("answer", answer, static=True)
-        motions = operating_motions(evidence, fitted, diagnosis.sweeps, extension=extension_of(evidence, fitted.blames))
+        motions = operating_motions(
+            evidence, fitted, diagnosis.sweeps, modification=modification_of(evidence, fitted.hypotheses)
+        )
         moving = motions[-1] if motions else modal_motion(mode_shapes(evidence, fitted, count=1)[0])
         rig, joint = animate_rig(recording, evidence, moving), animate_joint(recording, moving)
         tabs: list[Any] = []
@@ -90,7 +92,7 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
 
 
 def _by_resonance(
-    recording: rr.RecordingStream, evidence: Evidence, sweeps: Sequence[SweepComparison], title: str, group: str
+    recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], title: str, group: str
 ) -> list[rrb.Grid]:
     """A tab of charts for the sweeps about each resonance."""
     groups = about_each_resonance(sweeps)
@@ -103,7 +105,7 @@ def _by_resonance(
 
 
 def _comparison(
-    recording: rr.RecordingStream, evidence: Evidence, sweeps: Sequence[SweepComparison], group: str
+    recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], group: str
 ) -> list[rrb.Spatial2DView]:
     """Charts of receptance, one a channel, then of residuals, one a channel; all these sweeps in each."""
     quantity = {output.channel: output.quantity for output in evidence.outputs}
@@ -170,7 +172,7 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
     units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
     responses, errors = [], []
     for i, data in enumerate(evidence.broadband):
-        models = {kind: broadband_responses(evidence, candidate, i) for kind, candidate in fitted.items()}
+        models = {kind: broadband_responses(evidence, fitted_model, i) for kind, fitted_model in fitted.items()}
         for o, channel in enumerate(data.channels):
             x_range = common_range([data.frequency_Hz])
             sizes = {kind: np.abs(H[:, o]) for kind, H in models.items()}
@@ -214,8 +216,8 @@ def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatia
     """Softening over opening and loss over slip, with bands of one standard deviation, of both models."""
     laws = {
         kind: bands
-        for kind, candidate in compared_models(diagnosis).items()
-        if (bands := law_bands(diagnosis.evidence, candidate))
+        for kind, fitted_model in compared_models(diagnosis).items()
+        if (bands := law_bands(diagnosis.evidence, fitted_model))
     }
     count = len(next(iter(laws.values()), ()))
     return [_law_chart(recording, {kind: bands[i] for kind, bands in laws.items()}) for i in range(count)]

@@ -10,12 +10,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate
 from twin.diagnose.comparison import SweepComparison, predicted_harmonics
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.result import Diagnosis
-from twin.identify.evidence import Evidence
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
 from twin.identify.regularisation import LCurve, decompose
+from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 from twin.views.chart import Chart, common_range
@@ -41,7 +41,7 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
         for o, channel in enumerate(sweep.channels):
             table[channel, 1, sweep.sweep] = _rms(sweep.residual_before[:, o]), _rms(sweep.residual_after[:, o])
     search, models = diagnosis.search, list(compared_models(diagnosis).values())
-    parts = ((models[0], search.footing.harmonics), (models[-1], search.harmonics))
+    parts = ((models[0], search.baseline_fit.harmonics), (models[-1], search.harmonics))
     sizes = [_harmonic_sizes(search.evidence, model, harmonics) for model, harmonics in parts if harmonics is not None]
     if len(sizes) < 2 or search.harmonics is None or sizes[0].shape != sizes[1].shape:
         return table
@@ -54,7 +54,7 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
     return table
 
 
-def _harmonic_sizes(evidence: Evidence, model: Candidate, harmonics: HarmonicResiduals) -> Array:
+def _harmonic_sizes(evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals) -> Array:
     """Whitened residuals (s, h, o) of the higher harmonics."""
     left = harmonics.residual - predicted_harmonics(evidence, model, harmonics)
     real, imaginary = harmonics.whiten(left).reshape(2, *left.shape)
@@ -149,26 +149,26 @@ def _tops(sweeps: Sequence[SweepComparison], kind: str, output: int, quantity: s
     return frequency, displacement
 
 
-def l_curve_of(evidence: Evidence, candidate: Candidate) -> LCurve:
+def l_curve_of(evidence: MeasuredData, fitted_model: FittedModel) -> LCurve:
     """The L-curve of the last Gauss-Newton step for the joint's law and the base parameters, causes held.
 
     Both norms are as the fit weighs them: the residual in its noise, the solution as departure from the prior, which
     for the law is its bending.  The fit itself stands at strength 1.
     """
-    mean, precision = Predictor(evidence).prior(candidate.unknowns)
+    mean, precision = ResidualModel(evidence).prior(fitted_model.baseline)
     count = len(mean)
     # R with R' R the prior's precision turns its penalty into a plain sum of squares.
     R = np.linalg.cholesky(precision).T
-    J, x = candidate.solution.jacobian[:, :count], candidate.solution.x[:count]
-    return decompose(J @ np.linalg.inv(R), J @ (x - mean) - candidate.solution.residual).l_curve()
+    J, x = fitted_model.solution.jacobian[:, :count], fitted_model.solution.x[:count]
+    return decompose(J @ np.linalg.inv(R), J @ (x - mean) - fitted_model.solution.residual).l_curve()
 
 
 def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView | None:
     """The last fits' residual against their departure from the prior; nothing where no data speak."""
     curves = {}
-    for kind, candidate in compared_models(diagnosis).items():
+    for kind, fitted_model in compared_models(diagnosis).items():
         try:
-            curve = l_curve_of(diagnosis.search.evidence, candidate)
+            curve = l_curve_of(diagnosis.search.evidence, fitted_model)
         except np.linalg.LinAlgError:  # a prior that is flat in some direction has no norm to measure by
             continue
         if len(curve.strength) > 1:
@@ -201,7 +201,7 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
 
 def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
     """Cost after each Gauss-Newton iteration of the last fit of each model."""
-    fits = {kind: np.array(candidate.solution.history) for kind, candidate in compared_models(diagnosis).items()}
+    fits = {kind: np.array(fitted_model.solution.history) for kind, fitted_model in compared_models(diagnosis).items()}
     longest = max(len(history) for history in fits.values())
     chart = Chart(
         recording,

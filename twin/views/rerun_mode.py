@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.views.chart import Chart, common_range
 from twin.views.curves import sensor_deflections
 from twin.views.operating import Motion
@@ -30,7 +30,7 @@ BEAM_COLOURS = (AFTER, BEFORE, "#009e73", "#cc79a7", "#e69f00")
 OPEN, PRESSED = "#d55e00", "#0072b2"
 
 
-def animate_rig(recording: rr.RecordingStream, evidence: Evidence, motion: Motion) -> rrb.Spatial2DView:
+def animate_rig(recording: rr.RecordingStream, evidence: MeasuredData, motion: Motion) -> rrb.Spatial2DView:
     """The whole rig; the beams' lines are drawn apart so that all can be seen."""
     most = float(np.max(np.abs(np.concatenate([beam.value for beam in motion.beams]))))
     lift = LIFT * most

@@ -81,12 +81,12 @@ def _gain(diagnosis: TableDiagnosis) -> Section:
     same = gain.after == gain.before
     rows = [
         (
-            "smooth law" if diagnosis.kind == "sweeps" else "moduli identified, nothing blamed",
+            "smooth law" if diagnosis.kind == "sweeps" else "moduli identified, nothing named",
             f"{100 * gain.before:.2f} %",
         )
     ]
     if not same:
-        rows.append(("with what is blamed", f"{100 * gain.after:.2f} %"))
+        rows.append(("with what is named", f"{100 * gain.after:.2f} %"))
     rows.append(("noise floor", f"{100 * gain.noise_floor:.2f} %"))
     told = "This is the error" if same else f"The error falls {gain.before / max(gain.after, 1e-12):.1f}-fold"
     quantity = "force" if diagnosis.kind == "sweeps" else "frequency"
@@ -130,7 +130,7 @@ def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Sec
     texts = [
         f"Chi² per degree of freedom with the moduli identified is {misfit.chi2_per_dof:.3g}: the model {verb} the "
         f"frequencies, the threshold being {misfit.threshold:.3g}."
-        + (f" With what is blamed it is {misfit.after:.3g}." if extended else "")
+        + (f" With what is named it is {misfit.after:.3g}." if extended else "")
     ]
     drawn = picture(
         _frequency_figure(rows, extended=extended),
@@ -223,12 +223,12 @@ def _sweep_figure(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Figure
 def tried_table(diagnosis: TableDiagnosis) -> Table:
     """The models that were fitted, the likeliest first."""
     rows = [
-        (model.blames, f"{model.log_evidence:+.1f}", f"{model.chi2_per_dof:.3g}", f"{100 * model.rms_error:.2f} %")
+        (model.hypotheses, f"{model.log_evidence:+.1f}", f"{model.chi2_per_dof:.3g}", f"{100 * model.rms_error:.2f} %")
         for model in diagnosis.tried[:MOST_TRIED]
     ]
     return Table(
-        caption="Log evidence against blaming nothing, what is believed beforehand included",
-        head=("blamed", "log evidence", "chi² per degree of freedom", "rms error"),
+        caption="Log evidence against naming nothing, what is assumed beforehand included",
+        head=("named", "log evidence", "chi² per degree of freedom", "rms error"),
         rows=rows,
         numbers=(1, 2, 3),
     )
@@ -244,10 +244,10 @@ def table_figure(diagnosis: TableDiagnosis) -> Figure:
 
 def _identified(diagnosis: TableDiagnosis) -> Section:
     rows = [
-        (name, f"{believed:.4g}", f"{estimate.value:.4g}", f"{estimate.std:.2g}")
-        for name, (believed, estimate) in diagnosis.parameters.items()
+        (name, f"{nominal:.4g}", f"{estimate.value:.4g}", f"{estimate.std:.2g}")
+        for name, (nominal, estimate) in diagnosis.parameters.items()
     ]
-    head = ("parameter", "believed", "identified", "standard deviation")
+    head = ("parameter", "nominal", "identified", "standard deviation")
     return Section(
         title="What was identified", tables=[Table(caption="Moduli in N/m²", head=head, rows=rows, numbers=(1, 2, 3))]
     )

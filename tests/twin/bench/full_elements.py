@@ -6,7 +6,7 @@ from twin.structure import assemble, normal_modes
 
 
 class FullElements:
-    """The believed rig driven at its force cell, damped in its first modes.
+    """The nominal rig driven at its force cell, damped in its first modes.
 
     `omega` are their natural frequencies, rad/s.
     """

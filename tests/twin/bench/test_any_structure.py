@@ -5,7 +5,7 @@ import pytest
 
 from twin.bench import no_law, open_bench
 from twin.bench.build import SUSPENSION_Hz
-from twin.identify.evidence import _sign
+from twin.identify.measured_data import _sign
 from twin.rigs import Effect, load_rig
 from twin.structure import assemble, normal_modes, rigid_motions
 

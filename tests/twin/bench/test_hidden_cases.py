@@ -24,10 +24,10 @@ def test_a_case_hides_one_cause_and_moves_what_nobody_knows():
     for _ in range(60):
         case = draw_case(rng, rig=RIG)
         seen.add(case.effects[0].cause)
-        for key, believed in RIG.joint.preload.items():
+        for key, nominal in RIG.joint.preload.items():
             true = case.rig.joint.preload[key]
-            assert 0.9 <= true.normal_modulus / believed.normal_modulus <= 1.1
-            assert 0.9 <= true.shear_modulus / believed.shear_modulus <= 1.1
+            assert 0.9 <= true.normal_modulus / nominal.normal_modulus <= 1.1
+            assert 0.9 <= true.shear_modulus / nominal.shear_modulus <= 1.1
         assert all(
             0.8 <= a / b <= 1.2 for a, b in zip(case.rig.damping.modal_ratio, RIG.damping.modal_ratio, strict=True)
         )

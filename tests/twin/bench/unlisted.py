@@ -10,7 +10,7 @@ import numpy as np
 
 from twin.bench import EFFECTS, Bench, open_bench
 from twin.bench.plan import Element, Matrices, Plan
-from twin.joint import Hinges, Polynomial, Table
+from twin.joint import PiecewiseLinearContact, Polynomial, Table
 from twin.rigs import Effect, Rig
 
 
@@ -35,7 +35,7 @@ def backlash_pendulum(plan: Plan, strength: float = 1.0) -> None:
     def stops(matrices: Matrices) -> list[Element]:
         row = matrices.row(plan.place(position_m=0.35))
         row[-1] = -1.0
-        return [Element(row, Hinges((2e3, 2e3), (4e-4, -4e-4), (1, -1)))]
+        return [Element(row, PiecewiseLinearContact((2e3, 2e3), (4e-4, -4e-4), (1, -1)))]
 
     plan.matrix_changes.append(hang)
     plan.element_makers.append(stops)

@@ -11,11 +11,11 @@ import pytest
 from scipy.linalg import eigh
 
 from recordings.run import Run, Step, StepState
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import Output, believed_parameters, build_linear_model
-from twin.identify.unknowns import Unknowns
+from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.rigs import load_rig
 from twin.structure import Structure, assemble
 
@@ -32,7 +32,7 @@ KNOTS = np.array([1e-7, 5e-7, 2e-6])
 class DenseRig:
     """(K + j omega C - omega^2 M) x = c F with modal damping, nothing reduced, in any form a test gives it.
 
-    `damped_by` is the stiffness whose modes are damped: that at the moduli believed.
+    `damped_by` is the stiffness whose modes are damped: that at the moduli assumed.
     """
 
     M: Any
@@ -47,18 +47,18 @@ class DenseRig:
         """The matrices of a structure at base parameters, or others in their place."""
         K0, M = (structure.K0 if K0 is None else K0), (structure.M if M is None else M)
         KE, KG = (structure.joints[0].KE if KE is None else KE), (structure.joints[0].KG if KG is None else KG)
-        believed = RIG.joint.preload["120N"]
+        nominal = RIG.joint.preload["120N"]
         return cls(
             M=M,
             K=K0 + base.E * (1 + 1j * base.loss_E) * KE + base.G * (1 + 1j * base.loss_G) * KG,
-            damped_by=K0 + believed.normal_modulus * KE + believed.shear_modulus * KG,
+            damped_by=K0 + nominal.normal_modulus * KE + nominal.shear_modulus * KG,
             zeta=tuple(base.zeta),
             drive=structure.deflection(RIG.drive.position),
             rows=np.array([structure.row(output.place) for output in OUTPUTS]),
         )
 
     def damping(self):
-        """Of every mode its ratio; those above the identified ones have what the rig's last mode is believed to."""
+        """Of every mode its ratio; those above the identified ones have what the rig's last mode is assumed to."""
         squares, Phi = eigh(self.damped_by, self.M)
         zeta = np.full(len(squares), RIG.damping.modal_ratio[-1])
         zeta[: len(self.zeta)] = self.zeta
@@ -123,31 +123,31 @@ def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=N
         steps=(Step(time_ns=0, sweep="s", index=0, frequency_Hz=26.0, target_channel="force", target_amplitude=1.0,
                     state=StepState.MEASURING),),
     )  # fmt: skip
-    return Evidence(
+    return MeasuredData(
         rig=RIG, preload="120N", model=model, outputs=channels, force="force", reference=1, broadband=(bins,),
         steps=steps, unsettled=(), linear=None, runs=(begun,),
     )  # fmt: skip
 
 
 @pytest.fixture(scope="session")
-def unknowns():
-    """A linear joint, every base parameter away from what is believed."""
-    believed = believed_parameters(RIG)
-    base = replace(believed, E=1.1 * believed.E, G=0.9 * believed.G, loss_E=0.02, loss_G=0.05)
-    base = replace(base, zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]))
-    return Unknowns(base, (LayerLaw.zero(KNOTS, KNOTS),))
+def baseline():
+    """A linear joint, every base parameter away from what is assumed."""
+    nominal = nominal_parameters(RIG)
+    base = replace(nominal, E=1.1 * nominal.E, G=0.9 * nominal.G, loss_E=0.02, loss_G=0.05)
+    base = replace(base, zeta=nominal.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]))
+    return BaselineParameters(base, (LayerLaw.zero(KNOTS, KNOTS),))
 
 
 @pytest.fixture(scope="session")
 def structure():
-    """The believed structure."""
+    """The assumed structure."""
     return assemble(RIG)
 
 
 @pytest.fixture(scope="session")
-def dense(structure, unknowns):
-    """The believed rig at the unknowns, densely."""
-    return DenseRig.of(structure, unknowns.base)
+def dense(structure, baseline):
+    """The nominal rig at the unknowns, densely."""
+    return DenseRig.of(structure, baseline.base)
 
 
 @pytest.fixture(scope="session")

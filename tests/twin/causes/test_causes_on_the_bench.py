@@ -10,11 +10,11 @@ import pytest
 from twin.bench import no_law, open_bench
 from twin.bench.layer import law_from_table
 from twin.diagnose.models import CAUSES
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.harmonics import EVEN_ERROR, harmonic_residuals
 from twin.identify.joint_law import LayerLaw, choose_knots
-from twin.identify.linear_model import believed_parameters
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.residual_model import ResidualModel
 from twin.joint import describing_function
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LayerLawTable
@@ -61,25 +61,25 @@ def recorded(by_hand):
         shown = bench.built.laws[0]
         loss = shown.loss.stiffness(knots).imag if shown.loss else 0 * knots
         layer = LayerLaw(knots, knots, -describing_function(shown.normal.path, knots).real, loss)
-        return SimpleNamespace(evidence=evidence, unknowns=Unknowns(believed_parameters(rig), (layer,)))
+        return SimpleNamespace(evidence=evidence, baseline=BaselineParameters(nominal_parameters(rig), (layer,)))
 
     return record
 
 
-def errors(case, extension=None):
+def errors(case, modification=None):
     """Of the complex responses at every step, relative."""
-    predictor = Predictor(case.evidence, extension)
+    residual_model = ResidualModel(case.evidence, modification)
     steps = case.evidence.steps
-    R, omega, _ = predictor.step_receptance(case.unknowns)
-    return np.abs(predictor.responses(R, omega) * steps.force[:, :1] / steps.response[:, :, 0] - 1)
+    R, omega, _ = residual_model.step_receptance(case.baseline)
+    return np.abs(residual_model.responses(R, omega) * steps.force[:, :1] / steps.response[:, :, 0] - 1)
 
 
-def blamed(case, name, parameters):
+def named(case, name, parameters):
     """The cause as it was hidden."""
     label = {key: value for key, value in parameters.items() if isinstance(value, str)}
     values = {key: value for key, value in parameters.items() if key not in label}
     cause = CAUSES[name]
-    return cause.extension(case.evidence, label, cause.from_reported(values))
+    return cause.modification(case.evidence, label, cause.from_reported(values))
 
 
 @pytest.mark.parametrize("mode", [1, 2])
@@ -88,18 +88,18 @@ def test_a_slider_on_either_end_of_the_joint(recorded, element, mode):
     """It sticks in some steps and slips in others, in a layer that softens and loses beside it."""
     hidden = {"layer_element": element, "stiffness_N_per_m": 2e8, "slip_force_N": 40.0}
     case = recorded("joint-friction", hidden, law=True, mode=mode)
-    left, without = errors(case, blamed(case, "joint-friction", hidden)), errors(case)
+    left, without = errors(case, named(case, "joint-friction", hidden)), errors(case)
     assert np.max(without) > 0.3
     assert np.max(left) < 0.04 * np.max(without)
     # The middle, which slips less, would have to be another slider.
-    assert np.max(errors(case, blamed(case, "joint-friction", {**hidden, "layer_element": "2"}))) > 3 * np.max(left)
+    assert np.max(errors(case, named(case, "joint-friction", {**hidden, "layer_element": "2"}))) > 3 * np.max(left)
 
 
 @pytest.mark.parametrize("mode", [1, 2])
 def test_a_layer_that_is_uneven_softens_unevenly(recorded, mode):
     """A law takes the same share off each modulus."""
     case = recorded("joint-uneven", {"gradient": 0.6}, law=True, mode=mode)
-    left, without = errors(case, blamed(case, "joint-uneven", {"gradient": 0.6})), errors(case)
+    left, without = errors(case, named(case, "joint-uneven", {"gradient": 0.6})), errors(case)
     assert np.max(without) > 0.05
     assert np.max(left) < 0.02 * np.max(without)
 
@@ -109,11 +109,13 @@ def test_lost_contact_has_even_harmonics_and_the_law_its_odd_part(recorded, gap_
     """What differs between the ways is the cause's; what the fundamental shows of both is the law's own."""
     hidden = {"gap_m": gap_m, "stiffness_factor": 0.6}
     case = recorded("joint-slap", hidden, law=False)
-    extension = blamed(case, "joint-slap", hidden)
-    assert errors(case, extension) == pytest.approx(errors(case), rel=1e-9)
-    predictor = Predictor(case.evidence, extension, harmonic_residuals(Predictor(case.evidence), case.unknowns))
-    R, _, balance = predictor.step_receptance(case.unknowns)
-    found = predictor.extra_harmonics(case.unknowns, R, balance)
+    modification = named(case, "joint-slap", hidden)
+    assert errors(case, modification) == pytest.approx(errors(case), rel=1e-9)
+    residual_model = ResidualModel(
+        case.evidence, modification, harmonic_residuals(ResidualModel(case.evidence), case.baseline)
+    )
+    R, _, balance = residual_model.step_receptance(case.baseline)
+    found = residual_model.extra_harmonics(case.baseline, R, balance)
     for h in (2, 4, 6):
         measured = case.evidence.steps.response[:, :, h - 1]
         assert np.linalg.norm(found[:, h - 2] - measured) < EVEN_ERROR * np.linalg.norm(measured)

@@ -10,7 +10,7 @@ from scipy.integrate import simpson
 from scipy.signal import freqs
 
 from twin.diagnose.models import CAUSES
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.structure import assemble
 
 NEAR = 2e-4
@@ -25,7 +25,7 @@ def departure(found, expected):
 
 
 @pytest.fixture
-def compare(by_hand, unknowns, omega):
+def compare(by_hand, baseline, omega):
     """Hold a cause's forward model against a dense response (f, o) that has it."""
 
     def compare(name, expected, values, *, near=NEAR, spacing_s=0.0, **label):
@@ -34,24 +34,24 @@ def compare(by_hand, unknowns, omega):
         assert label in [dict(known) for known in cause.labels(evidence)]
         values = cause.from_reported(values)
         assert sorted(values) == sorted(p.name for p in cause.parameters(evidence, label))
-        blamed, believed = (Predictor(evidence, cause.extension(evidence, label, values)), Predictor(evidence))
-        found, unchanged = (p.responses(*p.step_receptance(unknowns)[:2]) for p in (blamed, believed))
+        named, nominal = (ResidualModel(evidence, cause.modification(evidence, label, values)), ResidualModel(evidence))
+        found, unchanged = (p.responses(*p.step_receptance(baseline)[:2]) for p in (named, nominal))
         assert np.all(departure(found, expected) < near)
         # Without the cause the responses are elsewhere, or the comparison would show nothing.
         assert np.max(departure(unchanged, expected)) > 20 * np.max(near)
         if not spacing_s:
             # Broadband responses, all of one time, are predicted alike.
-            (_, where), *_ = blamed.evaluate(unknowns).blocks
-            left, before = (p.evaluate(unknowns).residual[where] for p in (blamed, believed))
+            (_, where), *_ = named.evaluate(baseline).blocks
+            left, before = (p.evaluate(baseline).residual[where] for p in (named, nominal))
             assert np.linalg.norm(left) < 0.1 * np.linalg.norm(before)
 
     return compare
 
 
-def test_the_base_model_is_the_dense_rig(by_hand, dense, unknowns, omega):
+def test_the_base_model_is_the_dense_rig(by_hand, dense, baseline, omega):
     expected = dense.response(omega)
-    predictor = Predictor(by_hand.evidence(omega, expected))
-    assert np.all(departure(predictor.responses(*predictor.step_receptance(unknowns)[:2]), expected) < NEAR)
+    residual_model = ResidualModel(by_hand.evidence(omega, expected))
+    assert np.all(departure(residual_model.responses(*residual_model.step_receptance(baseline)[:2]), expected) < NEAR)
 
 
 @pytest.mark.parametrize(("position_m", "mass_kg"), [(0.42, 0.006), (0.13, 0.05), (0.29, -0.01)])
@@ -103,18 +103,18 @@ def by_rows(dense, x, omega):
 
 
 @pytest.mark.parametrize("beam", ["lower", "upper"])
-def test_beam_modulus(compare, by_hand, structure, unknowns, omega, beam):
+def test_beam_modulus(compare, by_hand, structure, baseline, omega, beam):
     """The block of the stiffness that is the beam's own, scaled."""
     K0 = structure.K0.copy()
     first_upper = 3 * len(structure.meshes["lower"].s) - 3
     own = slice(0, first_upper) if beam == "lower" else slice(first_upper, None)
     K0[own, own] *= 0.95
-    dense = by_hand.DenseRig.of(structure, unknowns.base, K0=K0)
+    dense = by_hand.DenseRig.of(structure, baseline.base, K0=K0)
     compare("beam-modulus", dense.response(omega), {"factor": 0.95}, beam=beam)
 
 
 @pytest.mark.parametrize("beam", ["lower", "upper"])
-def test_transverse_shear(compare, by_hand, structure, unknowns, omega, beam):
+def test_transverse_shear(compare, by_hand, structure, baseline, omega, beam):
     """Blocks of a structure all of Timoshenko elements in place of the beam's own."""
     update = {name: getattr(by_hand.rig, name).model_copy(update={"shear_ratio": 40.0}) for name in ("lower", "upper")}
     shearing = assemble(by_hand.rig.model_copy(update=update), sensor_masses=False)
@@ -124,26 +124,26 @@ def test_transverse_shear(compare, by_hand, structure, unknowns, omega, beam):
     M, K0 = structure.M.copy(), structure.K0.copy()
     M[own, own] += (shearing.M - stiff.M)[own, own]
     K0[own, own] += (shearing.K0 - stiff.K0)[own, own]
-    dense = by_hand.DenseRig.of(structure, unknowns.base, K0=K0, M=M)
+    dense = by_hand.DenseRig.of(structure, baseline.base, K0=K0, M=M)
     compare("transverse-shear", dense.response(omega), {"modulus_ratio": 40.0}, beam=beam)
 
 
-def test_clamp_compliance(compare, by_hand, unknowns, omega):
+def test_clamp_compliance(compare, by_hand, baseline, omega):
     """A structure that floats, then held at its root but for a rotation against a spring."""
     floating = assemble(by_hand.rig, layout=by_hand.rig.layout().hung_free())
     compliance = 2e-5
     K0 = floating.K0.copy()
     K0[2, 2] += 1 / compliance
-    dense = by_hand.DenseRig.of(floating, unknowns.base, K0=K0)
+    dense = by_hand.DenseRig.of(floating, baseline.base, K0=K0)
     M, K, damped_by = (matrix[2:, 2:] for matrix in (dense.M, dense.K, dense.damped_by))
     held = replace(dense, M=M, K=K, damped_by=damped_by, drive=dense.drive[2:], rows=dense.rows[:, 2:])
     compare("clamp-compliance", held.response(omega), {"rotational_rad_per_Nm": compliance})
 
 
-def test_base_motion(compare, by_hand, dense, unknowns, omega):
+def test_base_motion(compare, by_hand, dense, baseline, omega):
     """The clamp's own degrees of freedom moved by the drive force; the modes are damped as they move against it."""
     floating = assemble(by_hand.rig, layout=by_hand.rig.layout().hung_free())
-    whole = by_hand.DenseRig.of(floating, unknowns.base)
+    whole = by_hand.DenseRig.of(floating, baseline.base)
     receptance = 4e-7
     load = np.broadcast_to(dense.drive + 0j, (len(omega), len(dense.drive)))
     follows = (whole.K[3:, 1] - omega[:, None] ** 2 * whole.M[3:, 1]) * receptance
@@ -156,13 +156,13 @@ def test_base_motion(compare, by_hand, dense, unknowns, omega):
     compare("base-motion", by_rows(dense, x, omega), {"receptance_m_per_N": receptance}, near=1e-3)
 
 
-def test_joint_stiffness(compare, by_hand, structure, unknowns, omega):
-    base = replace(unknowns.base, E=0.7 * unknowns.base.E, G=1.6 * unknowns.base.G)
+def test_joint_stiffness(compare, by_hand, structure, baseline, omega):
+    base = replace(baseline.base, E=0.7 * baseline.base.E, G=1.6 * baseline.base.G)
     dense = by_hand.DenseRig.of(structure, base)
     compare("joint-stiffness", dense.response(omega), {"normal_factor": 0.7, "shear_factor": 1.6})
 
 
-def test_joint_uneven(compare, by_hand, structure, unknowns, omega):
+def test_joint_uneven(compare, by_hand, structure, baseline, omega):
     """Every Gauss point of the layer with the modulus of its place: half as much again at the clamp's end."""
     rig, gradient = by_hand.rig, 1.0
     begin = rig.lower.length - rig.joint.overlap
@@ -172,12 +172,12 @@ def test_joint_uneven(compare, by_hand, structure, unknowns, omega):
     )
     assert normal[0] > 1.4 > 0.6 > normal[-1]
     KE, KG = ((B.T * w) @ B for B, w in ((structure.joints[0].B_E, normal), (structure.joints[0].B_G, shear)))
-    dense = by_hand.DenseRig.of(structure, unknowns.base, KE=KE, KG=KG)
+    dense = by_hand.DenseRig.of(structure, baseline.base, KE=KE, KG=KG)
     compare("joint-uneven", dense.response(omega), {"gradient": gradient})
 
 
 @pytest.mark.parametrize("position_m", [0.058, 0.06, 0.31])
-def test_a_small_stiffness_loss(by_hand, dense, structure, unknowns, omega, position_m):
+def test_a_small_stiffness_loss(by_hand, dense, structure, baseline, omega, position_m):
     """A little bending stiffness taken off over a section as long as a mean element, by Simpson's rule."""
     rig, factor = by_hand.rig, 0.98
     half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
@@ -187,9 +187,9 @@ def test_a_small_stiffness_loss(by_hand, dense, structure, unknowns, omega, posi
     lost = (1 - factor) * EI * simpson(curvature[:, :, None] * curvature[:, None, :], x=x, axis=0)
     expected = dense.response(omega, extra=np.broadcast_to(-lost, (len(omega), *lost.shape)))
     evidence = by_hand.evidence(omega, expected)
-    extension = CAUSES["stiffness-loss"].extension(evidence, {}, {"factor": factor, "position_m": position_m})
-    blamed, believed = (Predictor(evidence, extension), Predictor(evidence))
-    found, unchanged = (p.responses(*p.step_receptance(unknowns)[:2]) for p in (blamed, believed))
+    modification = CAUSES["stiffness-loss"].modification(evidence, {}, {"factor": factor, "position_m": position_m})
+    named, nominal = (ResidualModel(evidence, modification), ResidualModel(evidence))
+    found, unchanged = (p.responses(*p.step_receptance(baseline)[:2]) for p in (named, nominal))
     # Two points do not integrate a curvature that has kinks where the section reaches into the next element.
     left, effect = (np.linalg.norm(values / expected - 1, axis=0) for values in (found, unchanged))
     assert np.all(left < 0.1 * effect)
@@ -212,10 +212,10 @@ def test_sensor_position(compare, by_hand, dense, structure, omega, index, place
     compare("sensor-position", expected, {"offset_m": -0.003}, channel=channel)
 
 
-def test_preload_loss(compare, by_hand, structure, unknowns, omega):
+def test_preload_loss(compare, by_hand, structure, baseline, omega):
     """E' falls linearly from the first step on, and so does its loss; G' stays."""
     rate = 2e-3
-    base = unknowns.base
+    base = baseline.base
     rows = [
         by_hand.DenseRig.of(structure, replace(base, E=base.E * (1 - rate * 2.0 * k))).response(omega[k : k + 1])
         for k in range(len(omega))
@@ -223,7 +223,7 @@ def test_preload_loss(compare, by_hand, structure, unknowns, omega):
     compare("preload-loss", np.concatenate(rows), {"rate_per_s": rate}, spacing_s=2.0)
 
 
-def test_temperature_drift(compare, by_hand, structure, unknowns, omega):
+def test_temperature_drift(compare, by_hand, structure, baseline, omega):
     """All moduli fall by the same part; damping ratios stay.
 
     The model shifts frequencies instead, which is the same for an acceleration; a velocity is left too small by half
@@ -234,7 +234,7 @@ def test_temperature_drift(compare, by_hand, structure, unknowns, omega):
     for k in range(len(omega)):
         left = 1 - rate * 2.0 * k
         parts = {"K0": left * structure.K0, "KE": left * structure.joints[0].KE, "KG": left * structure.joints[0].KG}
-        rows.append(by_hand.DenseRig.of(structure, unknowns.base, **parts).response(omega[k : k + 1]))
+        rows.append(by_hand.DenseRig.of(structure, baseline.base, **parts).response(omega[k : k + 1]))
     near = np.array([NEAR, NEAR, 0.6 * (1 - left)])
     compare("temperature-drift", np.concatenate(rows), {"rate_per_s": rate}, spacing_s=2.0, near=near)
 
@@ -303,14 +303,14 @@ def test_cross_talk(compare, dense, omega, channel, source):
     compare("cross-talk", expected, {"factor": 0.05}, channel=channel, source=source)
 
 
-def test_two_causes_at_once_are_both_there(by_hand, dense, structure, unknowns, omega):
+def test_two_causes_at_once_are_both_there(by_hand, dense, structure, baseline, omega):
     rows = np.array([structure.deflection(0.42), structure.axial(0.42)])
     extra = -(omega[:, None, None] ** 2) * 0.006 * (rows.T @ rows)
     extra = extra + 8e3 * np.outer(dense.drive, dense.drive)
     expected = seen(dense.response(omega, extra=extra), "acc1", np.full(len(omega), 1.07))
     evidence = by_hand.evidence(omega, expected)
-    whole = CAUSES["added-mass"].extension(evidence, {}, {"position_m": 0.42, "mass_kg": 0.006})
-    whole = whole.merged(CAUSES["stinger-stiffness"].extension(evidence, {}, {"stiffness_N_per_m": 8e3}))
-    whole = whole.merged(CAUSES["channel-gain"].extension(evidence, {"channel": "acc1"}, {"factor": 1.07}))
-    predictor = Predictor(evidence, whole)
-    assert np.all(departure(predictor.responses(*predictor.step_receptance(unknowns)[:2]), expected) < NEAR)
+    whole = CAUSES["added-mass"].modification(evidence, {}, {"position_m": 0.42, "mass_kg": 0.006})
+    whole = whole.merged(CAUSES["stinger-stiffness"].modification(evidence, {}, {"stiffness_N_per_m": 8e3}))
+    whole = whole.merged(CAUSES["channel-gain"].modification(evidence, {"channel": "acc1"}, {"factor": 1.07}))
+    residual_model = ResidualModel(evidence, whole)
+    assert np.all(departure(residual_model.responses(*residual_model.step_receptance(baseline)[:2]), expected) < NEAR)

@@ -8,12 +8,12 @@ from contract_causes import CONTRACT, SEEN_IN_SAMPLES
 
 from recordings.errors import InputError
 from twin.bench import draw_case
-from twin.diagnose.candidate import extension_of
 from twin.diagnose.effects import acting_effects
+from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.models import CAUSES
-from twin.identify.extension import Extension
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.model_modification import ModelModification
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import Effect
 
 MODELLED = {name: parameters for name, parameters in CONTRACT.items() if name not in SEEN_IN_SAMPLES}
@@ -71,16 +71,18 @@ def test_what_is_reported_is_enough_to_rebuild_the_effect(evidence):
 def test_an_effect_in_a_rig_file_acts_in_the_forward_model(evidence, name):
     """Whatever the bench can hide under a contract's name, the model's extension takes from a rig file."""
     case = draw_case(np.random.default_rng(7), rig=evidence.rig, causes=[name])
-    extension = extension_of(evidence, acting_effects(evidence, case.effects))
-    assert extension != Extension()
+    modification = modification_of(evidence, acting_effects(evidence, case.effects))
+    assert modification != ModelModification()
 
 
 @pytest.mark.parametrize(("given", "meant"), [({}, "3"), ({"layer_element": 1}, "1"), ({"layer_element": "2"}, "2")])
 def test_a_slider_of_another_programs_rig_file_sits_in_the_element_it_names_or_in_the_last(evidence, given, meant):
     effect = Effect(cause="joint-friction", parameters={"stiffness_N_per_m": 1e8, "slip_force_N": 100.0, **given})
-    (blame,) = acting_effects(evidence, [effect])
-    assert blame.label == {"layer_element": meant}
-    assert blame.cause.reported(blame.values, {})[0] == pytest.approx({"stiffness_N_per_m": 1e8, "slip_force_N": 100.0})
+    (hypothesis,) = acting_effects(evidence, [effect])
+    assert hypothesis.label == {"layer_element": meant}
+    assert hypothesis.cause.reported(hypothesis.values, {})[0] == pytest.approx(
+        {"stiffness_N_per_m": 1e8, "slip_force_N": 100.0}
+    )
 
 
 def test_a_slider_in_an_element_that_is_not_there_is_refused(evidence):
@@ -106,11 +108,11 @@ def test_extensions_that_remake_the_structure_say_so(evidence):
     """Fits take their differences over longer steps there."""
     for cause, label in every(evidence):
         values = {p.name: p.starts[0] for p in cause.parameters(evidence, label)}
-        extension = cause.extension(evidence, label, values)
-        believed, extended = (Predictor(evidence, e).model.structure for e in (None, extension))
-        parts = ((s.M, s.K0, s.joints[0].B_E, s.joints[0].B_G) for s in (believed, extended))
+        modification = cause.modification(evidence, label, values)
+        nominal, extended = (ResidualModel(evidence, e).model.structure for e in (None, modification))
+        parts = ((s.M, s.K0, s.joints[0].B_E, s.joints[0].B_G) for s in (nominal, extended))
         same = (np.array_equal(one, other) for one, other in zip(*parts, strict=True))
-        assert extension.changes_structure != all(same), cause.name
+        assert modification.changes_structure != all(same), cause.name
 
 
 def test_every_cause_but_a_sign_has_a_strength_that_may_vanish(evidence):
@@ -130,18 +132,18 @@ def test_a_slip_force_is_stiffness_times_the_displacement_at_which_it_slips():
 
 
 @pytest.fixture(scope="module")
-def harmonics(evidence, unknowns):
-    return harmonic_residuals(Predictor(evidence), unknowns)
+def harmonics(evidence, baseline):
+    return harmonic_residuals(ResidualModel(evidence), baseline)
 
 
 @pytest.fixture(scope="module")
-def change(evidence, harmonics, unknowns):
+def change(evidence, harmonics, baseline):
     """Largest change of any residual, in standard deviations, that a cause makes with its values."""
-    before = Predictor(evidence, None, harmonics).evaluate(unknowns, sensitivities=False).residual
+    before = ResidualModel(evidence, None, harmonics).evaluate(baseline, sensitivities=False).residual
 
     def change(cause, label, values):
-        predictor = Predictor(evidence, cause.extension(evidence, label, values), harmonics)
-        return np.max(np.abs(predictor.evaluate(unknowns, sensitivities=False).residual - before))
+        residual_model = ResidualModel(evidence, cause.modification(evidence, label, values), harmonics)
+        return np.max(np.abs(residual_model.evaluate(baseline, sensitivities=False).residual - before))
 
     return change
 
@@ -167,7 +169,7 @@ def test_a_cause_of_no_strength_changes_nothing(evidence, change, name):
 def test_a_beam_stiff_in_shear_keeps_its_rotary_inertia(evidence, beam):
     """Rayleigh's correction of the frequencies, in part of what shear does where a search begins."""
     cause = CAUSES["transverse-shear"]
-    extensions = [cause.extension(evidence, {"beam": beam}, {"modulus_ratio": ratio}) for ratio in (1e-3, 10.0)]
-    believed, rayleigh, timoshenko = (Predictor(evidence, e).model.basis.omega[:4] for e in (None, *extensions))
-    assert np.all(rayleigh < believed)
-    assert np.all(believed - rayleigh < 0.25 * (believed - timoshenko))
+    modifications = [cause.modification(evidence, {"beam": beam}, {"modulus_ratio": ratio}) for ratio in (1e-3, 10.0)]
+    nominal, rayleigh, timoshenko = (ResidualModel(evidence, e).model.basis.omega[:4] for e in (None, *modifications))
+    assert np.all(rayleigh < nominal)
+    assert np.all(nominal - rayleigh < 0.25 * (nominal - timoshenko))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from twin.diagnose.models import CAUSES
-from twin.identify.extension import NoiseMotion
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.model_modification import NoiseMotion
+from twin.identify.residual_model import ResidualModel
 from twin.joint import jenkins
 from twin.structure import layer_points
 
@@ -43,7 +43,7 @@ LOCAL = {
 @pytest.mark.parametrize("name", LOCAL)
 def test_harmonics_are_those_of_the_force_in_time(evidence, name):
     values, force = LOCAL[name]
-    (local,) = CAUSES[name].extension(evidence, {}, {**values, "position_m": 0.3}).nonlinear
+    (local,) = CAUSES[name].modification(evidence, {}, {**values, "position_m": 0.3}).nonlinear
     found = local.harmonics(AMPLITUDES, COUNT, np.full(len(AMPLITUDES), OMEGA))
     expected = np.array([sampled(force, a, OMEGA) for a in AMPLITUDES])
     size = np.abs(expected[:, :1]) + 1e-12
@@ -56,7 +56,7 @@ def test_harmonics_are_those_of_the_force_in_time(evidence, name):
 def test_air_drag_takes_the_square_of_the_velocity_over_the_whole_length(evidence, omega):
     """The sum of all places is the whole beam."""
     coefficient = 0.4
-    forces = CAUSES["air-drag"].extension(evidence, {}, {"coefficient_Ns2_per_m3": coefficient}).nonlinear
+    forces = CAUSES["air-drag"].modification(evidence, {}, {"coefficient_Ns2_per_m3": coefficient}).nonlinear
     expected = np.array(
         [sampled(lambda x, v: coefficient * evidence.rig.length * v * np.abs(v), a, omega) for a in AMPLITUDES]
     )
@@ -80,8 +80,8 @@ def test_joint_friction_is_a_slider_across_one_elements_slip(evidence, element):
     """
     k, slip = 3e4, 2e-8
     values = {"stiffness_N_per_m": k, "slip_m": slip}
-    extension = CAUSES["joint-friction"].extension(evidence, {"layer_element": element}, values)
-    (stuck,), (local,) = extension.attachments, extension.nonlinear
+    modification = CAUSES["joint-friction"].modification(evidence, {"layer_element": element}, values)
+    (stuck,), (local,) = modification.attachments, modification.nonlinear
     amplitude, omega = slip * np.array([0.5, 1.3, 2.0, 5.0]), np.full(4, 160.0)
     spring = stuck.stiffness(omega)[:, 0]
     found = local.harmonics(amplitude, COUNT, omega)
@@ -107,7 +107,7 @@ def test_a_joint_slider_slips_by_as_much_as_the_beams_slide(evidence):
     sliding[3 * len(structure.meshes["lower"].s) :: 3] = 1e-6
     for label in CAUSES["joint-friction"].labels(evidence):
         values = {"stiffness_N_per_m": 1e7, "slip_m": 1e-7}
-        (local,) = CAUSES["joint-friction"].extension(evidence, label, values).nonlinear
+        (local,) = CAUSES["joint-friction"].modification(evidence, label, values).nonlinear
         assert abs(local.row(structure) @ sliding[structure.free]) == pytest.approx(1e-6)
 
 
@@ -118,7 +118,7 @@ ACTING = {
 
 
 @pytest.mark.parametrize(("name", "drive"), [("cubic-stiffness", 1.5), ("ground-friction", 4.0)])
-def test_a_local_force_acts_with_its_equivalent_stiffness(by_hand, dense, structure, unknowns, name, drive):
+def test_a_local_force_acts_with_its_equivalent_stiffness(by_hand, dense, structure, baseline, name, drive):
     """The dense rig with that stiffness at the amplitude it then has, found by iterating."""
     values = ACTING[name]
     scale, *_ = (values[key] / LOCAL[name][0][key] for key in values)
@@ -134,15 +134,15 @@ def test_a_local_force_acts_with_its_equivalent_stiffness(by_hand, dense, struct
         amplitude = 0.5 * (amplitude + drive * np.abs(driven / (1 + k * own)))
     response = dense.response(omega, extra=k[:, None, None] * np.outer(row, row))
     evidence = by_hand.evidence(omega, response, force=drive)
-    predictor = Predictor(evidence, CAUSES[name].extension(evidence, {}, {**values, "position_m": 0.3}))
-    found = predictor.responses(*predictor.step_receptance(unknowns)[:2])
+    residual_model = ResidualModel(evidence, CAUSES[name].modification(evidence, {}, {**values, "position_m": 0.3}))
+    found = residual_model.responses(*residual_model.step_receptance(baseline)[:2])
     assert np.max(np.abs(found / response - 1)) < 5e-3
-    believed = Predictor(evidence)
-    unchanged = believed.responses(*believed.step_receptance(unknowns)[:2])
+    nominal = ResidualModel(evidence)
+    unchanged = nominal.responses(*nominal.step_receptance(baseline)[:2])
     assert np.max(np.abs(unchanged / response - 1)) > 0.1
 
 
-def test_a_stops_harmonics_reach_the_channels_as_the_dense_rig_carries_them(by_hand, dense, structure, unknowns):
+def test_a_stops_harmonics_reach_the_channels_as_the_dense_rig_carries_them(by_hand, dense, structure, baseline):
     """The response to the negative force at h times the frequency, in the phase of the motion where it strikes."""
     omega = 2 * np.pi * np.linspace(25.8, 27.2, 15)
     response = dense.response(omega)
@@ -150,11 +150,11 @@ def test_a_stops_harmonics_reach_the_channels_as_the_dense_rig_carries_them(by_h
     force = 6e-4 * omega**2 / np.abs(response[:, 1]) * np.exp(2j * np.pi * rng.random(len(omega)))
     evidence = by_hand.evidence(omega, response, force=force)
     k, gap, place = 0.5, 2e-4, 0.3
-    harmonics = harmonic_residuals(Predictor(evidence), unknowns)
+    harmonics = harmonic_residuals(ResidualModel(evidence), baseline)
     values = {"stiffness_N_per_m": k, "gap_m": gap, "position_m": place}
-    predictor = Predictor(evidence, CAUSES["ground-stop"].extension(evidence, {}, values), harmonics)
-    R, _, balance = predictor.step_receptance(unknowns)
-    found = predictor.extra_harmonics(unknowns, R, balance)
+    residual_model = ResidualModel(evidence, CAUSES["ground-stop"].modification(evidence, {}, values), harmonics)
+    R, _, balance = residual_model.step_receptance(baseline)
+    found = residual_model.extra_harmonics(baseline, R, balance)
     row = structure.deflection(place)
     motion = force * (dense.displacement(omega) @ row)
     for i, h in enumerate(harmonics.orders):
@@ -203,7 +203,7 @@ def test_the_linear_substitute_is_the_best_one_under_noise(evidence, noise, name
     """Least squares of the force in time on displacement and velocity."""
     values, force = UNDER_NOISE[name]
     place = {} if name == "air-drag" else {"position_m": 0.3}
-    local = CAUSES[name].extension(evidence, {}, {**values, **place}).nonlinear
+    local = CAUSES[name].modification(evidence, {}, {**values, **place}).nonlinear
     x, v = noise.real, -CENTRE * noise.imag
     f = force(x, v)
     expected = np.mean(f * x) / np.mean(x**2) + 1j * CENTRE * np.mean(f * v) / np.mean(v**2)

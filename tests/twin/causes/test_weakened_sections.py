@@ -15,12 +15,12 @@ def test_a_large_stiffness_loss_softens_as_much_wherever_it_lies_in_an_element(b
     """Against a mesh eight times as fine, of which whole elements are weakened."""
     rig, factor = by_hand.rig, 0.6
     half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
-    believed = rig.joint.preload["120N"]
-    E, G = believed.normal_modulus, believed.shear_modulus
+    nominal = rig.joint.preload["120N"]
+    E, G = nominal.normal_modulus, nominal.shear_modulus
     omega = np.array([160.0, 170.0])
     evidence = by_hand.evidence(omega, np.ones((2, 3), complex))
-    extension = CAUSES["stiffness-loss"].extension(evidence, {}, {"factor": factor, "position_m": position_m})
-    (attachment,) = extension.attachments
+    modification = CAUSES["stiffness-loss"].modification(evidence, {}, {"factor": factor, "position_m": position_m})
+    (attachment,) = modification.attachments
     rows, lost = attachment.rows(structure), attachment.stiffness(omega)[0]
     K = structure.stiffness(E, G)
     found = np.sqrt(eigh(K + rows.T @ np.diag(lost) @ rows, structure.M, eigvals_only=True)[:4])

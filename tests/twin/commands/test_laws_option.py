@@ -8,7 +8,7 @@ import pytest
 
 from twin.cli import main
 from twin.commands.laws import laws_words
-from twin.rigs import believed_rig_file, load_rig
+from twin.rigs import load_rig, nominal_rig_file
 
 LAW = """
 from numba import njit
@@ -29,7 +29,7 @@ HELD = NamedLaw(
 def files(tmp_path, monkeypatch):
     monkeypatch.setattr("twin.joint.registry._loaded", {})
     rig, law = tmp_path / "rig.toml", tmp_path / "law.py"
-    text = believed_rig_file(load_rig("steel-lap-joint")).decode()
+    text = nominal_rig_file(load_rig("steel-lap-joint")).decode()
     rig.write_text(text + '\n[joint.law.slip]\nname = "held"\nspring = 1e7\n')
     law.write_text(LAW)
     return rig, law

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.candidate import Blame, Candidate, extension_of
 from twin.diagnose.comparison import compare_sweeps, noise_floors, predicted_steps, relative_errors
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
-from twin.identify.base_fit import starting_unknowns
-from twin.identify.evidence import gather_evidence
+from twin.identify.base_fit import starting_baseline
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import gather_data
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 NOISE = 1e-4
@@ -24,13 +24,13 @@ NOISE = 1e-4
 
 @pytest.fixture(scope="module")
 def learnt(campaign):
-    evidence = gather_evidence([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
-    return evidence, starting_unknowns(evidence)
+    evidence = gather_data([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
+    return evidence, starting_baseline(evidence)
 
 
-def candidate(unknowns, *blames):
+def fitted_model(baseline, *hypotheses):
     """A model at these unknowns; how it was fitted does not matter here."""
-    return Candidate(blames, unknowns, cast("Any", None), 0.0, 100)
+    return FittedModel(hypotheses, baseline, cast("Any", None), 0.0, 100)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def by_hand(learnt):
 
     The reference channel moves as it was measured, for everything else goes by that; force and other channels follow.
     """
-    evidence, unknowns = learnt
+    evidence, baseline = learnt
     reference, steps = evidence.reference, evidence.steps
     moved = np.zeros_like(steps.response)
     moved[:, reference, 0] = steps.response[:, reference, 0]
@@ -50,7 +50,7 @@ def by_hand(learnt):
         force_variance=np.ones_like(steps.force_variance),
         unsettled=np.zeros(len(steps)),
     )
-    predicted = predicted_steps(replace(evidence, steps=quiet), candidate(unknowns))
+    predicted = predicted_steps(replace(evidence, steps=quiet), fitted_model(baseline))
 
     def make(errors, second=0.0):
         force, response = quiet.force.copy(), np.zeros_like(steps.response)
@@ -65,7 +65,7 @@ def by_hand(learnt):
             force_variance=np.repeat((NOISE * np.abs(force[:, :1])) ** 2, force.shape[1], axis=1),
         )
         whole = replace(evidence, steps=made)
-        return whole, harmonic_residuals(Predictor(whole), unknowns)
+        return whole, harmonic_residuals(ResidualModel(whole), baseline)
 
     return make
 
@@ -76,7 +76,7 @@ def test_errors_are_those_that_were_made(by_hand, learnt):
     rng = np.random.default_rng(6)
     errors = 0.05 * (rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
     evidence, harmonics = by_hand(errors)
-    found = relative_errors(evidence, candidate(learnt[1]), harmonics)
+    found = relative_errors(evidence, fitted_model(learnt[1]), harmonics)
     assert set(found) == {1}
     assert found[1] == pytest.approx(np.abs(errors).ravel())
 
@@ -84,15 +84,15 @@ def test_errors_are_those_that_were_made(by_hand, learnt):
 def test_a_model_with_the_cause_that_made_them_has_none(by_hand, learnt):
     shape = (len(learnt[0].steps), 2)
     evidence, harmonics = by_hand(np.tile([1 / 1.07 - 1, 0.0], (shape[0], 1)))
-    gain = Blame(CAUSES["channel-gain"], {"channel": "acc1"}, {"factor": 1.07}, {})
+    gain = CauseHypothesis(CAUSES["channel-gain"], {"channel": "acc1"}, {"factor": 1.07}, {})
     before, after = (relative_errors(evidence, model, harmonics)[1] for model in models(learnt[1], gain))
     assert before.reshape(shape)[:, 0] == pytest.approx(np.full(shape[0], 0.07 / 1.07))
     assert np.max(after) < 1e-9
 
 
-def models(unknowns, blame):
+def models(baseline, hypothesis):
     """The base family, and with a cause."""
-    return candidate(unknowns), candidate(unknowns, blame)
+    return fitted_model(baseline), fitted_model(baseline, hypothesis)
 
 
 def test_second_harmonics_are_held_against_a_model_where_they_stand_out(by_hand, learnt):
@@ -103,7 +103,7 @@ def test_second_harmonics_are_held_against_a_model_where_they_stand_out(by_hand,
     clear = np.zeros((count, 2), bool)
     clear[::3, 1] = True
     evidence, harmonics = by_hand(np.zeros((count, 2)), second=np.where(clear, 11.0, 9.0) * size)
-    found, floors = relative_errors(evidence, candidate(learnt[1]), harmonics), noise_floors(evidence, harmonics)
+    found, floors = relative_errors(evidence, fitted_model(learnt[1]), harmonics), noise_floors(evidence, harmonics)
     assert len(found[2]) == len(floors[2]) == clear.sum()
     assert found[2] == pytest.approx(np.ones(clear.sum()))
     assert floors[2] == pytest.approx(np.full(clear.sum(), 1 / 11))
@@ -111,16 +111,16 @@ def test_second_harmonics_are_held_against_a_model_where_they_stand_out(by_hand,
 
 def test_second_harmonics_that_a_cause_predicts_are_no_error(by_hand, learnt):
     """Measured as a stop makes them but for a tenth."""
-    evidence, unknowns = learnt
+    evidence, baseline = learnt
     count = len(evidence.steps)
     values = {"stiffness_N_per_m": 300.0, "gap_m": 1e-5, "position_m": 0.25}
-    stop = Blame(CAUSES["ground-stop"], {}, values, {})
+    stop = CauseHypothesis(CAUSES["ground-stop"], {}, values, {})
     plain, harmonics = by_hand(np.zeros((count, 2)))
-    predictor = Predictor(plain, extension_of(plain, (stop,)), harmonics)
-    R, _, balance = predictor.step_receptance(unknowns)
-    made = predictor.extra_harmonics(unknowns, R, balance)[:, harmonics.orders == 2][:, 0]
+    residual_model = ResidualModel(plain, modification_of(plain, (stop,)), harmonics)
+    R, _, balance = residual_model.step_receptance(baseline)
+    made = residual_model.extra_harmonics(baseline, R, balance)[:, harmonics.orders == 2][:, 0]
     evidence, harmonics = by_hand(np.zeros((count, 2)), second=made / 1.1)
-    before, after = (relative_errors(evidence, model, harmonics)[2] for model in models(unknowns, stop))
+    before, after = (relative_errors(evidence, model, harmonics)[2] for model in models(baseline, stop))
     assert len(after) > 0.9 * 2 * count
     assert before == pytest.approx(np.ones(len(before)))
     assert after == pytest.approx(np.full(len(after), 0.1), rel=1e-6)
@@ -143,14 +143,17 @@ def test_a_perfect_models_errors_are_its_noise_floor(by_hand, learnt):
         return NOISE * (rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / np.sqrt(2)
 
     evidence, harmonics = by_hand(draw(count, 2) + draw(count, 1))
-    found, floor = relative_errors(evidence, candidate(learnt[1]), harmonics)[1], noise_floors(evidence, harmonics)[1]
+    found, floor = (
+        relative_errors(evidence, fitted_model(learnt[1]), harmonics)[1],
+        noise_floors(evidence, harmonics)[1],
+    )
     assert np.sqrt(np.mean(found**2)) == pytest.approx(np.sqrt(np.mean(floor**2)), rel=0.2)
 
 
 def test_sweeps_are_compared_one_by_one_in_units_of_their_noise(by_hand, learnt):
     count = len(learnt[0].steps)
     evidence, _ = by_hand(np.tile([1 / 1.07 - 1, 0.0], (count, 1)))
-    gain = Blame(CAUSES["channel-gain"], {"channel": "acc1"}, {"factor": 1.07}, {})
+    gain = CauseHypothesis(CAUSES["channel-gain"], {"channel": "acc1"}, {"factor": 1.07}, {})
     sweeps = compare_sweeps(evidence, *models(learnt[1], gain))
     assert [sweep.sweep for sweep in sweeps] == list(dict.fromkeys(state.sweep for state in evidence.steps.states))
     assert sum(len(sweep.frequency_Hz) for sweep in sweeps) == count

@@ -10,7 +10,7 @@ import pytest
 
 from recordings import read_run
 from recordings.run import Channel, DeviceSamples, Run
-from twin.diagnose.sound_evidence import sound_evidence
+from twin.diagnose.sound_data import sound_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import load_rig
 
@@ -41,8 +41,8 @@ def with_meters(run: Run) -> Run:
 @pytest.mark.slow
 def test_other_channels_are_neither_blamed_nor_in_the_way(campaign: Path) -> None:
     run = with_meters(read_run(campaign / "sweeps.mcap"))
-    found = sound_evidence([run], RIG)
-    plain = sound_evidence([read_run(campaign / "sweeps.mcap")], RIG)
+    found = sound_data([run], RIG)
+    plain = sound_data([read_run(campaign / "sweeps.mcap")], RIG)
     assert [finding.names for finding in found.findings] == [finding.names for finding in plain.findings]
     assert found.evidence.channels == plain.evidence.channels
     np.testing.assert_array_equal(found.evidence.steps.response, plain.evidence.steps.response)
@@ -54,7 +54,7 @@ def test_a_sensor_of_the_rig_without_samples_is_not_used_and_told(campaign: Path
         name: replace(device, values={n: x for n, x in device.values.items() if n != "acc1"})
         for name, device in run.devices.items()
     }
-    evidence = sound_evidence([replace(run, devices=devices)], RIG).evidence
+    evidence = sound_data([replace(run, devices=devices)], RIG).evidence
     assert "acc1" not in evidence.channels
     assert evidence.unused == ("acc1",)
 

@@ -21,11 +21,11 @@ PLACES = ("position_m", "gap_m", "slip_force_N", "stiffness_N_per_m3")
 
 def hide_and_diagnose(folder: Path, cause: str, seed: int) -> tuple[dict[str, float | str], Diagnosis]:
     """The hidden parameters, and what the diagnosis makes of the recordings."""
-    believed = load_rig(RIG)
-    case, _ = record_case(CasePlan(seed, () if cause == "none" else (cause,)), believed, folder)
+    nominal = load_rig(RIG)
+    case, _ = record_case(CasePlan(seed, () if cause == "none" else (cause,)), nominal, folder)
     found = diagnose(
         [read_run(folder / name) for name in (BROADBAND, SWEEPS)],
-        believed,
+        nominal,
         held_out=[read_run(folder / HELD_OUT)],
         out=folder / "found",
     )

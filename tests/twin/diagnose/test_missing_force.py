@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from twin.diagnose.candidate import Blame
+from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.missing import FittedTerm, ForceAtLevel, MissingForce
 from twin.diagnose.missing.force import (
     LocalForce,
@@ -82,7 +82,7 @@ def test_a_law_of_several_terms_is_their_sum():
     label = {"law": named_law(terms)}
     assert law_of(label) == terms
     values = {"cubic spring": 3e6, "dashpot": 0.2, "position_m": 0.3}
-    peak, fundamental = peak_and_fundamental(Blame(LocalForce(), label, values, {}), A, OMEGA)
+    peak, fundamental = peak_and_fundamental(CauseHypothesis(LocalForce(), label, values, {}), A, OMEGA)
     assert fundamental == pytest.approx(3e6 * 0.75 * A**3 + 0.2j * OMEGA * A)
     assert np.all(peak >= np.abs(fundamental) * 0.9)
 

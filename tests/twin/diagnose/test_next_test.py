@@ -9,18 +9,18 @@ import pytest
 
 from recordings import read_run
 from recordings.errors import InputError
-from twin.diagnose.candidate import Blame, Trial, extension_of, fit_candidate
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place
-from twin.diagnose.next_test.imagined import Imagined, imagine
-from twin.diagnose.next_test.imagined_noise import imagined_bins
+from twin.diagnose.next_test.predicted_data import Imagined, predict_test_data
+from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.sensor_place import best_sensor_place
 from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.verdict import RIVAL
 from twin.identify.base_fit import fit_base
-from twin.identify.evidence import gather_evidence
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import gather_data
+from twin.identify.residual_model import ResidualModel
 from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import load_rig
 
@@ -31,25 +31,27 @@ DRIVE = RIG.drive.position
 @pytest.fixture(scope="module")
 def learnt(campaign):
     runs = tuple(read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps"))
-    return runs, gather_evidence(runs, RIG)
+    return runs, gather_data(runs, RIG)
 
 
 @pytest.fixture(scope="module")
-def unknowns(learnt):
+def baseline(learnt):
     return fit_base(learnt[1])[0]
 
 
 @pytest.fixture(scope="module")
-def believe(learnt, unknowns):
-    """A model that blames one cause at given values, knowing what the recordings leave open, `behind` in evidence."""
+def believe(learnt, baseline):
+    """A model that names one cause at given values, knowing what the recordings leave open, `behind` in evidence."""
 
-    def candidate(name, behind=0.0, label=None, **values):
-        blame = Blame(CAUSES[name], label or {}, values, {})
-        fit = fit_candidate(learnt[1], None, unknowns, (blame,), iterations=1)
+    def fitted_model(name, behind=0.0, label=None, **values):
+        hypothesis = CauseHypothesis(CAUSES[name], label or {}, values, {})
+        fit = fit_model(learnt[1], None, baseline, (hypothesis,), iterations=1)
         solution = replace(fit.solution, chi2=100.0)
-        return replace(fit, blames=(blame,), unknowns=unknowns, solution=solution, log_evidence=-behind, dof=100)
+        return replace(
+            fit, hypotheses=(hypothesis,), baseline=baseline, solution=solution, log_evidence=-behind, dof=100
+        )
 
-    return candidate
+    return fitted_model
 
 
 @pytest.fixture(scope="module")
@@ -110,15 +112,15 @@ def about_mode_2(proposals):
 def test_another_mode_is_swept_as_far_as_its_layer_opens_no_farther_than_was_measured(learnt, plain):
     """Its resonance lies within the band at every force, and the law is known at all of its steps."""
     _, evidence = learnt
-    measured = Predictor(evidence).step_receptance(plain.unknowns, inner=False)[2]
+    measured = ResidualModel(evidence).step_receptance(plain.baseline, inner=False)[2]
     proposed = [p for p in about_mode_2(propose(*learnt, plain, drifting=False)) if p.longer == 1.0]
     assert len(proposed) == 2
     opened = []
     for proposal in proposed:
-        steps = imagine(evidence, plain, proposal).evidence.steps
+        steps = predict_test_data(evidence, plain, proposal).evidence.steps
         assert 5 <= np.argmax(steps.amplitude_m) < len(steps) - 5
-        there = Predictor(replace(evidence, broadband=(), steps=steps))
-        motion = np.abs(there.step_receptance(plain.unknowns, inner=False)[2].motion).max(axis=0)
+        there = ResidualModel(replace(evidence, broadband=(), steps=steps))
+        motion = np.abs(there.step_receptance(plain.baseline, inner=False)[2].motion).max(axis=0)
         opened.append(np.max(motion / np.abs(measured.motion).max(axis=0)))
     assert 0.1 < min(opened) < max(opened) < 1.0
 
@@ -130,7 +132,7 @@ def test_two_masses_that_are_one_to_mode_1_are_parted_by_mode_2(learnt, believe)
     near = believe("added-mass", mass_kg=0.004, position_m=0.30)
     far = believe("added-mass", mass_kg=0.004 * float(here / there) ** 2, position_m=0.40)
     found = [p for p in sweeps(propose(*learnt, near, drifting=False)) if p.longer == 1.0]
-    parted = {p.what: separation(imagine(learnt[1], near, p), far, temper=1.0) for p in found}
+    parted = {p.what: separation(predict_test_data(learnt[1], near, p), far, overdispersion=1.0) for p in found}
     other = [value for what, value in parted.items() if "mode" in what]
     same = [value for what, value in parted.items() if "mode" not in what]
     assert max(other) > 5 * max(same)
@@ -150,8 +152,8 @@ def test_no_test_parts_a_model_from_itself(learnt, believe, plain):
         noise(propose(*learnt, plain, drifting=False))[0],
         sweeps(propose(*learnt, plain, drifting=False))[0],
     ):
-        imagined = imagine(learnt[1], model, proposal)
-        assert separation(imagined, model, temper=1.0) < 1e-3
+        predicted_data = predict_test_data(learnt[1], model, proposal)
+        assert separation(predicted_data, model, overdispersion=1.0) < 1e-3
 
 
 def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe, plain):
@@ -161,7 +163,10 @@ def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe, plain)
         for p in noise(propose(*learnt, plain, drifting=False))
         if p.procedure.band[0] < 20.0 < 900.0 < p.procedure.band[1]
     ]
-    parted = [separation(imagine(learnt[1], here, p), there, temper=1.0) for p in sorted(whole, key=lambda p: p.longer)]
+    parted = [
+        separation(predict_test_data(learnt[1], here, p), there, overdispersion=1.0)
+        for p in sorted(whole, key=lambda p: p.longer)
+    ]
     assert len(parted) == 5
     assert np.all(np.diff(parted) > 0)
     # The model's own error does not fall with time.
@@ -177,12 +182,12 @@ def test_an_imagined_sweep_has_the_resonance_of_the_recorded_one(learnt, believe
         for p in sweeps(propose(*learnt, plain, drifting=False))
         if p.procedure.amplitudes == [largest] and "mode" not in p.what
     ]
-    imagined = imagine(evidence, model, same).evidence.steps
+    predicted_data = predict_test_data(evidence, model, same).evidence.steps
     recorded = evidence.steps.select(np.array([s.target_amplitude == largest for s in evidence.steps.states]))
-    place = np.argmin(np.abs(imagined.omega[:, None] - recorded.omega), axis=0)
-    near = np.abs(imagined.omega[place] - recorded.omega) < 1e-3 * recorded.omega
+    place = np.argmin(np.abs(predicted_data.omega[:, None] - recorded.omega), axis=0)
+    near = np.abs(predicted_data.omega[place] - recorded.omega) < 1e-3 * recorded.omega
     assert near.sum() >= 5
-    np.testing.assert_allclose(imagined.amplitude_m[place[near]], recorded.amplitude_m[near], rtol=0.03)
+    np.testing.assert_allclose(predicted_data.amplitude_m[place[near]], recorded.amplitude_m[near], rtol=0.03)
 
 
 @pytest.mark.slow
@@ -209,7 +214,7 @@ def test_a_clear_winner_wants_no_test(learnt, believe, tmp_path):
 def swept(campaign):
     """Without a broadband run."""
     runs = (read_run(campaign / "sweeps.mcap"),)
-    return runs, gather_evidence(runs, RIG)
+    return runs, gather_data(runs, RIG)
 
 
 def test_where_there_are_only_sweeps_noise_is_proposed_quieter_than_they_were(swept, learnt, plain):
@@ -229,12 +234,12 @@ def test_the_first_noise_is_imagined_as_it_was_when_it_was_recorded(swept, learn
     recorded = learnt[1].broadband[0]
     model = believe("added-mass", mass_kg=1e-6, position_m=0.3)
     procedure = Random(band=(5.0, 1000.0), duration=30.0, rms=0.5)
-    imagined = imagined_bins(swept[1], model, procedure, recorded.time_s)
-    assert len(imagined.frequency_Hz) == pytest.approx(len(recorded.frequency_Hz), rel=0.5)
+    predicted_data = predicted_bins(swept[1], model, procedure, recorded.time_s)
+    assert len(predicted_data.frequency_Hz) == pytest.approx(len(recorded.frequency_Hz), rel=0.5)
 
     def differ(row):
-        there, own = (np.log(row(data)) for data in (imagined, recorded))
-        return np.median(np.abs(np.interp(recorded.frequency_Hz, imagined.frequency_Hz, there) - own))
+        there, own = (np.log(row(data)) for data in (predicted_data, recorded))
+        return np.median(np.abs(np.interp(recorded.frequency_Hz, predicted_data.frequency_Hz, there) - own))
 
     assert differ(lambda data: np.abs(data.H[:, 1])) < 0.1
     # Of one line; within a factor of two.
@@ -286,18 +291,18 @@ def test_a_further_sensor_goes_where_the_rivals_differ_most(learnt, believe):
         for x in (0.02, 0.05)
         if np.linalg.norm(structure.row(place := layout.place(x))) > 0
     ]  # fmt: skip
-    at = {place: sensor_place._imagine(evidence, one, place) for place in (found.place, *worst)}
-    gains = {place: separation(imagined, two, temper=1.0) for place, imagined in at.items()}
+    at = {place: sensor_place._predict_test_data(evidence, one, place) for place in (found.place, *worst)}
+    gains = {place: separation(predicted_data, two, overdispersion=1.0) for place, predicted_data in at.items()}
     assert gains[found.place] == max(gains.values())
-    without = separation(imagine_noise_again(evidence, one), two, temper=1.0)
+    without = separation(predict_noise_again(evidence, one), two, overdispersion=1.0)
     assert gains[found.place] > without
 
 
-def imagine_noise_again(evidence, truth):
+def predict_noise_again(evidence, truth):
     """The same run with the sensors that were there."""
     data = evidence.broadband[-1]
     there = replace(evidence.without_steps(), broadband=(data,))
-    predicted = Predictor(there, extension_of(there, truth.blames)).broadband_response(data, truth.unknowns)
+    predicted = ResidualModel(there, modification_of(there, truth.hypotheses)).broadband_response(data, truth.baseline)
     there = replace(there, broadband=(replace(data, H=predicted),))
-    own = Trial(there, None, truth.unknowns, truth.blames)
+    own = FitProblem(there, None, truth.baseline, truth.hypotheses)
     return Imagined(there, None, own.predict(own.x0).residual)

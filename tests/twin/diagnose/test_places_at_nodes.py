@@ -8,7 +8,7 @@ from twin.bench import open_bench
 from twin.demo import broadband
 from twin.diagnose import diagnose
 from twin.diagnose.places import from_told_place, node_field, place_at, place_labels, position, told_place
-from twin.identify.predict import blank_evidence
+from twin.identify.predict import blank_data
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import Effect, Place, load_rig, preload_record
 from twin.structure import NodeField
@@ -18,7 +18,7 @@ PLATE = load_rig("stiffened-plate")
 
 @pytest.fixture(scope="module")
 def evidence():
-    return blank_evidence(PLATE)
+    return blank_data(PLATE)
 
 
 def test_a_field_has_a_plates_two_ways_and_pushes_across_it():

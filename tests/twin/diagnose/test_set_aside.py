@@ -10,24 +10,24 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose.set_aside import set_aside
-from twin.identify import gather_evidence
-from twin.identify.evidence import Evidence
+from twin.identify import gather_data
+from twin.identify.measured_data import MeasuredData
 from twin.rigs import load_rig
 
 
 @pytest.fixture(scope="module")
-def swept(campaign: Path) -> Evidence:
+def swept(campaign: Path) -> MeasuredData:
     """Sweeps at 1.5, 3 and 6 N."""
-    return gather_evidence([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
+    return gather_data([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
 
 
-def only(evidence: Evidence, *, most_N: float) -> Evidence:
+def only(evidence: MeasuredData, *, most_N: float) -> MeasuredData:
     """Sweeps up to a force."""
     keep = np.array([state.target_amplitude <= most_N for state in evidence.steps.states])
     return replace(evidence, steps=evidence.steps.select(keep))
 
 
-def test_of_three_sweeps_the_middle_one_is_kept_back(swept: Evidence) -> None:
+def test_of_three_sweeps_the_middle_one_is_kept_back(swept: MeasuredData) -> None:
     kept, unseen, told = set_aside(swept)
     assert unseen is not None
     assert {state.target_amplitude for state in unseen.steps.states} == {3.0}
@@ -35,7 +35,7 @@ def test_of_three_sweeps_the_middle_one_is_kept_back(swept: Evidence) -> None:
     assert told == (unseen.steps.states[0].sweep,)
 
 
-def test_of_two_every_fourth_step_is(swept: Evidence) -> None:
+def test_of_two_every_fourth_step_is(swept: MeasuredData) -> None:
     whole = only(swept, most_N=3.0)
     kept, unseen, told = set_aside(whole)
     assert unseen is not None
@@ -47,7 +47,7 @@ def test_of_two_every_fourth_step_is(swept: Evidence) -> None:
     assert told == tuple(f"every fourth step of {name}" for name in names)
 
 
-def test_of_a_handful_of_steps_none_is(swept: Evidence) -> None:
+def test_of_a_handful_of_steps_none_is(swept: MeasuredData) -> None:
     few = only(swept, most_N=1.5)
     kept, unseen, told = set_aside(few)
     assert kept is few

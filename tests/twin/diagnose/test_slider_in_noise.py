@@ -7,7 +7,7 @@ import pytest
 from scipy.special import roots_genlaguerre
 
 from twin.diagnose.slider_in_noise import series_spring_and_rate, slider_in_noise
-from twin.identify.extension import NoiseMotion
+from twin.identify.model_modification import NoiseMotion
 from twin.identify.slipping import jenkins_harmonics
 from twin.joint import jenkins
 

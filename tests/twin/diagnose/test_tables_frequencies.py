@@ -130,8 +130,8 @@ def test_what_beliefs_and_not_data_decide_is_said(composite):
 @pytest.mark.slow
 def test_no_model_is_tried_that_the_data_could_not_contradict(composite):
     """Two causes with a place make as many parameters as there are frequencies."""
-    assert all("+" not in model.blames or "shear" in model.blames for model in composite.tried)
-    assert not any(model.blames == "added-mass + stiffness-loss" for model in composite.tried)
+    assert all("+" not in model.hypotheses or "shear" in model.hypotheses for model in composite.tried)
+    assert not any(model.hypotheses == "added-mass + stiffness-loss" for model in composite.tried)
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,12 @@ def test_the_steel_beams_eight_frequencies_name_a_mass_near_the_tip(steel):
     assert 0.017 < mass.value < 0.022
     assert 0.40 < place.value <= 0.42
     assert steel.gain.before > 10 * steel.gain.after
-    assert {model.blames for model in steel.tried} >= {"nothing", "added-mass", "clamp-compliance", "stiffness-loss"}
+    assert {model.hypotheses for model in steel.tried} >= {
+        "nothing",
+        "added-mass",
+        "clamp-compliance",
+        "stiffness-loss",
+    }
     assert set(steel.model.joint.preload) == {"120N", "540N"}
 
 
@@ -172,7 +177,10 @@ def test_causes_act_as_structures_assembled_by_themselves():
     softer = rig.model_copy(update={"upper": rig.upper.model_copy(update={"youngs_modulus": 0.9 * 198e9})})
     expected = {
         "added-mass": (assemble(rig).with_point_mass(0.3, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
-        "clamp-compliance": (assemble(rig, layout=rig.layout().softened(1 / 2e3)), {"rotational_rad_per_Nm": 1 / 2e3}),
+        "clamp-compliance": (
+            assemble(rig, layout=rig.layout().softened(1 / 2e3)),
+            {"rotational_rad_per_Nm": 1 / 2e3},
+        ),
         "beam-modulus upper": (assemble(softer), {"factor": 0.9}),
     }
     for key, (structure, values) in expected.items():
@@ -269,7 +277,7 @@ def test_masses_that_the_rig_file_owes_its_agreement_to_are_told():
 
 @pytest.mark.slow
 def test_a_joint_as_believed_but_for_its_moduli_is_found_right():
-    """A shear modulus a third too low: fits begun from what is believed alone end in a minimum of another mode."""
+    """A shear modulus a third too low: fits begun from what is assumed alone end in a minimum of another mode."""
     rig = coarse(load_rig("steel-lap-joint"))
     structure = assemble(rig)
     modes = normal_modes(structure.M, structure.stiffness(3.33e8, 5.06e7), 12)

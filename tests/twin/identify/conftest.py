@@ -7,8 +7,8 @@ import pytest
 
 from recordings.run import Run, Step, StepState
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import HARMONICS, Evidence, StepArrays
-from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
+from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.rigs import load_rig
 from twin.structure import layer_points
 
@@ -17,7 +17,7 @@ NO_ERROR = np.zeros(1)
 
 @dataclass(frozen=True)
 class Dense:
-    """Displacements by solving K + j omega C - omega^2 M, from nothing of the model but its believed modes' shapes."""
+    """Displacements by solving K + j omega C - omega^2 M, from nothing of the model but its assumed modes' shapes."""
 
     model: LinearModel
 
@@ -26,7 +26,7 @@ class Dense:
         s, reference = self.model.structure, self.model.basis
         MPhi, count = s.M @ reference.Phi, len(base.zeta)
         w, zeta = reference.omega.copy(), reference.zeta.copy()
-        w[:count] *= np.sqrt(1 + 2 * base.detuning)
+        w[:count] *= np.sqrt(1 + 2 * base.frequency_discrepancy)
         zeta[:count] = base.zeta
         C = MPhi @ np.diag(2 * zeta * w) @ MPhi.T
         K = s.K0 + MPhi @ np.diag(w**2 - reference.omega**2) @ MPhi.T
@@ -117,16 +117,16 @@ def steel_dense(steel_model):
 
 @pytest.fixture(scope="session")
 def other_base():
-    """Base parameters away from what is believed in every entry."""
-    believed = believed_parameters(load_rig("steel-lap-joint"))
+    """Base parameters away from what is assumed in every entry."""
+    nominal = nominal_parameters(load_rig("steel-lap-joint"))
     return replace(
-        believed,
-        E=1.1 * believed.E,
-        G=0.9 * believed.G,
+        nominal,
+        E=1.1 * nominal.E,
+        G=0.9 * nominal.G,
         loss_E=0.02,
         loss_G=0.05,
-        zeta=believed.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]),
-        detuning=np.array([1e-3, -2e-3, 3e-3, 0.0, 1e-3]),
+        zeta=nominal.zeta * np.array([1.3, 0.8, 1.1, 1.2, 0.9]),
+        frequency_discrepancy=np.array([1e-3, -2e-3, 3e-3, 0.0, 1e-3]),
     )
 
 
@@ -139,7 +139,7 @@ BEGUN = Run(
 
 
 class Build:
-    """Evidence whose responses and variances a test chooses."""
+    """Measured data whose responses and variances a test chooses."""
 
     @staticmethod
     def steps(omega, force, response, *, relative=1e-4, time_s=None):
@@ -173,9 +173,9 @@ class Build:
 
     @staticmethod
     def evidence(model, steps, broadband=()):
-        """Evidence of the steel rig."""
+        """Measured data of the steel rig."""
         rig = load_rig("steel-lap-joint")
-        return Evidence(
+        return MeasuredData(
             rig=rig, preload=rig.preload_name(None), model=model, outputs=model.outputs, force="force",
             reference=len(model.outputs) - 1, broadband=tuple(broadband), steps=steps, unsettled=(), linear=None,
             runs=(BEGUN,),

@@ -7,15 +7,15 @@ import pytest
 from scipy.stats import chi2
 
 from twin.bench import open_bench
-from twin.identify import base_fit, extended_rig
+from twin.identify import base_fit, forward_model
 from twin.identify.base_fit import fit_base, law_from_steps
-from twin.identify.evidence import Evidence
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import DETUNING_STD
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.measured_data import MeasuredData
 from twin.identify.opening_harmonics import ODD, balance_openings
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import COMMON_ERROR, LAW_ERROR, RATIO_ERROR
 from twin.joint import Saturating
 from twin.response import HarmonicBalance
@@ -29,8 +29,8 @@ HELD_OUT_N = {1: 3.0, 2: 0.6}
 
 
 @pytest.fixture(scope="module")
-def believed():
-    return believed_parameters(STEEL)
+def nominal():
+    return nominal_parameters(STEEL)
 
 
 def at_rest(build, dense, base, rng=None):
@@ -52,7 +52,7 @@ def circular(rng, size, shape):
 class Balanced:
     """Sweeps of the bench's own model about two modes: mode and force of each step, and what its points truly do."""
 
-    evidence: Evidence
+    evidence: MeasuredData
     mode: np.ndarray
     force_N: np.ndarray
     opening: np.ndarray
@@ -61,18 +61,20 @@ class Balanced:
     loss: np.ndarray
 
     def of(self, keep):
-        """Evidence of some of the steps, and of the broadband run."""
+        """Measured data of some of the steps, and of the broadband run."""
         return replace(self.evidence, steps=self.evidence.steps.select(keep))
 
-    def misfit(self, unknowns):
+    def misfit(self, baseline):
         """Relative error of each step's response (s,), at the motion that was measured: the worse of both sensors."""
-        predictor, steps = Predictor(self.evidence), self.evidence.steps
-        R, omega, _ = predictor.step_receptance(unknowns, inner=False)
-        return np.max(np.abs(predictor.responses(R, omega) * steps.force[:, :1] / steps.response[:, :, 0] - 1), axis=1)
+        residual_model, steps = ResidualModel(self.evidence), self.evidence.steps
+        R, omega, _ = residual_model.step_receptance(baseline, inner=False)
+        return np.max(
+            np.abs(residual_model.responses(R, omega) * steps.force[:, :1] / steps.response[:, :, 0] - 1), axis=1
+        )
 
 
 @pytest.fixture(scope="module")
-def balanced(build, steel_model, steel_dense, believed):
+def balanced(build, steel_model, steel_dense, nominal):
     """By harmonic balance; the joint is driven by its force, whose harmonics are none."""
     bench = open_bench(STEEL, drive="force", noise=False, converter=False, layout=STEEL.layout())
     at = [[channel.name for channel in bench.channels].index(name) for name in ("force", "acc1", "acc2")]
@@ -90,19 +92,19 @@ def balanced(build, steel_model, steel_dense, believed):
     opening, slip = local[:, :3], local[:, 3:] / omega[:, None]
     law = bench.built.laws[0]
     return Balanced(
-        build.evidence(steel_model, steps, [at_rest(build, steel_dense, believed)]), mode, force_N, opening, slip,
-        believed.E + law.normal.stiffness(opening).real, law.loss.modulus(slip),
+        build.evidence(steel_model, steps, [at_rest(build, steel_dense, nominal)]), mode, force_N, opening, slip,
+        nominal.E + law.normal.stiffness(opening).real, law.loss.modulus(slip),
     )  # fmt: skip
 
 
 def fitted(evidence):
     """Free, then without what a rig file has no place for, as `twin identify` does it."""
     free, solution = fit_base(evidence)
-    elsewhere = np.r_[free.blocks["loss_E"], free.blocks["detuning"]]
-    unknowns, held = fit_base(evidence, start=free, held_at_zero=elsewhere)
-    assert np.abs(unknowns.vector[elsewhere]).max() < 1e-9
+    elsewhere = np.r_[free.blocks["loss_E"], free.blocks["frequency_discrepancy"]]
+    baseline, held = fit_base(evidence, start=free, held_at_zero=elsewhere)
+    assert np.abs(baseline.vector[elsewhere]).max() < 1e-9
     assert held.chi2 < 1.5 * solution.chi2 < len(solution.residual)
-    return unknowns
+    return baseline
 
 
 def test_the_benchs_law_comes_back_from_two_modes_at_once(balanced):
@@ -111,17 +113,17 @@ def test_the_benchs_law_comes_back_from_two_modes_at_once(balanced):
     E' falls to less than a third, and the loss grows to more than ten times G'.
     """
     left_out = balanced.force_N == np.vectorize(HELD_OUT_N.get)(balanced.mode)
-    unknowns = fitted(balanced.of(~left_out))
-    E = unknowns.base.E - unknowns.laws[0].softening_at(balanced.opening)
-    loss, true = unknowns.laws[0].loss_at(balanced.slip), balanced.loss
+    baseline = fitted(balanced.of(~left_out))
+    E = baseline.base.E - baseline.laws[0].softening_at(balanced.opening)
+    loss, true = baseline.laws[0].loss_at(balanced.slip), balanced.loss
     assert balanced.normal_modulus.min() < 0.3 * balanced.normal_modulus.max()
-    assert true.max() > 10 * unknowns.base.G
+    assert true.max() > 10 * baseline.base.G
     assert np.max(np.abs(E - balanced.normal_modulus)) < 0.006 * balanced.normal_modulus.max()
     assert np.max(np.abs(loss - true)) < 0.005 * true.max()
     # A point that slips little hardly damps.
     large = true > 0.1 * true.max()
     np.testing.assert_allclose(loss[large], true[large], rtol=0.01)
-    misfit = balanced.misfit(unknowns)
+    misfit = balanced.misfit(baseline)
     for mode, level in HELD_OUT_N.items():
         here = (balanced.mode == mode) & (balanced.force_N == level)
         assert np.sqrt(np.mean(misfit[here] ** 2)) < 1e-3
@@ -148,11 +150,11 @@ def true_law():
     return LayerLaw(opening, slip, -SOFTENING.stiffness(opening).real, 3e8 * (slip / 1e-6) ** 1.5)
 
 
-def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, believed):
+def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, nominal):
     """Anew from the balance that was found, with receptances that hold its own secant stiffness."""
-    unknowns, predictor = Unknowns(believed, (true_law(),)), Predictor(balanced.evidence)
-    found = predictor.step_receptance(unknowns, inner=False)[2]
-    again = balance_openings(unknowns.laws, predictor.openings(unknowns, found, ODD)).more
+    baseline, residual_model = BaselineParameters(nominal, (true_law(),)), ResidualModel(balanced.evidence)
+    found = residual_model.step_receptance(baseline, inner=False)[2]
+    again = balance_openings(baseline.laws, residual_model.openings(baseline, found, ODD)).more
     size = np.max(np.abs(found.more))
     assert size > 1e-3 * np.max(np.abs(found.stiffness[:, :3]))
     np.testing.assert_allclose(found.more[:, :3], again, atol=1e-3 * size)
@@ -160,19 +162,19 @@ def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, bel
 
 @dataclass(frozen=True)
 class Swept:
-    """Evidence, and the truth behind it."""
+    """Measured data, and the truth behind it."""
 
-    evidence: Evidence
+    evidence: MeasuredData
     base: object
     motion: np.ndarray
 
-    def pulls(self, unknowns, solution, opening, slip):
+    def pulls(self, baseline, solution, opening, slip):
         """Errors of E' at openings and of the loss at slips in units of their stated deviations, (2, x)."""
-        law, base = unknowns.laws[0], unknowns.base
+        law, base = baseline.laws[0], baseline.base
         B, C = law.softening_basis(opening), law.loss_basis(slip)
-        by = np.zeros((2, len(opening), len(unknowns.vector)))
-        by[0, :, 0], by[0, :, unknowns.softening(0)] = base.E, -B
-        by[1, :, unknowns.loss(0)] = C
+        by = np.zeros((2, len(opening), len(baseline.vector)))
+        by[0, :, 0], by[0, :, baseline.softening(0)] = base.E, -B
+        by[1, :, baseline.loss(0)] = C
         true = true_law()
         error = [
             base.E - B @ law.softening - (self.base.E - true.softening_at(opening)),
@@ -182,13 +184,13 @@ class Swept:
 
 
 @pytest.fixture
-def swept(build, steel_model, steel_dense, believed, monkeypatch):
+def swept(build, steel_model, steel_dense, nominal, monkeypatch):
     """Makes evidence of a dense structure with that law at its points; exact, or with errors as stated.
 
     Its layer has no harmonics of its own, here or in the fit.
     """
-    monkeypatch.setattr(extended_rig, "HARMONIC_TURNS", 0)
-    usual = replace(believed, E=1.06 * believed.E, G=0.95 * believed.G, zeta=believed.zeta * 1.2)
+    monkeypatch.setattr(forward_model, "HARMONIC_TURNS", 0)
+    usual = replace(nominal, E=1.06 * nominal.E, G=0.95 * nominal.G, zeta=nominal.zeta * 1.2)
     omega = np.tile(2 * np.pi * np.linspace(25.7, 27.1, 25), 3)
     tip = np.repeat([4e-4, 1e-3, 2.4e-3], 25) * (0.15 + 0.85 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.35) ** 2))
 
@@ -211,7 +213,7 @@ def swept(build, steel_model, steel_dense, believed, monkeypatch):
 def test_the_law_read_off_the_steps_is_near_enough_to_begin_from(swept):
     """One softening and one loss for each step, as if all points had them; it stays within what a layer can be."""
     data = swept()
-    found, true = law_from_steps(Predictor(data.evidence), data.base).laws[0], true_law()
+    found, true = law_from_steps(ResidualModel(data.evidence), data.base).laws[0], true_law()
     opening, slip = data.motion[:, :3].max(axis=1), data.motion[:, 3:].max(axis=1)
     s, loss = true.softening_at(opening), true.loss_at(slip)
     assert np.max(np.abs(found.softening_at(opening) - s)) < 0.02 * np.max(s)
@@ -220,27 +222,27 @@ def test_the_law_read_off_the_steps_is_near_enough_to_begin_from(swept):
 
 def test_exact_evidence_leaves_nothing_and_returns_law_and_moduli(swept):
     data = swept()
-    unknowns, solution = fit_base(data.evidence)
+    baseline, solution = fit_base(data.evidence)
     opening, slip = (np.geomspace(0.05, 1, 30) * data.motion[:, part].max() for part in (slice(3), slice(3, 6)))
     true = true_law()
-    E, loss = unknowns.base.E - unknowns.laws[0].softening_at(opening), unknowns.laws[0].loss_at(slip)
+    E, loss = baseline.base.E - baseline.laws[0].softening_at(opening), baseline.laws[0].loss_at(slip)
     assert solution.chi2 < 0.01 * len(solution.residual)
-    assert np.max(np.abs(data.pulls(unknowns, solution, opening, slip))) < 1
+    assert np.max(np.abs(data.pulls(baseline, solution, opening, slip))) < 1
     np.testing.assert_allclose(E, data.base.E - true.softening_at(opening), rtol=0.005)
     assert np.max(np.abs(loss - true.loss_at(slip))) < 0.01 * np.max(true.loss_at(slip))
-    assert unknowns.base.zeta[0] == pytest.approx(data.base.zeta[0], rel=0.02)
+    assert baseline.base.zeta[0] == pytest.approx(data.base.zeta[0], rel=0.02)
 
 
 def test_stated_deviations_of_moduli_and_law_cover_their_errors(swept):
-    """What only the prior knows, the detunings, is drawn from it."""
+    """What only the prior knows, the frequency discrepancies, is drawn from it."""
     usual = swept().base
     rng = np.random.default_rng(17)
     pulls, misfit = [], []
     for _ in range(6):
-        data = swept(rng, base=replace(usual, detuning=DETUNING_STD * rng.standard_normal(5)))
-        unknowns, solution = fit_base(data.evidence)
+        data = swept(rng, base=replace(usual, frequency_discrepancy=DETUNING_STD * rng.standard_normal(5)))
+        baseline, solution = fit_base(data.evidence)
         opening, slip = (np.array([0.12, 0.35, 0.65, 0.95]) * data.motion[:, p].max() for p in (slice(3), slice(3, 6)))
-        pulls.append(data.pulls(unknowns, solution, opening, slip))
+        pulls.append(data.pulls(baseline, solution, opening, slip))
         # What the fit took up: the data's part of the information.
         taken = np.trace(np.linalg.solve(solution.information, solution.jacobian.T @ solution.jacobian))
         misfit.append((solution.chi2, len(solution.residual) - taken))
@@ -256,18 +258,18 @@ def test_a_layer_gives_no_energy_away_whatever_the_noise(swept):
     nothing = np.array([1e-9, 1e-5])
     linear = LayerLaw.zero(nothing, nothing)
     data = swept(np.random.default_rng(5), law=linear)
-    unknowns, solution = fit_base(data.evidence)
-    assert np.all(unknowns.laws[0].loss >= 0.0)
-    std = np.sqrt(np.diag(solution.covariance)[unknowns.softening(0)])
-    assert np.all(np.abs(unknowns.laws[0].softening) < 4 * std)
-    assert np.min(unknowns.laws[0].softening) < 0, "softening may be either way"
+    baseline, solution = fit_base(data.evidence)
+    assert np.all(baseline.laws[0].loss >= 0.0)
+    std = np.sqrt(np.diag(solution.covariance)[baseline.softening(0)])
+    assert np.all(np.abs(baseline.laws[0].softening) < 4 * std)
+    assert np.min(baseline.laws[0].softening) < 0, "softening may be either way"
 
 
 def test_a_layer_keeps_some_stiffness_whatever_the_data_ask_for(swept, monkeypatch):
     """They ask for more than half of E'."""
     monkeypatch.setattr(base_fit, "MOST_SOFTENED", 0.3)
     data = swept()
-    unknowns, _ = fit_base(data.evidence)
+    baseline, _ = fit_base(data.evidence)
     assert np.max(true_law().softening_at(data.motion[:, :3])) > 0.5 * data.base.E
     # The limit counts from the E' at which the last fit began.
-    assert 0.29 < np.max(unknowns.laws[0].softening) / unknowns.base.E < 0.33
+    assert 0.29 < np.max(baseline.laws[0].softening) / baseline.base.E < 0.33

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from twin.identify.changed_model import ChangedModels
-from twin.identify.extension import Attachment, Extension
 from twin.identify.linear_model import build_linear_model
+from twin.identify.model_modification import Attachment, ModelModification
 from twin.rigs import load_rig
 
 RIG = load_rig("steel-lap-joint")
-SOFTER = Extension(beam_modulus={"upper": 0.9})
+SOFTER = ModelModification(beam_modulus={"upper": 0.9})
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from twin.identify.force_levels import predict_left_out
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.polynomial_law import PolynomialProblem
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 SOFTENING, LOSS = np.array([2e6, 5e10, 8e12]), np.array([5e6, 3e10])
@@ -18,7 +18,7 @@ LEVELS = np.repeat([0, 1, 2], 25)
 @pytest.fixture(scope="module")
 def problem(build, steel_model, steel_dense):
     """Three sweeps of a dense structure that has polynomials; `stray` multiplies the middle one's softening."""
-    base = believed_parameters(load_rig("steel-lap-joint"))
+    base = nominal_parameters(load_rig("steel-lap-joint"))
     reference_omega = float(steel_model.basis.omega[0])
     omega = np.tile(2 * np.pi * np.linspace(25.8, 27.0, 25), 3)
     near = 0.2 + 0.8 / (1 + ((omega / (2 * np.pi) - 26.4) / 0.3) ** 2)
@@ -29,7 +29,7 @@ def problem(build, steel_model, steel_dense):
         H = steel_dense.accelerance(omega, base, -g1 * np.where(LEVELS == 1, stray, 1.0), 1j * g2)
         force = X * reference_omega**2 / np.abs(H[:, 1])
         steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None])
-        return PolynomialProblem.of(Predictor(build.evidence(steel_model, steps)), base, np.zeros((14, 14)))
+        return PolynomialProblem.of(ResidualModel(build.evidence(steel_model, steps)), base, np.zeros((14, 14)))
 
     return make
 

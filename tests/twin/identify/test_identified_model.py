@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.identify import gather_evidence
+from twin.identify import gather_data
 from twin.identify.identified import identify_rig
-from twin.identify.predict import RigResponse, blank_evidence
+from twin.identify.predict import RigResponse, blank_data
 from twin.rigs import load_rig, save_rig
 
 
 @pytest.fixture(scope="module")
-def believed():
+def nominal():
     return load_rig("steel-lap-joint")
 
 
 @pytest.fixture(scope="module")
-def identified(campaign, believed):
+def identified(campaign, nominal):
     runs = [read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps")]
-    return identify_rig(gather_evidence(runs, believed))
+    return identify_rig(gather_data(runs, nominal))
 
 
 def test_moduli_and_damping_of_the_rig_are_found(identified, true_rig):
@@ -30,10 +30,10 @@ def test_moduli_and_damping_of_the_rig_are_found(identified, true_rig):
     assert identified.rig.joint.preload["120N"].normal_modulus == identified.linear["normal_modulus"].value
 
 
-def test_the_model_file_predicts_a_force_that_was_held_out(identified, campaign, believed, tmp_path):
+def test_the_model_file_predicts_a_force_that_was_held_out(identified, campaign, nominal, tmp_path):
     save_rig(identified.rig, tmp_path / "model.toml")
-    response = RigResponse(blank_evidence(load_rig(tmp_path / "model.toml")))
-    steps = gather_evidence([read_run(campaign / "heldout.mcap")], believed).steps
+    response = RigResponse(blank_data(load_rig(tmp_path / "model.toml")))
+    steps = gather_data([read_run(campaign / "heldout.mcap")], nominal).steps
     predicted = response.forced(steps.omega / (2 * np.pi), np.abs(steps.force[:, 0]))
     measured = np.abs(steps.response[:, 1, 0])
     error, pull = [], []
@@ -49,7 +49,7 @@ def test_the_model_file_predicts_a_force_that_was_held_out(identified, campaign,
 
 
 def test_holding_the_predicted_acceleration_takes_the_given_force(identified):
-    response = RigResponse(blank_evidence(identified.rig))
+    response = RigResponse(blank_data(identified.rig))
     f, F = np.array([26.0, 26.4, 26.7]), np.array([3.0, 2.0, 5.0])
     free = response.forced(f, F)
     held = response.held(free.frequency_Hz, free.acceleration_m_per_s2)

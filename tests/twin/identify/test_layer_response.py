@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from twin.identify.layer_response import layer_response
-from twin.identify.linear_model import believed_parameters
-from twin.identify.predict import blank_evidence
-from twin.identify.prediction import Predictor
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.predict import blank_data
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 
@@ -14,7 +14,7 @@ from twin.rigs import load_rig
 def layer():
     rig = load_rig("steel-lap-joint")
     omega = 2 * np.pi * np.linspace(24.0, 29.0, 11)
-    return layer_response(Predictor(blank_evidence(rig)), believed_parameters(rig), omega, np.zeros(11))
+    return layer_response(ResidualModel(blank_data(rig)), nominal_parameters(rig), omega, np.zeros(11))
 
 
 def difference(function, step):
@@ -33,8 +33,8 @@ def test_sensitivities_agree_with_finite_differences(layer):
 
 
 def test_responses_are_those_of_the_whole_structure_solved_at_once(layer):
-    model = layer.predictor.model
-    s, base = model.structure, believed_parameters(load_rig("steel-lap-joint"))
+    model = layer.residual_model.model
+    s, base = model.structure, nominal_parameters(load_rig("steel-lap-joint"))
     E, G = base.E - 1.5e8, base.G + 4e8j
     H, _, _ = layer.responses(np.full(11, -1.5e8 + 0j), np.full(11, 4e8j))
     M_Phi = s.M @ model.basis.Phi

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import MODULI_STD, base_bounds, base_prior, fit_linear, whiten
-from twin.identify.linear_model import BaseParameters, believed_parameters
+from twin.identify.linear_model import LinearParameters, nominal_parameters
 from twin.rigs import load_rig
 from twin.structure import eigenvalue_sensitivity, normal_modes
 
@@ -19,8 +19,8 @@ DRAWS = 12
 
 
 @pytest.fixture(scope="module")
-def believed():
-    return believed_parameters(load_rig("steel-lap-joint"))
+def nominal():
+    return nominal_parameters(load_rig("steel-lap-joint"))
 
 
 def covariance(rng):
@@ -42,24 +42,24 @@ def measured(dense, base, rng, noise=1.0):
     )  # fmt: skip
 
 
-def truth(believed, rng):
+def truth(nominal, rng):
     """Drawn from the fit's own prior, so that its posterior should hold it; losses away from their limit."""
-    mean, precision = base_prior(believed)
+    mean, precision = base_prior(nominal)
     # By Cholesky's factor: eigenvectors, and with them the draw, have another sign on another processor.
     vector = rng.multivariate_normal(mean, np.linalg.inv(precision), method="cholesky")
     vector[2:4] = rng.uniform(0.02, 0.05), rng.uniform(0.1, 0.2)
-    return BaseParameters.from_vector(vector)
+    return LinearParameters.from_vector(vector)
 
 
 @pytest.fixture(scope="module")
-def fits(steel_model, steel_dense, believed):
+def fits(steel_model, steel_dense, nominal):
     """True parameters and fits to noisy responses."""
     rng = np.random.default_rng(11)
     found = []
     for _ in range(DRAWS):
-        base = truth(believed, rng)
+        base = truth(nominal, rng)
         data = measured(steel_dense, base, rng)
-        found.append((base, fit_linear(steel_model, data, believed, believed=believed)))
+        found.append((base, fit_linear(steel_model, data, nominal, nominal=nominal)))
     return found
 
 
@@ -115,23 +115,21 @@ def test_the_misfit_is_that_of_the_noise(fits):
         assert np.all(np.diff(fit.history) < 0)
 
 
-def test_exact_responses_give_the_exact_moduli(steel_model, steel_dense, believed):
+def test_exact_responses_give_the_exact_moduli(steel_model, steel_dense, nominal):
     """What the prior draws towards itself is far less than its own width."""
-    base = replace(believed, E=1.1 * believed.E, G=0.93 * believed.G, loss_E=0.03, loss_G=0.1, zeta=believed.zeta * 1.5)
-    fit = fit_linear(
-        steel_model, measured(steel_dense, base, np.random.default_rng(0), 0.0), believed, believed=believed
-    )
+    base = replace(nominal, E=1.1 * nominal.E, G=0.93 * nominal.G, loss_E=0.03, loss_G=0.1, zeta=nominal.zeta * 1.5)
+    fit = fit_linear(steel_model, measured(steel_dense, base, np.random.default_rng(0), 0.0), nominal, nominal=nominal)
     std = np.sqrt(np.diag(fit.covariance))
     assert np.all(np.abs(fit.base.vector - base.vector)[:9] < 0.5 * std[:9])
     np.testing.assert_allclose([fit.base.E, fit.base.G], [base.E, base.G], rtol=3e-3)
 
 
-def test_a_rig_that_loses_nothing_in_its_joint_gets_no_negative_loss(steel_model, steel_dense, believed):
+def test_a_rig_that_loses_nothing_in_its_joint_gets_no_negative_loss(steel_model, steel_dense, nominal):
     lower, upper = base_bounds()
-    base = replace(believed, loss_E=0.0, loss_G=0.0)
+    base = replace(nominal, loss_E=0.0, loss_G=0.0)
     for seed in range(4):
         data = measured(steel_dense, base, np.random.default_rng(seed))
-        vector = fit_linear(steel_model, data, believed, believed=believed).base.vector
+        vector = fit_linear(steel_model, data, nominal, nominal=nominal).base.vector
         assert np.all((vector >= lower) & (vector <= upper))
 
 

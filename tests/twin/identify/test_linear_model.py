@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twin.identify.linear_model import BaseParameters, Output, build_linear_model
+from twin.identify.linear_model import LinearParameters, Output, build_linear_model
 from twin.rigs import load_rig
 
 OMEGA = 2 * np.pi * np.array([12.0, 26.2, 26.45, 80.0, 156.9, 300.0, 472.0, 800.0, 890.0])
@@ -33,11 +33,11 @@ def test_sensitivities_are_derivatives_of_the_response(steel_model, other_base, 
     def response(value):
         vector = other_base.vector.copy()
         vector[entry] = value
-        return steel_model.response(steel_model.receptance(OMEGA, BaseParameters.from_vector(vector)), OMEGA)
+        return steel_model.response(steel_model.receptance(OMEGA, LinearParameters.from_vector(vector)), OMEGA)
 
     R = steel_model.receptance(OMEGA, other_base)
     analytic = steel_model.sensitivity(R, OMEGA, other_base)[:, :, entry]
-    # A detuning or a modulus moves sharp resonances: their steps are small beside the resonances' width.
+    # A frequency discrepancy or a modulus moves sharp resonances: their steps are small beside the resonances' width.
     step = {0: 1e-3, 1: 1e-2, 2: 1e-3, 3: 1e-2}.get(entry, 2e-2 if entry < 9 else 5e-5)
     numeric = difference(response, other_base.vector[entry], step)
     # Far from a mode its parameters move nothing, and a difference is round-off of the response itself.
@@ -47,10 +47,10 @@ def test_sensitivities_are_derivatives_of_the_response(steel_model, other_base, 
 
 
 def test_a_vector_of_base_parameters_goes_there_and_back(other_base):
-    again = BaseParameters.from_vector(other_base.vector)
+    again = LinearParameters.from_vector(other_base.vector)
     np.testing.assert_allclose(again.vector, other_base.vector, rtol=1e-14)
     np.testing.assert_allclose([again.E, again.G], [other_base.E, other_base.G], rtol=1e-13)
-    assert len(BaseParameters.blocks(1)) == len(other_base.vector)
+    assert len(LinearParameters.blocks(1)) == len(other_base.vector)
 
 
 def test_quantities_and_directions_differ_by_powers_of_j_omega(steel_model, other_base):

@@ -8,9 +8,10 @@ from opening_balance import balance_openings_numpy
 from scipy.optimize import root
 
 from twin.identify import opening_harmonics
-from twin.identify.extension import Opening
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.model_modification import Opening
 from twin.identify.opening_harmonics import (
     EVEN_TOO,
     ODD,
@@ -19,10 +20,9 @@ from twin.identify.opening_harmonics import (
     loss_among_harmonics,
     stiffness_by_softening,
 )
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.residual_model import ResidualModel
 from twin.joint import RunningLoss, Saturating
-from twin.response.alternation import running
+from twin.response.aft import running
 from twin.rigs import load_rig
 
 E, WEIGHT = 4e8, np.array([0.066, 0.05, 0.066])
@@ -170,7 +170,7 @@ def test_the_compiled_balance_is_the_plain_one(orders, slap):
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
 def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, slap):
     """The third harmonic of a sweep about mode 2 passes mode 3; mode 1 opens the layer by 7 um."""
-    base = believed_parameters(load_rig("steel-lap-joint"))
+    base = nominal_parameters(load_rig("steel-lap-joint"))
     knots = np.geomspace(1e-8, 1e-5, 20)
     law = LayerLaw(knots, knots, -SOFT.stiffness(knots).real, 2e9 * knots**2 / (knots**2 + 1e-12))
     omega = 2 * np.pi * around_Hz * np.tile(np.linspace(0.97, 1.03, 41), 3)
@@ -178,9 +178,9 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
     H, motion = steel_dense.with_law(omega, tip, base, law)
     force = tip * omega**2 / np.abs(H[:, 1])
     steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None])
-    predictor = Predictor(build.evidence(steel_model, steps))
-    unknowns = Unknowns(base, (law,))
-    given = predictor.openings(unknowns, predictor.step_receptance(unknowns, inner=False)[2], EVEN_TOO)
+    residual_model = ResidualModel(build.evidence(steel_model, steps))
+    baseline = BaselineParameters(base, (law,))
+    given = residual_model.openings(baseline, residual_model.step_receptance(baseline, inner=False)[2], EVEN_TOO)
     found = balance_openings((law,), given, (slap,))
     assert found.unsettled < 1e-7
     assert np.max(np.abs(motion[:, :3])) > 2e-6

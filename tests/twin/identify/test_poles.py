@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.poles import poles_near
 from twin.rigs import load_rig
 
@@ -34,7 +34,7 @@ def test_a_guess_without_a_peak_stays():
 
 
 def test_a_rig_without_joint_loss_has_the_poles_of_its_modes(steel_model):
-    base = believed_parameters(load_rig("steel-lap-joint"))
+    base = nominal_parameters(load_rig("steel-lap-joint"))
 
     def rig(omega):
         return steel_model.response(steel_model.receptance(omega, base, inner=False), omega)

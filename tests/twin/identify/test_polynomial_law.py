@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.polynomial_law import PolynomialProblem, fit_polynomials
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 SOFTENING, LOSS = np.array([2e6, 5e10, 8e12]), np.array([5e6, 3e10])
@@ -17,8 +17,8 @@ SOFTENING, LOSS = np.array([2e6, 5e10, 8e12]), np.array([5e6, 3e10])
 
 @pytest.fixture(scope="module")
 def base():
-    believed = believed_parameters(load_rig("steel-lap-joint"))
-    return replace(believed, E=1.03 * believed.E)
+    nominal = nominal_parameters(load_rig("steel-lap-joint"))
+    return replace(nominal, E=1.03 * nominal.E)
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +37,8 @@ def make(build, steel_model, steel_dense, base):
             error = np.exp(noise / np.sqrt(2) * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)))
         response = (H * error * force[:, None])[:, :, None]
         steps = build.steps(omega, force[:, None], response)
-        predictor = Predictor(build.evidence(steel_model, steps))
-        return PolynomialProblem.of(predictor, base, np.zeros((14, 14)))
+        residual_model = ResidualModel(build.evidence(steel_model, steps))
+        return PolynomialProblem.of(residual_model, base, np.zeros((14, 14)))
 
     return problem
 

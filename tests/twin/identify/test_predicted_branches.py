@@ -7,7 +7,7 @@ from scipy.interpolate import PchipInterpolator
 from twin.bench import open_bench
 from twin.diagnose.effects import with_effects
 from twin.identify import predict
-from twin.identify.predict import RigResponse, blank_evidence
+from twin.identify.predict import RigResponse, blank_data
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LawTable, LayerLawTable, load_rig
 from twin.structure import assemble, layer_points, normal_modes
@@ -50,7 +50,7 @@ def test_three_solutions_where_harmonic_balance_has_three():
     nothing = LawTable(channel="acc2", amplitude_m=list(X), softening=[0.0] * 60, loss=[0.0] * 60)
     rig, force_N, folded = with_law(nothing, [HARDENING]), 3.0, [26.76, 26.80]
     frequencies = np.array([26.05, *folded, 27.4])
-    evidence = blank_evidence(rig)
+    evidence = blank_data(rig)
     response = RigResponse(with_effects(evidence))
     found = response.forced(frequencies, np.full(len(frequencies), force_N))
     expected = balance_crossings(rig, frequencies, force_N)
@@ -75,7 +75,7 @@ def test_one_law_of_the_layer_holds_about_every_mode(frequencies, span, force_N)
     """The bench marches the law's time form with all its harmonics; those of the slip are not in the prediction."""
     rig = with_law(SATURATING)
     for channel in ("acc1", "acc2"):
-        response = RigResponse(blank_evidence(rig), channel=channel)
+        response = RigResponse(blank_data(rig), channel=channel)
         found = response.forced(np.array(frequencies), np.full(len(frequencies), force_N))
         assert response.channel == channel
         expected = balance_crossings(rig, frequencies, force_N, span=span, channel=channel, step=0.02)
@@ -91,7 +91,7 @@ def test_every_solution_solves_the_whole_structure_at_its_own_amplitude():
     """Each of the three by itself: the points' moduli at their own motion, all degrees of freedom at once."""
     law = layer_law(3.5e8 * O / (O + 1e-6), 3e7 * Q / (Q + 1e-6))
     rig = with_law(law, damping=3e-4)
-    response = RigResponse(blank_evidence(rig), own_harmonics=False)
+    response = RigResponse(blank_data(rig), own_harmonics=False)
     found = response.forced(np.array([26.14, 26.2, 26.5]), np.full(3, 2.0))
     assert found.branches == 3
     s, moduli = assemble(rig), rig.joint.preload["120N"]
@@ -121,12 +121,12 @@ def test_a_motion_beyond_the_law_is_told_and_wide():
     """The same model about modes 1 and 2: where a mode opens the joint farther than was seen, nobody knows."""
     std = {"softening_std": [1e6] * 60, "loss_std": [1e7] * 60}
     seen = layer_law(3.3e8 * O / (O + 2e-6), 3e9 * Q**2 / (Q**2 + 2.5e-12), **std)
-    response = RigResponse(blank_evidence(with_law(seen)))
+    response = RigResponse(blank_data(with_law(seen)))
     inside = response.held(np.array([26.3, 156.0]), np.array([40.0, 90.0]))
     assert not inside.unseen.any()
     assert np.all(inside.std / inside.force_N < 0.02)
     short = {name: getattr(seen, name)[:31] for name in ("opening_m", "softening", "slip_m", "loss", *std)}
-    blind = RigResponse(blank_evidence(with_law(LayerLawTable(**short))))
+    blind = RigResponse(blank_data(with_law(LayerLawTable(**short))))
     outside = blind.held(np.array([26.3, 156.0, 26.3]), np.array([40.0, 90.0, 2.0]))
     assert outside.unseen.tolist() == [True, True, False]
     assert np.all(outside.beyond[:2] > 2)
@@ -137,18 +137,16 @@ def test_a_motion_beyond_the_law_is_told_and_wide():
 @pytest.mark.slow
 def test_thousands_of_steps_at_once():
     f = np.linspace(25.0, 28.0, 300)
-    found = RigResponse(blank_evidence(with_law(SATURATING))).forced(
-        np.tile(f, 4), np.repeat([0.5, 1.5, 3.0, 6.0], 300)
-    )
+    found = RigResponse(blank_data(with_law(SATURATING))).forced(np.tile(f, 4), np.repeat([0.5, 1.5, 3.0, 6.0], 300))
     assert np.all(np.bincount(found.step, minlength=1200) % 2 == 1)
     assert not found.unsettled.any()
 
 
 def test_a_root_is_found_by_halving_where_false_position_takes_too_long(monkeypatch):
     frequencies, force_N = np.array([26.14, 26.2, 26.5]), np.full(3, 2.0)
-    usual = RigResponse(blank_evidence(with_law(SATURATING))).forced(frequencies, force_N)
+    usual = RigResponse(blank_data(with_law(SATURATING))).forced(frequencies, force_N)
     monkeypatch.setattr(predict, "TURNS", 0)
-    halved = RigResponse(blank_evidence(with_law(SATURATING))).forced(frequencies, force_N)
+    halved = RigResponse(blank_data(with_law(SATURATING))).forced(frequencies, force_N)
     assert halved.step.tolist() == usual.step.tolist()
     np.testing.assert_allclose(halved.acceleration_m_per_s2, usual.acceleration_m_per_s2, rtol=1e-8)
 
@@ -159,7 +157,7 @@ def test_uncertain_damping_of_a_mode_widens_what_is_foretold_about_it_alone():
 
     def damped(ratio, std):
         damping = rig.damping.model_copy(update={"modal_ratio": [0.0023, ratio], "modal_ratio_std": [0.0, std]})
-        return RigResponse(blank_evidence(rig.model_copy(update={"damping": damping})))
+        return RigResponse(blank_data(rig.model_copy(update={"damping": damping})))
 
     frequencies, acceleration = np.array([26.2, 154.9, 155.5, 156.0]), np.full(4, 3.0)
     known, unsure, more = (damped(*z).held(frequencies, acceleration) for z in ((2e-3, 0), (2e-3, 1e-4), (2.01e-3, 0)))

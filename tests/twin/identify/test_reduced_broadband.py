@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twin.identify.linear_fit import reduce_broadband
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.spectrum import BroadbandRecord
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
@@ -51,9 +51,9 @@ def recorded(response, rng, *, turned=()):
 @pytest.fixture(scope="module")
 def steel():
     """The true rig: moduli wrong by eight per cent, damping by more; responses (f, 2) per newton at given omega."""
-    s, believed = assemble(load_rig("steel-lap-joint")), believed_parameters(load_rig("steel-lap-joint"))
-    omega = normal_modes(s.M, s.stiffness(1.08 * believed.E, 0.93 * believed.G)).omega
-    return omega / (2 * np.pi), inertance(s, 1.08 * believed.E, 0.93 * believed.G)
+    s, nominal = assemble(load_rig("steel-lap-joint")), nominal_parameters(load_rig("steel-lap-joint"))
+    omega = normal_modes(s.M, s.stiffness(1.08 * nominal.E, 0.93 * nominal.G)).omega
+    return omega / (2 * np.pi), inertance(s, 1.08 * nominal.E, 0.93 * nominal.G)
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +61,8 @@ def reductions(steel, steel_model):
     """Half a minute each, cut out of a much longer random force, so that the responses were under way before."""
     _, response = steel
     rng = np.random.default_rng(31)
-    believed = believed_parameters(load_rig("steel-lap-joint"))
-    return [reduce_broadband(steel_model, recorded(response, rng), believed, force="force") for _ in range(3)]
+    nominal = nominal_parameters(load_rig("steel-lap-joint"))
+    return [reduce_broadband(steel_model, recorded(response, rng), nominal, force="force") for _ in range(3)]
 
 
 @pytest.mark.slow
@@ -84,11 +84,11 @@ def test_noise_densities_are_found(reductions):
 
 
 def test_the_fit_finds_resonances_and_damping_whatever_the_belief(steel, steel_model, reductions):
-    """Detunings are free here, so that moduli are not judged: natural frequencies and total damping are."""
+    """Frequency discrepancy are free here, so that moduli are not judged: natural frequencies and total damping are."""
     s = steel_model.structure
     for _, fit in reductions:
         modes = normal_modes(s.M, s.stiffness(fit.base.E, fit.base.G), 4)
-        found_Hz = modes.frequency_Hz * np.sqrt(1 + 2 * fit.base.detuning[:4])
+        found_Hz = modes.frequency_Hz * np.sqrt(1 + 2 * fit.base.frequency_discrepancy[:4])
         np.testing.assert_allclose(found_Hz[:3], steel[0][:3], rtol=2e-4)
         joint = fit.base.E * fit.base.loss_E * np.sum((s.joints[0].B_E @ modes.Phi) ** 2, axis=0)
         joint = joint + fit.base.G * fit.base.loss_G * np.sum((s.joints[0].B_G @ modes.Phi) ** 2, axis=0)
@@ -100,20 +100,20 @@ def test_the_fit_finds_resonances_and_damping_whatever_the_belief(steel, steel_m
     "factors", [(0.7, 0.62), *(pytest.param(same, marks=pytest.mark.slow) for same in ((0.75, 0.75), (1.4, 1.4)))]
 )
 def test_moduli_far_from_belief_are_no_trap(steel_model, factors):
-    """Followed from what is believed, the shapes lead into a false minimum."""
-    believed = believed_parameters(load_rig("steel-lap-joint"))
+    """Followed from what is assumed, the shapes lead into a false minimum."""
+    nominal = nominal_parameters(load_rig("steel-lap-joint"))
     s = assemble(load_rig("steel-lap-joint"))
-    record = recorded(inertance(s, factors[0] * believed.E, factors[1] * believed.G), np.random.default_rng(32))
-    _, fit = reduce_broadband(steel_model, record, believed, force="force")
+    record = recorded(inertance(s, factors[0] * nominal.E, factors[1] * nominal.G), np.random.default_rng(32))
+    _, fit = reduce_broadband(steel_model, record, nominal, force="force")
     assert fit.chi2_per_dof < 1.5
 
 
 @pytest.mark.slow
 def test_a_channel_that_is_turned_round_is_no_trap(steel, steel_model):
-    believed = believed_parameters(load_rig("steel-lap-joint"))
+    nominal = nominal_parameters(load_rig("steel-lap-joint"))
     upright, turned = (
         reduce_broadband(
-            steel_model, recorded(steel[1], np.random.default_rng(32), turned=names), believed, force="force"
+            steel_model, recorded(steel[1], np.random.default_rng(32), turned=names), nominal, force="force"
         )
         for names in ((), ("acc2",))
     )

@@ -13,7 +13,7 @@ from drivers.virtual import Addresses, VirtualRig
 from recordings import read_run
 from twin.bench import open_bench
 from twin.cli import main
-from twin.identify import gather_evidence
+from twin.identify import gather_data
 from twin.lab import load_run
 from twin.rigs import Sensor, load_rig, save_rig
 from twin.views.receptance import per_force, per_force_label
@@ -81,7 +81,7 @@ def test_moduli_are_identified_from_an_accelerometer_and_a_gauge(noise, capsys):
     wrong = replace(device, values={**device.values, "gauge": 1.1 * device.values["gauge"]})
     chi2 = []
     for one in (run_, replace(run_, devices={**run_.devices, "daq": wrong})):
-        evidence = gather_evidence([one], strained("acc2"))
+        evidence = gather_data([one], strained("acc2"))
         chi2.append(evidence.linear.chi2_per_dof)
     assert chi2[0] < 1 < 3 < chi2[1]
 

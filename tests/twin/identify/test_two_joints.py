@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twin.identify import extended_rig
+from twin.identify import forward_model
 from twin.identify.base_fit import fit_base
-from twin.identify.extension import Extension
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import Output, believed_parameters, build_linear_model
-from twin.identify.predict import RigResponse, blank_evidence
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.model_modification import ModelModification
+from twin.identify.predict import RigResponse, blank_data
+from twin.identify.residual_model import ResidualModel
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import load_rig
 from twin.structure import layer_points
@@ -38,10 +38,10 @@ def model():
 
 @pytest.fixture(scope="module")
 def base():
-    believed = believed_parameters(RIG)
+    nominal = nominal_parameters(RIG)
     return replace(
-        believed, E=believed.E * [1.06, 0.95], G=believed.G * [0.97, 1.05], loss_E=np.array([0.01, 0.02]),
-        loss_G=np.array([0.03, 0.01]), zeta=believed.zeta * 1.1,
+        nominal, E=nominal.E * [1.06, 0.95], G=nominal.G * [0.97, 1.05], loss_E=np.array([0.01, 0.02]),
+        loss_G=np.array([0.03, 0.01]), zeta=nominal.zeta * 1.1,
     )  # fmt: skip
 
 
@@ -99,7 +99,7 @@ def swept(model, base):
 @pytest.fixture
 def evidence(build, model, base, swept, monkeypatch):
     """Exact; the openings have no harmonics of their own, here or in the fit."""
-    monkeypatch.setattr(extended_rig, "HARMONIC_TURNS", 0)
+    monkeypatch.setattr(forward_model, "HARMONIC_TURNS", 0)
     omega, tip, H, _ = swept
     response = H * (omega**2 * tip / np.abs(H[:, -1]))[:, None]
     force = response[:, -1] / H[:, -1]
@@ -113,73 +113,73 @@ def evidence(build, model, base, swept, monkeypatch):
 
 def test_each_joint_follows_its_own_law(evidence, base, swept):
     """As the whole structure solved anew until each point's stiffness is that of its own amplitude."""
-    predictor = Predictor(evidence)
-    R, omega, balance = predictor.step_receptance(Unknowns(base, LAWS), inner=False)
+    residual_model = ResidualModel(evidence)
+    R, omega, balance = residual_model.step_receptance(BaselineParameters(base, LAWS), inner=False)
     _, _, H, moved = swept
-    np.testing.assert_allclose(predictor.responses(R, omega), H, rtol=2e-5)
+    np.testing.assert_allclose(residual_model.responses(R, omega), H, rtol=2e-5)
     opening, slip = moved[:, [0, 1, 2, 6, 7, 8]], moved[:, [3, 4, 5, 9, 10, 11]]
     np.testing.assert_allclose(np.abs(balance.motion), np.concatenate([opening, slip], axis=1), rtol=1e-3)
-    exchanged = predictor.step_receptance(Unknowns(base, LAWS[::-1]), inner=False)[0]
-    assert np.max(np.abs(predictor.responses(exchanged, omega) / H - 1)) > 0.02
+    exchanged = residual_model.step_receptance(BaselineParameters(base, LAWS[::-1]), inner=False)[0]
+    assert np.max(np.abs(residual_model.responses(exchanged, omega) / H - 1)) > 0.02
 
 
 def test_sensitivities_are_derivatives_for_both(evidence, base):
     """Of every kind of unknown, of each joint."""
-    unknowns, predictor = Unknowns(base, LAWS), Predictor(evidence)
-    predictor = Predictor(evidence, held=predictor.linearisation(unknowns))
-    J = predictor.evaluate(unknowns).jacobian
-    blocks, vector = unknowns.blocks, unknowns.vector
+    baseline, residual_model = BaselineParameters(base, LAWS), ResidualModel(evidence)
+    residual_model = ResidualModel(evidence, held=residual_model.linearisation(baseline))
+    J = residual_model.evaluate(baseline).jacobian
+    blocks, vector = baseline.blocks, baseline.vector
     looked = [blocks[name].start + j for name in ("log_E", "log_G", "loss_E", "loss_G") for j in (0, 1)]
-    looked += [part.start + 22 for j in (0, 1) for part in (unknowns.softening(j), unknowns.loss(j))]
+    looked += [part.start + 22 for j in (0, 1) for part in (baseline.softening(j), baseline.loss(j))]
     for entry in looked:
-        step = (1e-5 if entry < unknowns.of_laws.start else 1e-2) * max(abs(vector[entry]), 0.1)
+        step = (1e-5 if entry < baseline.of_laws.start else 1e-2) * max(abs(vector[entry]), 0.1)
 
         def residual(shift, entry=entry):
             moved = vector.copy()
             moved[entry] += shift
-            return predictor.evaluate(unknowns.with_vector(moved), sensitivities=False).residual
+            return residual_model.evaluate(baseline.with_vector(moved), sensitivities=False).residual
 
         numeric = -(residual(step) - residual(-step)) / (2 * step)
         assert np.max(np.abs(J[:, entry] - numeric)) < 1e-3 * np.max(np.abs(J[:, entry])), entry
 
 
 def test_both_joints_moduli_and_laws_come_back(evidence, base, swept):
-    """From what is believed of them, without noise; as far as the points moved."""
-    unknowns, solution = fit_base(evidence)
+    """From what is assumed of them, without noise; as far as the points moved."""
+    baseline, solution = fit_base(evidence)
     assert solution.chi2 < 0.02 * len(solution.residual)
-    std = unknowns.blocks.unpack(np.sqrt(np.diag(solution.covariance)))
-    assert np.all(np.abs(np.log(unknowns.base.E / base.E)) < np.maximum(2 * std["log_E"], 3e-3))
-    assert np.all(np.abs(np.log(unknowns.base.G / base.G)) < np.maximum(2 * std["log_G"], 3e-3))
+    std = baseline.blocks.unpack(np.sqrt(np.diag(solution.covariance)))
+    assert np.all(np.abs(np.log(baseline.base.E / base.E)) < np.maximum(2 * std["log_E"], 3e-3))
+    assert np.all(np.abs(np.log(baseline.base.G / base.G)) < np.maximum(2 * std["log_G"], 3e-3))
     moved = swept[3]
-    for joint, (found, true) in enumerate(zip(unknowns.laws, LAWS, strict=True)):
+    for joint, (found, true) in enumerate(zip(baseline.laws, LAWS, strict=True)):
         most = moved[:, 6 * joint : 6 * joint + 3].max(), moved[:, 6 * joint + 3 : 6 * joint + 6].max()
         opening, slip = (np.geomspace(0.2, 0.95, 10) * largest for largest in most)
-        E = unknowns.base.E[joint] - found.softening_at(opening)
+        E = baseline.base.E[joint] - found.softening_at(opening)
         np.testing.assert_allclose(E, base.E[joint] - true.softening_at(opening), rtol=0.02)
         assert np.max(np.abs(found.loss_at(slip) - true.loss_at(slip))) < 0.05 * true.loss_at(slip).max()
     # A rig file has no place for these.
-    blocks = unknowns.blocks
-    without = np.r_[blocks["loss_E"], blocks["detuning"]]
-    unknowns, solution = fit_base(evidence, start=unknowns, held_at_zero=without)
-    written = updated_rig(evidence, unknowns, solution)
-    for joint, E in zip(written.joints, unknowns.base.E, strict=True):
+    blocks = baseline.blocks
+    without = np.r_[blocks["loss_E"], blocks["frequency_discrepancy"]]
+    baseline, solution = fit_base(evidence, start=baseline, held_at_zero=without)
+    written = updated_rig(evidence, baseline, solution)
+    for joint, E in zip(written.joints, baseline.base.E, strict=True):
         assert joint.preload[evidence.preload].normal_modulus == pytest.approx(E)
         assert joint.law is not None
     # The file's laws predict what was measured: each on its joint.
     omega, tip, H, _ = swept
-    response = RigResponse(blank_evidence(written, evidence.preload), channel="acc2", own_harmonics=False)
+    response = RigResponse(blank_data(written, evidence.preload), channel="acc2", own_harmonics=False)
     held = response.held(omega / (2 * np.pi), omega**2 * tip)
     np.testing.assert_allclose(held.force_N, omega**2 * tip / np.abs(H[:, -1]), rtol=0.01)
 
 
 def test_what_acts_on_one_joint_leaves_the_other_alone(evidence, base):
     """Half of the inner joint's moduli by an extension is half of them in the base parameters; a drift is its own."""
-    unknowns = Unknowns(base, LAWS)
-    halved = Predictor(evidence, Extension(moduli_factor={"inner": (0.5, 0.5)}))
+    baseline = BaselineParameters(base, LAWS)
+    halved = ResidualModel(evidence, ModelModification(moduli_factor={"inner": (0.5, 0.5)}))
     other = replace(base, E=base.E * [0.5, 1.0], G=base.G * [0.5, 1.0])
-    there = Predictor(evidence).broadband_response(evidence.broadband[0], Unknowns(other, LAWS))
-    np.testing.assert_allclose(halved.broadband_response(evidence.broadband[0], unknowns), there, rtol=1e-9)
-    drifting = Predictor(evidence, Extension(layer_drift_per_s={"outer": 1e-3}))
+    there = ResidualModel(evidence).broadband_response(evidence.broadband[0], BaselineParameters(other, LAWS))
+    np.testing.assert_allclose(halved.broadband_response(evidence.broadband[0], baseline), there, rtol=1e-9)
+    drifting = ResidualModel(evidence, ModelModification(layer_drift_per_s={"outer": 1e-3}))
     left = drifting.normal_left(np.array([0.0, 100.0]))
     np.testing.assert_allclose(left, [[1.0, 1.0], [1.0, 0.9]])
     changed = drifting.moduli_changes(base, np.array([100.0]))[0][0]

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from twin.bench.layer import law_from_table
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.joint_law import LayerLaw
-from twin.identify.unknowns import Unknowns
 from twin.identify.updated_rig import updated_rig
 from twin.structure import normal_modes
 
 
 @pytest.fixture
-def unknowns(other_base):
+def baseline(other_base):
     law = LayerLaw(
         np.geomspace(5e-8, 5e-6, 6), np.geomspace(2e-8, 2e-6, 5),
         1e7 * np.array([0.1, 0.4, 1.0, 3.0, 7.0, 12.0]), 1e7 * np.array([0.0, 0.2, 1.0, 8.0, 60.0]),
     )  # fmt: skip
-    return Unknowns(other_base, (law,))
+    return BaselineParameters(other_base, (law,))
 
 
 @pytest.fixture
@@ -28,51 +28,51 @@ def evidence(steel_model, build):
     return build.evidence(steel_model, build.steps(omega, np.ones((2, 1)), np.ones((2, 2, 1))))
 
 
-def solved(unknowns):
+def solved(baseline):
     """A minimum with a covariance that ties everything to everything."""
-    x = unknowns.vector
+    x = baseline.vector
     scale = np.concatenate([np.full(len(x) - 11, 1e-3), np.full(11, 1e6)])
     A = np.random.default_rng(2).normal(size=(3 * len(x), len(x))) / scale
     return Solution(x, 1.0, 0.0, A.T @ A, np.zeros(1), np.zeros((1, len(x))), ())
 
 
-def test_a_file_has_the_fitted_law_with_the_constant_loss_in_it(evidence, unknowns):
-    law = updated_rig(evidence, unknowns, solved(unknowns)).joint.law
+def test_a_file_has_the_fitted_law_with_the_constant_loss_in_it(evidence, baseline):
+    law = updated_rig(evidence, baseline, solved(baseline)).joint.law
     opening, slip = np.array(law.opening_m), np.array(law.slip_m)
-    assert law.softening == pytest.approx(unknowns.laws[0].softening_at(opening))
-    constant = unknowns.base.G * unknowns.base.loss_G
-    assert law.loss == pytest.approx(constant + unknowns.laws[0].loss_at(slip))
+    assert law.softening == pytest.approx(baseline.laws[0].softening_at(opening))
+    constant = baseline.base.G * baseline.base.loss_G
+    assert law.loss == pytest.approx(constant + baseline.laws[0].loss_at(slip))
     assert law.loss[0] == pytest.approx(constant)
     between = np.geomspace(1e-8, slip[-1], 300)
-    on_the_bench = law_from_table(law, E=unknowns.base.E).loss
-    assert on_the_bench.modulus(between) == pytest.approx(constant + unknowns.laws[0].loss_at(between), rel=0.02)
+    on_the_bench = law_from_table(law, E=baseline.base.E).loss
+    assert on_the_bench.modulus(between) == pytest.approx(constant + baseline.laws[0].loss_at(between), rel=0.02)
 
 
-def test_damping_beyond_the_identified_modes_stays_as_it_is_believed(evidence, unknowns):
+def test_damping_beyond_the_identified_modes_stays_as_it_is_believed(evidence, baseline):
     ratios = [0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007]
     rig = evidence.rig.model_copy(
         update={"damping": evidence.rig.damping.model_copy(update={"modal_ratio": ratios})}
     )  # fmt: skip
-    written = updated_rig(replace(evidence, rig=rig), unknowns, solved(unknowns))
-    assert written.damping.modal_ratio == [*unknowns.base.zeta.tolist(), 0.006, 0.007]
+    written = updated_rig(replace(evidence, rig=rig), baseline, solved(baseline))
+    assert written.damping.modal_ratio == [*baseline.base.zeta.tolist(), 0.006, 0.007]
     assert list(written.joint.preload) == [evidence.preload]
-    assert written.joint.preload[evidence.preload].shear_modulus == unknowns.base.G
+    assert written.joint.preload[evidence.preload].shear_modulus == baseline.base.G
 
 
-def test_standard_deviations_are_those_of_what_a_response_feels(evidence, unknowns):
+def test_standard_deviations_are_those_of_what_a_response_feels(evidence, baseline):
     """By drawing models: E' - s(o), and l(q) with the constant loss and the damping of mode 1 in its units."""
-    solution = solved(unknowns)
-    written = updated_rig(evidence, unknowns, solution)
+    solution = solved(baseline)
+    written = updated_rig(evidence, baseline, solution)
     law = written.joint.law
     opening, slip = np.array(law.opening_m), np.array(law.slip_m)
     root = np.linalg.cholesky(np.linalg.inv(solution.information))
     drawn = np.random.default_rng(7).normal(size=(6000, len(solution.x))) @ root.T
     structure = evidence.model.structure
-    modes = normal_modes(structure.M, structure.stiffness(unknowns.base.E, unknowns.base.G), 1)
+    modes = normal_modes(structure.M, structure.stiffness(baseline.base.E, baseline.base.G), 1)
     omega_1, sheared = modes.omega[0], np.sum((structure.joints[0].B_G @ modes.Phi[:, 0]) ** 2)
     stiff, lossy, damped = [], [], []
     for change in drawn:
-        other = unknowns.with_vector(unknowns.vector + 1e-2 * change)
+        other = baseline.with_vector(baseline.vector + 1e-2 * change)
         damped.append(other.base.zeta)
         stiff.append(other.base.E - other.laws[0].softening_at(opening))
         damping = 2 * omega_1**2 * other.base.zeta[0] / sheared
@@ -82,10 +82,10 @@ def test_standard_deviations_are_those_of_what_a_response_feels(evidence, unknow
     assert written.damping.modal_ratio_std == pytest.approx(1e2 * np.std(damped, axis=0), rel=0.05)
 
 
-def test_without_sweeps_the_law_is_the_constant_loss(evidence, unknowns):
+def test_without_sweeps_the_law_is_the_constant_loss(evidence, baseline):
     silent = evidence.without_steps()
-    none = replace(unknowns, laws=(LayerLaw.zero(unknowns.laws[0].opening_knots, unknowns.laws[0].slip_knots),))
+    none = replace(baseline, laws=(LayerLaw.zero(baseline.laws[0].opening_knots, baseline.laws[0].slip_knots),))
     law = updated_rig(silent, none, solved(none)).joint.law
     assert law.softening == [0.0, 0.0]
-    assert law.loss == pytest.approx([float(unknowns.base.G[0] * unknowns.base.loss_G[0])] * 2)
+    assert law.loss == pytest.approx([float(baseline.base.G[0] * baseline.base.loss_G[0])] * 2)
     assert law.softening_std[0] == law.softening_std[1]

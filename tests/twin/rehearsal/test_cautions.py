@@ -6,7 +6,7 @@ from resonator import Resonator
 from recordings import read_run
 from twin.procedures import Multisine, Random, SteppedSine, SweptSine
 from twin.procedures.tables import Grid, Limits, Measure, Settle
-from twin.rehearsal import Believed, rehearse, rehearse_until_clear
+from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear
 
 GOOD = SteppedSine(
     grid=Grid(kind="adaptive", start=26.0, stop=27.0, step=0.12, smallest=0.02, change=0.4),
@@ -23,13 +23,13 @@ def changed(**fields):
 
 
 def rehearsed(tmp_path, procedure, bits=24, **rig):
-    believed = Believed(rig_name="resonator", damping_ratio=DAMPING, bits=bits)
+    nominal = NominalRig(rig_name="resonator", damping_ratio=DAMPING, bits=bits)
 
     def make():
         return Resonator(bits=bits, **rig)
 
-    first = rehearse(procedure, make(), tmp_path / "run.mcap", believed=believed)
-    return first, lambda: rehearse_until_clear(first, make, tmp_path / "improved.mcap", believed=believed)
+    first = rehearse(procedure, make(), tmp_path / "run.mcap", nominal=nominal)
+    return first, lambda: rehearse_until_clear(first, make, tmp_path / "improved.mcap", nominal=nominal)
 
 
 def kinds(one):

@@ -65,8 +65,8 @@ def test_a_recording_says_nothing_of_the_effects_of_the_rig(tmp_path):
         out = tmp_path / f"out-{len(responses)}"
         assert twin(tmp_path / "mine.toml", "--rig", name, "--out", out, "--rounds", "0") == 0
         run = read_run(out / "run.mcap")
-        (tmp_path / "believed.toml").write_bytes(run.attachments["rig.toml"])
-        assert load_rig(tmp_path / "believed.toml").effect == []
+        (tmp_path / "assumed.toml").write_bytes(run.attachments["rig.toml"])
+        assert load_rig(tmp_path / "assumed.toml").effect == []
         step = json.loads((out / "result.json").read_text())["steps"][-1]
         responses.append(step["phasors"]["acc2"]["amplitude"])
     assert abs(responses[1] / responses[0] - 1) > 0.05

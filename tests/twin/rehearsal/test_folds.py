@@ -9,7 +9,7 @@ from resonator import Resonator
 from recordings.run import Channel
 from twin.procedures import ProcedureResult, SteppedSine, StepResult
 from twin.procedures.tables import Grid, Measure, Settle
-from twin.rehearsal import Believed, Rehearsal, branch_tables, judge, open_twin, rehearse, rehearse_until_clear
+from twin.rehearsal import NominalRig, Rehearsal, branch_tables, judge, open_twin, rehearse, rehearse_until_clear
 from twin.rigs import load_rig
 
 STEEL = load_rig("steel-lap-joint")
@@ -24,17 +24,17 @@ def test_a_jump_between_coarse_steps_is_told_as_a_jump_and_then_resolved(tmp_pat
     def bench():
         return open_twin(STEEL, COARSE, preload="120N", seed=0, source="steel")
 
-    def rehearsed(believed):
-        return rehearse(COARSE, bench(), tmp_path / "run.mcap", believed=believed)
+    def rehearsed(nominal):
+        return rehearse(COARSE, bench(), tmp_path / "run.mcap", nominal=nominal)
 
-    blind = Believed.of(STEEL, preload="120N")
+    blind = NominalRig.of(STEEL, preload="120N")
     assert [c.kind for c in rehearsed(blind).cautions] == ["grid-too-coarse"]
-    believed = Believed.of(STEEL, preload="120N", branches=branches)
-    first = rehearsed(believed)
+    nominal = NominalRig.of(STEEL, preload="120N", branches=branches)
+    first = rehearsed(nominal)
     (caution,) = first.cautions
     assert (caution.kind, caution.severity) == ("jump-ahead", "warning")
     assert f"up at {up_Hz:.7g} Hz, down at {down_Hz:.7g} Hz" in caution.reason
-    better = rehearse_until_clear(first, bench, tmp_path / "improved.mcap", believed=believed, rounds=1)
+    better = rehearse_until_clear(first, bench, tmp_path / "improved.mcap", nominal=nominal, rounds=1)
     assert better.remaining == ()
     assert len(better.rehearsal.result.steps) < 150
     for sweep, fold_Hz in (("4N-up", up_Hz), ("4N-down", down_Hz)):
@@ -48,10 +48,10 @@ def test_a_jump_between_coarse_steps_is_told_as_a_jump_and_then_resolved(tmp_pat
 
 def test_a_wide_band_is_refined_near_its_resonance_only(tmp_path):
     asked = SteppedSine(grid=Grid(start=5.0, stop=200.0, step=5.0), amplitudes=[0.5], measure=Measure(seconds=1.0))
-    believed = Believed(damping_ratio=0.0023)
-    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", believed=believed)
+    nominal = NominalRig(damping_ratio=0.0023)
+    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=nominal)
     assert [c.kind for c in first.cautions] == ["grid-too-coarse"]
-    better = rehearse_until_clear(first, Resonator, tmp_path / "improved.mcap", believed=believed)
+    better = rehearse_until_clear(first, Resonator, tmp_path / "improved.mcap", nominal=nominal)
     assert better.clear
     frequencies = better.rehearsal.procedure.frequencies
     assert len(frequencies) < 40 + 100
@@ -66,11 +66,11 @@ def test_a_wide_band_is_refined_near_its_resonance_only(tmp_path):
 def test_an_adaptive_grid_that_passes_over_the_peak_is_refined_round_by_round(tmp_path):
     grid = Grid(kind="adaptive", start=24.0, stop=30.0, step=3.0, smallest=0.5, change=2.0)
     asked = SteppedSine(grid=grid, amplitudes=[0.5], measure=Measure(seconds=1.0))
-    believed = Believed(damping_ratio=0.0023)
-    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", believed=believed)
+    nominal = NominalRig(damping_ratio=0.0023)
+    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=nominal)
     rounds = []
     better = rehearse_until_clear(
-        first, Resonator, tmp_path / "improved.mcap", believed=believed, rounds=9, on_round=rounds.append
+        first, Resonator, tmp_path / "improved.mcap", nominal=nominal, rounds=9, on_round=rounds.append
     )
     assert len(rounds) > 1
     assert all(b.grid.step < a.grid.step for a, b in itertools.pairwise([asked, *rounds]))
@@ -80,9 +80,9 @@ def test_an_adaptive_grid_that_passes_over_the_peak_is_refined_round_by_round(tm
 def test_what_is_left_after_the_last_round_is_said(tmp_path):
     grid = Grid(kind="adaptive", start=20.0, stop=40.0, step=10.0, smallest=2.0, change=2.0)
     asked = SteppedSine(grid=grid, amplitudes=[0.5], measure=Measure(seconds=1.0))
-    believed = Believed(damping_ratio=0.0023)
-    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", believed=believed)
-    better = rehearse_until_clear(first, Resonator, tmp_path / "improved.mcap", believed=believed, rounds=1)
+    nominal = NominalRig(damping_ratio=0.0023)
+    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=nominal)
+    better = rehearse_until_clear(first, Resonator, tmp_path / "improved.mcap", nominal=nominal, rounds=1)
     assert not better.clear
     assert better.remaining == ("grid-too-coarse",)
 
@@ -93,7 +93,7 @@ def test_a_held_response_peaks_where_it_takes_the_least_force(tmp_path):
         grid=grid, amplitudes=[10.0], control="response", target_channel="acc", direction="both",
         measure=Measure(seconds=1.0),
     )  # fmt: skip
-    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", believed=Believed(damping_ratio=0.0023))
+    first = rehearse(asked, Resonator(), tmp_path / "run.mcap", nominal=NominalRig(damping_ratio=0.0023))
     assert [one.peak_frequency_Hz for one in first.rehearsal.summaries()] == pytest.approx([26.5, 26.5])
 
 
@@ -127,7 +127,7 @@ def test_causes_come_before_their_consequences(tmp_path: Path):
         settle=Settle(seconds=0.1), measure=Measure(seconds=0.2),
     )  # fmt: skip
     source = Resonator(acc_noise=0.05)
-    cautions = rehearse(hasty, source, tmp_path / "run.mcap", believed=Believed(damping_ratio=0.0023)).cautions
+    cautions = rehearse(hasty, source, tmp_path / "run.mcap", nominal=NominalRig(damping_ratio=0.0023)).cautions
     kinds = [caution.kind for caution in cautions]
     assert kinds[0] == "dwell-too-short"
     assert len(kinds) == len(set(kinds))
@@ -143,8 +143,8 @@ def test_a_branch_that_ends_early_is_noted_and_drawn_as_far_as_it_goes(tmp_path)
     cut = {**whole, "ends_early": "26.30000 Hz: no step along the branch is small enough (7 steps)"}
     cautions = {}
     for branch in (whole, cut):
-        believed = Believed(damping_ratio=0.0023, branches=[branch])
-        found = rehearse(sweep, Resonator(), tmp_path / "run.mcap", believed=believed)
+        nominal = NominalRig(damping_ratio=0.0023, branches=[branch])
+        found = rehearse(sweep, Resonator(), tmp_path / "run.mcap", nominal=nominal)
         cautions[branch["ends_early"]] = {caution.kind: caution for caution in found.cautions}
     told, silent = cautions[cut["ends_early"]], cautions[""]
     assert set(told) - set(silent) == {"branch-ends-early"}

@@ -6,14 +6,14 @@ from resonator import Resonator
 
 from twin.procedures import RingDown
 from twin.procedures.tables import Measure
-from twin.rehearsal import Believed, rehearse, rehearsed_table
+from twin.rehearsal import NominalRig, rehearse, rehearsed_table
 from twin.rehearsal.ring_down import free_decays
 
 ASKED = RingDown(frequency=26.5, amplitudes=[0.5, 1.0], duration=8.0, measure=Measure(seconds=1.0))
 
 
 def rehearsed(tmp_path, procedure=ASKED, **rig):
-    return rehearse(procedure, Resonator(**rig), tmp_path / "run.mcap", believed=Believed(damping_ratio=0.0023))
+    return rehearse(procedure, Resonator(**rig), tmp_path / "run.mcap", nominal=NominalRig(damping_ratio=0.0023))
 
 
 def test_a_linear_decay_has_the_resonators_damping_and_the_shakers(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from twin.bench import open_bench
 from twin.procedures import SteppedSine
 from twin.procedures.tables import Measure, Settle
-from twin.rehearsal import Believed, rehearse, rehearse_until_clear
+from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 
@@ -35,17 +35,17 @@ def true_quality_factor():
 
 @pytest.mark.slow
 def test_a_quality_factor_wrong_by_a_factor_of_two_comes_right(tmp_path):
-    believed = Believed(rig_name="steel", damping_ratio=min(STEEL.damping.modal_ratio), bits=24)
+    nominal = NominalRig(rig_name="steel", damping_ratio=min(STEEL.damping.modal_ratio), bits=24)
 
     def bench():
         return open_bench(STEEL, seed=1, sample_rate_Hz=HASTY.sample_rate)
 
     true = true_quality_factor()
-    first = rehearse(HASTY, bench(), tmp_path / "run.mcap", believed=believed)
+    first = rehearse(HASTY, bench(), tmp_path / "run.mcap", nominal=nominal)
     assert {"dwell-too-short"} < {caution.kind for caution in first.cautions}
     for summary in first.rehearsal.summaries():
         assert summary.quality_factor < true / 2
-    better = rehearse_until_clear(first, bench, tmp_path / "improved.mcap", believed=believed)
+    better = rehearse_until_clear(first, bench, tmp_path / "improved.mcap", nominal=nominal)
     assert better.clear
     for summary in better.rehearsal.summaries():
         assert summary.quality_factor == pytest.approx(true, rel=0.05)

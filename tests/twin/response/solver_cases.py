@@ -13,7 +13,7 @@ import numpy as np
 from twin.bench import JointLaw, no_law, open_bench
 from twin.identify.gauss_newton import minimise
 from twin.identify.modes import fit_modes
-from twin.identify.predict import RigResponse, blank_evidence
+from twin.identify.predict import RigResponse, blank_data
 from twin.joint import iwan
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LayerLawTable, load_rig
@@ -124,7 +124,7 @@ def predicted_rig():
     softening, loss = 3.3e8 * o / (o + 2e-6), 3e9 * q**2 / (q**2 + 2.5e-12)
     law = LayerLawTable(opening_m=o.tolist(), softening=softening.tolist(), slip_m=q.tolist(), loss=loss.tolist())
     rig = STEEL.model_copy(update={"joint": STEEL.joint.model_copy(update={"law": law})})
-    return RigResponse(blank_evidence(rig))
+    return RigResponse(blank_data(rig))
 
 
 def predicted(nudge):

@@ -8,11 +8,11 @@ import pytest
 from recordings import InputError
 from twin.bench import open_bench
 from twin.joint import load_laws
-from twin.rigs import LawTable, LayerLawTable, NamedLaws, believed_rig_file, load_rig, parse_rig
+from twin.rigs import LawTable, LayerLawTable, NamedLaws, load_rig, nominal_rig_file, parse_rig
 from twin.structure.law_table import layer_table
 
-STEEL = believed_rig_file(load_rig("steel-lap-joint")).decode()
-PLATE = believed_rig_file(load_rig("stiffened-plate")).decode()
+STEEL = nominal_rig_file(load_rig("steel-lap-joint")).decode()
+PLATE = nominal_rig_file(load_rig("stiffened-plate")).decode()
 IWAN = '\n[joint.law.slip]\nname = "iwan"\nstiffness = 3e7\nslips_at = 1e-6\n'
 BOTH = """
 [[joint.law.opening]]
@@ -42,7 +42,7 @@ def test_laws_by_name_are_read_and_written_back():
     assert isinstance(law, NamedLaws)
     assert [one.name for one in law.opening] == ["saturating", "stop"]
     assert law.slip[0].values == {"loss": 1e9, "reached_at": 1e-6}
-    assert read(believed_rig_file(rig).decode()) == rig
+    assert read(nominal_rig_file(rig).decode()) == rig
     assert "over its opening it softens by 2e+08 N/m2" in law.sentence
     assert "over its slip it loses" in law.sentence
 

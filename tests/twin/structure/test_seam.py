@@ -11,7 +11,7 @@ from recordings import RunWriter, read_run
 from twin.bench import open_bench
 from twin.demo import broadband
 from twin.diagnose import diagnose
-from twin.identify.evidence import gather_evidence
+from twin.identify.measured_data import gather_data
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import Effect, load_rig, preload_record
 
@@ -155,14 +155,14 @@ def ring(tmp_path_factory):
 
 def test_a_ring_of_beams_is_recorded_and_its_joint_identified(ring, tmp_path):
     """A rig of another kind, described in this file alone: noise through the shaker, and E', G' found from it."""
-    (believed,) = ring.moduli()
-    true = believed.model_copy(update={"normal_modulus": 1.06 * believed.normal_modulus, "shear_modulus": 7.0e7})
+    (nominal,) = ring.moduli()
+    true = nominal.model_copy(update={"normal_modulus": 1.06 * nominal.normal_modulus, "shear_modulus": 7.0e7})
     acquisition = DirectAcquisition(open_bench(ring.with_moduli("120N", [true]), seed=5))
     path = tmp_path / "noise.mcap"
     info = {"source": "simulated", "rig": ring.name, "stored": "settled"} | preload_record("120N")
     with RunWriter(path, info=info, channels=acquisition.channels) as writer:
         assert run_procedure(broadband(), acquisition, writer).state == "done"
-    evidence = gather_evidence([read_run(path)], ring)
+    evidence = gather_data([read_run(path)], ring)
     assert evidence.linear is not None
     std = np.sqrt(np.diag(evidence.linear.covariance))
     base = evidence.linear.base

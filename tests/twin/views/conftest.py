@@ -11,26 +11,26 @@ import numpy as np
 import pytest
 
 from recordings import Run
-from twin.diagnose.candidate import Blame, Candidate, extension_of
+from twin.diagnose.baseline_fit import BaselineFit
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
-from twin.diagnose.footing import Footing
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.search import Search
+from twin.identify.baseline_parameters import TIGHT, BaselineParameters
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import HARMONICS, Evidence, StepArrays
 from twin.identify.identified import identify_rig
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_model import Output, believed_parameters, build_linear_model
+from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.identify.sine_fit import SteadyState
-from twin.identify.unknowns import TIGHT, Unknowns
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.rigs import load_rig
 from twin.views.curves import broadband_responses
 
 sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside this file
 
-from recorded_views import candidate, sdof_run
+from recorded_views import fitted_model, sdof_run
 
 NOISE = 1e-3
 
@@ -49,7 +49,7 @@ def _state(sweep: str, index: int, frequency_Hz: float) -> SteadyState:
 
 
 @pytest.fixture(scope="session")
-def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
+def unmeasured(run: Run) -> tuple[MeasuredData, BaselineParameters]:
     """A broadband run and two sweeps whose responses are still to be filled in, and what is true of the rig."""
     rig = load_rig("steel-lap-joint")
     outputs = tuple(Output(channel, "acceleration", rig.place_of(channel)) for channel in ("acc1", "acc2"))
@@ -59,7 +59,7 @@ def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
         np.geomspace(1e-7, 1e-5, 4), np.geomspace(5e-8, 5e-6, 4),
         1e7 * np.array([0.1, 0.5, 2.0, 6.0]), 1e7 * np.array([0.1, 0.6, 3.0, 9.0]),
     )  # fmt: skip
-    unknowns = Unknowns(believed_parameters(rig, preload), (law,))
+    baseline = BaselineParameters(nominal_parameters(rig, preload), (law,))
     frequency = np.tile(np.linspace(25.0, 27.5, 21), 2)
     level = np.repeat([1.5, 3.0], 21)
     shape = (len(frequency), 2, HARMONICS)
@@ -80,22 +80,22 @@ def unmeasured(run: Run) -> tuple[Evidence, Unknowns]:
         force_power=np.zeros(len(bins)),
     )  # fmt: skip
     channels = {**run.channels, "acc2": replace(run.channels["acc1"], name="acc2", position_m=0.42)}
-    evidence = Evidence(
+    evidence = MeasuredData(
         rig=rig, preload=preload, model=model, outputs=outputs, force="force", reference=1, broadband=(binned,),
         steps=steps, unsettled=(), linear=None, runs=(replace(run, channels=channels),),
     )  # fmt: skip
-    return evidence, unknowns
+    return evidence, baseline
 
 
-def _measured(evidence: Evidence, truth: Candidate) -> Evidence:
+def _measured(evidence: MeasuredData, truth: FittedModel) -> MeasuredData:
     """The evidence with what `truth` predicts as responses, the sweeps with noise.
 
     The reference channel moves as far as its level would move it were the joint linear; the force is what that takes.
     """
     steps, at = evidence.steps, evidence.reference
-    law = truth.unknowns.laws[0]
+    law = truth.baseline.laws[0]
     linear = replace(
-        truth, unknowns=Unknowns(truth.unknowns.base, (LayerLaw.zero(law.opening_knots, law.slip_knots),))
+        truth, baseline=BaselineParameters(truth.baseline.base, (LayerLaw.zero(law.opening_knots, law.slip_knots),))
     )  # fmt: skip
     response, force = np.zeros_like(steps.response), np.zeros_like(steps.force)
     response[:, at, 0] = predicted_steps(evidence, linear)[:, at] * steps.force[:, 0]
@@ -112,26 +112,26 @@ def _measured(evidence: Evidence, truth: Candidate) -> Evidence:
 
 
 @pytest.fixture(scope="session")
-def identified(unmeasured: tuple[Evidence, Unknowns]) -> IdentifiedJoint:
+def identified(unmeasured: tuple[MeasuredData, BaselineParameters]) -> IdentifiedJoint:
     """What is found of a rig whose file is right, from what it would measure."""
-    blank, unknowns = unmeasured
-    evidence = _measured(blank, candidate(unknowns, (), (100.0,)))
+    blank, baseline = unmeasured
+    evidence = _measured(blank, fitted_model(baseline, (), (100.0,)))
     found = identify_rig(evidence)
     return IdentifiedJoint(found=found, evidence=evidence, warnings=found.warnings)
 
 
 @pytest.fixture(scope="session")
-def diagnosis(unmeasured: tuple[Evidence, Unknowns]) -> Diagnosis:
-    evidence, unknowns = unmeasured
+def diagnosis(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Diagnosis:
+    evidence, baseline = unmeasured
     values = {"mass_kg": 0.008, "position_m": 0.35}
     std = {"mass_kg": 8e-6, "position_m": 5e-5}
-    blame = Blame(CAUSES["added-mass"], {}, values, std)
-    base = candidate(unknowns, (), (900.0, 400.0, 390.0))
-    true = candidate(unknowns, (blame,), (390.0, 120.0, 100.0))
-    assert extension_of(evidence, (blame,)).attachments
+    hypothesis = CauseHypothesis(CAUSES["added-mass"], {}, values, std)
+    base = fitted_model(baseline, (), (900.0, 400.0, 390.0))
+    true = fitted_model(baseline, (hypothesis,), (390.0, 120.0, 100.0))
+    assert modification_of(evidence, (hypothesis,)).attachments
     evidence = _measured(evidence, true)
     sweeps = compare_sweeps(evidence, base, true)
-    footing = Footing(base=base, start=unknowns, slack=TIGHT, harmonics=None)
+    baseline_fit = BaselineFit(base=base, start=baseline, discrepancy=TIGHT, harmonics=None)
     return Diagnosis(
         verdict="explained",
         misfit=Misfit(
@@ -156,7 +156,7 @@ def diagnosis(unmeasured: tuple[Evidence, Unknowns]) -> Diagnosis:
         next_test=None,
         seconds=21.0,
         evidence=evidence,
-        search=Search(footing, base, true, (), evidence, None),
+        search=Search(baseline_fit, base, true, (), evidence, None),
         sweeps=sweeps,
         held_out=sweeps[1:],
         notes=("2 step(s) were still changing and were left out",),

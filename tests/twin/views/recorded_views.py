@@ -12,9 +12,9 @@ from needed import program
 from rerun.chunk import RrdReader
 
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
-from twin.diagnose.candidate import Blame, Candidate
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
-from twin.identify.unknowns import Unknowns
 
 RATE_Hz = 1024.0
 NATURAL_Hz, RATIO, STIFFNESS = 25.0, 0.02, 2000.0
@@ -144,9 +144,11 @@ def view_origins(path: Path) -> list[str]:
     return origins
 
 
-def candidate(unknowns: Unknowns, blames: tuple[Blame, ...], history: tuple[float, ...]) -> Candidate:
+def fitted_model(
+    baseline: BaselineParameters, hypotheses: tuple[CauseHypothesis, ...], history: tuple[float, ...]
+) -> FittedModel:
     """A fit that ended at these unknowns, its chi2 by turns."""
-    x = unknowns.vector
+    x = baseline.vector
     std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 14, 1e5)])
     solution = Solution(x, history[-1], 0.0, np.diag(1 / std**2), np.zeros(4), np.zeros((4, len(x))), history)
-    return Candidate(blames, unknowns, solution, 0.0, 100)
+    return FittedModel(hypotheses, baseline, solution, 0.0, 100)

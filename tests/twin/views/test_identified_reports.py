@@ -36,10 +36,10 @@ def text_of(path: Path) -> str:
 
 
 def test_the_truth_is_within_what_the_report_says(identified: IdentifiedJoint) -> None:
-    believed = identified.evidence.rig.joint.preload[identified.found.preload]
+    nominal = identified.evidence.rig.joint.preload[identified.found.preload]
     rows = {row.name: row for row in determined(identified.found, identified.evidence)}
     for name, true in (
-        ("normal modulus E′", 1e-6 * believed.normal_modulus), ("shear modulus G′", 1e-6 * believed.shear_modulus)
+        ("normal modulus E′", 1e-6 * nominal.normal_modulus), ("shear modulus G′", 1e-6 * nominal.shear_modulus)
     ):  # fmt: skip
         estimate = rows[name].estimate
         assert abs(estimate.value - true) < 3 * estimate.std
@@ -56,7 +56,7 @@ def test_what_the_data_do_not_tell_is_called_believed(identified: IdentifiedJoin
 
 def test_a_parameter_is_narrowed_by_the_ratio_of_its_spreads(identified: IdentifiedJoint) -> None:
     found = identified.found
-    wide = {**found.linear, "normal_modulus": Estimate(3.9e8, MODULI_STD * 3.9e8)}  # as it was believed
+    wide = {**found.linear, "normal_modulus": Estimate(3.9e8, MODULI_STD * 3.9e8)}  # as it was assumed
     row = determined(replace(found, linear=wide), identified.evidence)[0]
     assert row.narrowed == pytest.approx(1.0)
     assert row.little
@@ -86,11 +86,11 @@ def test_the_report_holds_law_residuals_and_regularisation(identified: Identifie
 
 def test_the_law_is_told_in_numbers_as_far_as_the_layer_moved(identified: IdentifiedJoint) -> None:
     softening, loss = file_law_bands(identified.found, identified.evidence)
-    table, law = law_table(softening, loss), identified.found.unknowns.laws[0]
+    table, law = law_table(softening, loss), identified.found.baseline.laws[0]
     largest = (softening.reach_m[1], loss.reach_m[1])
     opening, s, slip, lost = table.rows[-1]
     assert (float(opening), float(slip)) == pytest.approx([1e6 * amplitude for amplitude in largest], rel=5e-3)
-    base = identified.found.unknowns.base
+    base = identified.found.baseline.base
     for text, value in (
         (s, law.softening_at(largest[0])), (lost, base.G * base.loss_G + law.loss_at(largest[1]))
     ):  # fmt: skip

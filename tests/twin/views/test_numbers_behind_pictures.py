@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recorded_views import LEVELS_N, FREQUENCIES_Hz, candidate, sdof_receptance
+from recorded_views import LEVELS_N, FREQUENCIES_Hz, fitted_model, sdof_receptance
 
 from recordings import Run
-from twin.diagnose.candidate import Blame, extension_of
+from twin.diagnose.fitted_model import CauseHypothesis, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate
-from twin.identify.evidence import Evidence
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
-from twin.identify.prediction import Predictor
-from twin.identify.unknowns import Unknowns
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import ResidualModel
 from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import (
     broadband_responses,
@@ -40,9 +40,9 @@ def test_receptances_of_a_run_are_those_of_its_resonance(run: Run) -> None:
 
 
 def test_the_laws_bands_are_the_scatter_of_its_knots(diagnosis: Diagnosis) -> None:
-    candidate = diagnosis.search.model
-    softening, loss = law_bands(diagnosis.evidence, candidate)
-    law, generator = candidate.unknowns.laws[0], np.random.default_rng(1)
+    fitted_model = diagnosis.search.model
+    softening, loss = law_bands(diagnosis.evidence, fitted_model)
+    law, generator = fitted_model.baseline.laws[0], np.random.default_rng(1)
     for band, knots, basis in (
         (softening, law.softening, law.softening_basis(softening.amplitude_m)),
         (loss, law.loss, law.loss_basis(loss.amplitude_m)),
@@ -56,9 +56,9 @@ def test_the_laws_bands_are_the_scatter_of_its_knots(diagnosis: Diagnosis) -> No
 def test_a_law_is_shaded_where_no_step_reached(diagnosis: Diagnosis) -> None:
     """The layer's points move as the measured steps say; beyond the farthest of them nothing was measured."""
     evidence, model = diagnosis.evidence, diagnosis.search.model
-    predictor = Predictor(evidence, extension_of(evidence, model.blames))
-    motion = np.abs(predictor.step_receptance(model.unknowns)[2].motion)
-    points = len(predictor.points)
+    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
+    motion = np.abs(residual_model.step_receptance(model.baseline)[2].motion)
+    points = len(residual_model.points)
     for band, part in zip(
         law_bands(evidence, model), (motion[:, :points], motion[:, points : 2 * points]), strict=True
     ):
@@ -72,27 +72,27 @@ def test_a_law_is_shaded_where_no_step_reached(diagnosis: Diagnosis) -> None:
 def test_uniform_moduli_as_the_mode_sees_them_answer_as_the_layers_points_do(diagnosis: Diagnosis) -> None:
     """Near the resonance the moduli at each step's own amplitude and the points' own stiffness move the tip alike."""
     evidence, model = diagnosis.evidence, diagnosis.search.base
-    seen, predictor, base = law_in_lowest_mode(evidence, model), Predictor(evidence), model.unknowns.base
+    seen, residual_model, base = law_in_lowest_mode(evidence, model), ResidualModel(evidence), model.baseline.base
     omega, omega_1 = evidence.steps.omega, evidence.reference_omega
     assert seen.number == 1
     X = evidence.steps.amplitude_m * (omega / omega_1) ** 2
     g1, g2 = (np.interp(X, seen.amplitude_m, seen.value[name]) for name in ("softening", "loss"))
-    nothing = replace(model.unknowns, laws=(LayerLaw.zero(*(np.array([1e-8, 1e-6]),) * 2),))
-    own, plain = (predictor.responses(*predictor.step_receptance(u)[:2]) for u in (model.unknowns, nothing))
-    R = predictor.model.receptance(omega, base, dE=-g1[:, None], dG=1j * g2[:, None])
-    uniform, without = (np.abs(H / own - 1)[:, evidence.reference] for H in (predictor.responses(R, omega), plain))
+    nothing = replace(model.baseline, laws=(LayerLaw.zero(*(np.array([1e-8, 1e-6]),) * 2),))
+    own, plain = (residual_model.responses(*residual_model.step_receptance(u)[:2]) for u in (model.baseline, nothing))
+    R = residual_model.model.receptance(omega, base, dE=-g1[:, None], dG=1j * g2[:, None])
+    uniform, without = (np.abs(H / own - 1)[:, evidence.reference] for H in (residual_model.responses(R, omega), plain))
     assert np.max(uniform) < 0.02 * np.max(without)
 
 
 def test_the_band_of_a_law_in_a_mode_is_what_its_knots_move_it_by(diagnosis: Diagnosis) -> None:
     evidence, model = diagnosis.evidence, diagnosis.search.model
-    unknowns, step = model.unknowns, 1e4
+    baseline, step = model.baseline, 1e4
     seen = law_in_lowest_mode(evidence, model, points=5)
     variance = {name: np.zeros(5) for name in seen.std}
-    for i in range(unknowns.of_laws.start, unknowns.of_laws.stop):
-        vector = unknowns.vector
+    for i in range(baseline.of_laws.start, baseline.of_laws.stop):
+        vector = baseline.vector
         vector[i] += step
-        moved = law_in_lowest_mode(evidence, replace(model, unknowns=unknowns.with_vector(vector)), points=5)
+        moved = law_in_lowest_mode(evidence, replace(model, baseline=baseline.with_vector(vector)), points=5)
         for name in variance:
             variance[name] += ((moved.value[name] - seen.value[name]) / step * 1e5) ** 2
     for name, std in seen.std.items():
@@ -125,19 +125,19 @@ def test_the_true_model_meets_the_broadband_run_and_the_base_does_not(diagnosis:
 
 
 def test_a_nonlinear_models_broadband_response_is_the_one_that_was_fitted(
-    unmeasured: tuple[Evidence, Unknowns],
+    unmeasured: tuple[MeasuredData, BaselineParameters],
 ) -> None:
     """A spring that stiffens is stiffer under noise; data that such a picture shows leave the fit no residual."""
-    blank, unknowns = unmeasured
-    blame = Blame(CAUSES["cubic-stiffness"], {}, {"stiffness_N_per_m3": 3e8, "position_m": 0.4}, {})
-    model, linear = candidate(unknowns, (blame,), (1.0,)), candidate(unknowns, (), (1.0,))
+    blank, baseline = unmeasured
+    hypothesis = CauseHypothesis(CAUSES["cubic-stiffness"], {}, {"stiffness_N_per_m3": 3e8, "position_m": 0.4}, {})
+    model, linear = fitted_model(baseline, (hypothesis,), (1.0,)), fitted_model(baseline, (), (1.0,))
     (data,) = blank.broadband
     evidence = replace(blank, broadband=(replace(data, force_power=np.full(len(data.omega), 20.0)),))
     for _ in range(60):
         H = broadband_responses(evidence, model, 0)
         evidence = replace(evidence, broadband=(replace(evidence.broadband[0], H=H),))
     assert np.max(np.abs(H / broadband_responses(evidence, linear, 0) - 1)) > 0.02
-    fit = Predictor(evidence, extension_of(evidence, model.blames)).evaluate(unknowns, sensitivities=False)
+    fit = ResidualModel(evidence, modification_of(evidence, model.hypotheses)).evaluate(baseline, sensitivities=False)
     rows = dict(fit.blocks)["broadband 0"]
     assert np.max(np.abs(fit.residual[rows])) < 1e-3
 

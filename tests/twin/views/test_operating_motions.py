@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from recorded_views import columns, value_at
 
-from twin.diagnose.candidate import extension_of
 from twin.diagnose.comparison import predicted_steps
+from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.gauss_newton import Solution
-from twin.identify.prediction import Predictor
+from twin.identify.residual_model import ResidualModel
 from twin.structure import drawn_position
 from twin.views import save_diagnosis
 from twin.views.operating import Motion, operating_motions
@@ -23,8 +23,8 @@ from twin.views.rerun_fit import l_curve_of
 @pytest.fixture(scope="module")
 def motions(diagnosis: Diagnosis) -> list[Motion]:
     model = diagnosis.search.model
-    extension = extension_of(diagnosis.evidence, model.blames)
-    return operating_motions(diagnosis.evidence, model, diagnosis.sweeps, extension=extension)
+    modification = modification_of(diagnosis.evidence, model.hypotheses)
+    return operating_motions(diagnosis.evidence, model, diagnosis.sweeps, modification=modification)
 
 
 def test_the_shape_passes_through_the_sensors(diagnosis: Diagnosis, motions: list[Motion]) -> None:
@@ -67,7 +67,7 @@ def test_a_loop_never_gives_energy_back(motions: list[Motion]) -> None:
 def test_the_fit_stands_on_its_l_curve_at_strength_one(diagnosis: Diagnosis) -> None:
     """A linear problem solved with the prior by the normal equations."""
     model, evidence = diagnosis.search.model, diagnosis.search.evidence
-    mean, precision = Predictor(evidence).prior(model.unknowns)
+    mean, precision = ResidualModel(evidence).prior(model.baseline)
     random = np.random.default_rng(5)
     J = 0.2 * random.normal(size=(300, len(mean))) @ np.linalg.cholesky(precision).T
     b = J @ mean + 3.0 * random.normal(size=300)

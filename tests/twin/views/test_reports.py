@@ -118,7 +118,7 @@ def test_strangers_names_stay_text(diagnosis: Diagnosis, tmp_path: Path) -> None
 def test_a_diagnosis_of_nothing_wrong_says_so(diagnosis: Diagnosis, tmp_path: Path) -> None:
     write_report(replace(diagnosis, verdict="none", causes=()), tmp_path / "report.html")
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert "nothing needs to be blamed" in page.texts["p"][0]
+    assert "nothing needs to be named" in page.texts["p"][0]
     assert "extended model" not in page.texts["th"]
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
-from twin.identify.believed_instruments import high_pass
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.nominal_instruments import high_pass
 
 __all__ = ["AcCoupling"]
 
@@ -18,16 +18,16 @@ class AcCoupling(Cause):
     name = "ac-coupling"
     summary = "a channel loses its low frequencies through a high-pass nobody entered"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any channel."""
         return all_channels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The corner frequency."""
         return (
             Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,), model_error=0.0025),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """J omega / (j omega + omega_c)."""
-        return Extension(channel_factor={label["channel"]: high_pass(values["corner_Hz"])})
+        return ModelModification(channel_factor={label["channel"]: high_pass(values["corner_Hz"])})

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import part_labels, place_at, position
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, point_mass
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, point_mass
 
 __all__ = ["AddedMass"]
 
@@ -18,20 +18,20 @@ class AddedMass(Cause):
     name = "added-mass"
     summary = "a mass sits on the structure that the model does not have"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return part_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass and where it sits."""
         return (
             Parameter(name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,), model_error=0.002),
             *position(evidence, label),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A point mass."""
         place, mass = place_at(evidence, label, values), values["mass_kg"]
-        return Extension(
+        return ModelModification(
             attachments=(point_mass(place, mass, directions=len(evidence.model.structure.translations(place))),)
         )

@@ -9,8 +9,8 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import single_point
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
 __all__ = ["AirDrag"]
 
@@ -23,15 +23,15 @@ class AirDrag(Cause):
     name = "air-drag"
     summary = "the air's resistance grows with the square of the velocity"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """One search where there are beams."""
         return ({},) if evidence.rig.layout().beams else ()
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Drag per length and squared velocity."""
         return (Parameter(name="coefficient_Ns2_per_m3", scale=0.3, lower=0.0, upper=50.0, null=0.0, starts=(0.05,)),)
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """Local forces at the midpoints of equal lengths."""
         layout = evidence.rig.layout()
         length = layout.length / POINTS
@@ -50,4 +50,6 @@ class AirDrag(Cause):
             return 1j * omega * np.sqrt(8 / np.pi) * c * motion.velocity
 
         places = [single_point(layout.place((i + 0.5) * length)) for i in range(POINTS)]
-        return Extension(nonlinear=tuple(NonlinearForce(place, equivalent, harmonics, random) for place in places))
+        return ModelModification(
+            nonlinear=tuple(NonlinearForce(place, equivalent, harmonics, random) for place in places)
+        )

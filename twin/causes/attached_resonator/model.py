@@ -9,8 +9,8 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, point, position
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment, ModelModification
 
 __all__ = ["AttachedResonator"]
 
@@ -21,11 +21,11 @@ class AttachedResonator(Cause):
     name = "attached-resonator"
     summary = "a small mass on a spring of its own hangs on the structure"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return place_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass, frequency, damping and place."""
         high = max([float(data.frequency_Hz[-1]) for data in evidence.broadband], default=200.0)
         low = min([float(data.frequency_Hz[0]) for data in evidence.broadband], default=5.0)
@@ -41,7 +41,7 @@ class AttachedResonator(Cause):
             *position(evidence, label, 8),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """Dynamic stiffness of a seismic mass."""
         m, w, z = values["mass_kg"], 2 * np.pi * values["frequency_Hz"], values["damping_ratio"]
 
@@ -50,4 +50,4 @@ class AttachedResonator(Cause):
             link = 1 + 2j * z * r
             return (-m * omega**2 * link / (link - r**2))[:, None]
 
-        return Extension(attachments=(Attachment(point(place_at(evidence, label, values)), stiffness),))
+        return ModelModification(attachments=(Attachment(point(place_at(evidence, label, values)), stiffness),))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["BaseMotion"]
 
@@ -17,7 +17,7 @@ class BaseMotion(Cause):
     name = "base-motion"
     summary = "the clamp is not at rest: it moves with the drive force"
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Motion of the clamp per force."""
         return (
             Parameter(
@@ -31,6 +31,6 @@ class BaseMotion(Cause):
             ),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A moving clamp."""
-        return Extension(base_receptance=values["receptance_m_per_N"])
+        return ModelModification(base_receptance=values["receptance_m_per_N"])

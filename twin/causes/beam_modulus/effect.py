@@ -1,4 +1,4 @@
-"""A beam of another alloy or thickness than was believed."""
+"""A beam of another alloy or thickness than was assumed."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ __all__ = ["beam_modulus", "chosen"]
 
 def beam_modulus(plan: Plan, *, beam: str, factor: float) -> None:
     """Multiply the Young's modulus of one beam."""
-    believed = chosen(plan, beam)
+    nominal = chosen(plan, beam)
     plan.layout = plan.layout.with_beam(
-        beam, youngs_modulus=believed.youngs_modulus * factor, shear_ratio=believed.shear_ratio
+        beam, youngs_modulus=nominal.youngs_modulus * factor, shear_ratio=nominal.shear_ratio
     )
 
 

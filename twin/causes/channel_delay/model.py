@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["ChannelDelay"]
 
@@ -19,11 +19,11 @@ class ChannelDelay(Cause):
     name = "channel-delay"
     summary = "a channel lags behind the others by a constant time"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any channel."""
         return all_channels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The lag."""
         return (
             Parameter(
@@ -31,6 +31,8 @@ class ChannelDelay(Cause):
             ),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """exp(-j omega delay)."""
-        return Extension(channel_factor={label["channel"]: lambda omega: np.exp(-1j * omega * values["delay_s"])})
+        return ModelModification(
+            channel_factor={label["channel"]: lambda omega: np.exp(-1j * omega * values["delay_s"])}
+        )

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["ChannelGain"]
 
@@ -19,16 +19,18 @@ class ChannelGain(Cause):
     name = "channel-gain"
     summary = "a channel's sensitivity is not what was entered"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any channel."""
         return all_channels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Measured over true."""
         return (
             Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,), model_error=0.001),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A constant factor."""
-        return Extension(channel_factor={label["channel"]: lambda omega: np.full(len(omega), values["factor"] + 0j)})
+        return ModelModification(
+            channel_factor={label["channel"]: lambda omega: np.full(len(omega), values["factor"] + 0j)}
+        )

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["ChannelPolarity"]
 
@@ -19,14 +19,14 @@ class ChannelPolarity(Cause):
     name = "channel-polarity"
     summary = "a channel reads with the wrong sign"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any channel."""
         return all_channels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """No numbers."""
         return ()
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The factor -1."""
-        return Extension(channel_factor={label["channel"]: lambda omega: np.full(len(omega), -1 + 0j)})
+        return ModelModification(channel_factor={label["channel"]: lambda omega: np.full(len(omega), -1 + 0j)})

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["ClampCompliance"]
 
@@ -17,12 +17,12 @@ class ClampCompliance(Cause):
     name = "clamp-compliance"
     summary = "the clamp is not rigid: the beam's root turns under its moment"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Each beam whose rotation is held; a single one needs no name."""
         held = _held_beams(evidence)
         return ({},) * len(held) if len(held) < 2 else tuple({"support": name} for name in held)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Rotation per moment; one element's own flexibility is the natural unit."""
         beam = evidence.rig.layout().beam(_support(evidence, label))
         unit = beam.length / (beam.youngs_modulus * beam.second_moment)
@@ -33,17 +33,17 @@ class ClampCompliance(Cause):
             ),
         )  # fmt: skip
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with its root free to turn against a spring."""
-        return Extension(clamp_rad_per_Nm={_support(evidence, label): values["rotational_rad_per_Nm"]})
+        return ModelModification(clamp_rad_per_Nm={_support(evidence, label): values["rotational_rad_per_Nm"]})
 
 
-def _held_beams(evidence: Evidence) -> list[str]:
+def _held_beams(evidence: MeasuredData) -> list[str]:
     """Names of the beams that a support keeps from turning."""
     layout = evidence.rig.layout()
     beams = {beam.name for beam in layout.beams}
     return list(dict.fromkeys(s.part for s in layout.supports if "rz" in s.fix and s.part in beams))
 
 
-def _support(evidence: Evidence, label: Mapping[str, str]) -> str:
+def _support(evidence: MeasuredData, label: Mapping[str, str]) -> str:
     return label.get("support") or _held_beams(evidence)[0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["CrossTalk"]
 
@@ -17,17 +17,17 @@ class CrossTalk(Cause):
     name = "cross-talk"
     summary = "a part of one channel leaks into another"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any response channel from any other channel."""
         sources = (*evidence.channels, evidence.force)
         return tuple({"channel": c, "source": s} for c in evidence.channels for s in sources if s != c)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The part that leaks, in units of channel per source."""
         return (
             Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,), model_error=0.015),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The leak."""
-        return Extension(cross_talk=((label["channel"], label["source"], values["factor"]),))
+        return ModelModification(cross_talk=((label["channel"], label["source"], values["factor"]),))

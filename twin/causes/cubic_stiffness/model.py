@@ -9,8 +9,8 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, position, single_point
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
 __all__ = ["CubicStiffness"]
 
@@ -21,11 +21,11 @@ class CubicStiffness(Cause):
     name = "cubic-stiffness"
     summary = "a spring to ground stiffens with the cube of its displacement"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return place_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness and place; the prior's scale is a force of 0.2 N at the largest measured tip amplitude.
 
         In one mode a stiffness here does what (phi / phi')^4 of it does there: what tells them apart is hardly larger
@@ -41,7 +41,7 @@ class CubicStiffness(Cause):
             *position(evidence, label, 8, model_error=0.2),
         )  # fmt: skip
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A local nonlinear force."""
         k = values["stiffness_N_per_m3"]
 
@@ -57,4 +57,4 @@ class CubicStiffness(Cause):
 
         place = single_point(place_at(evidence, label, values))
         force = NonlinearForce(place, lambda a, omega: 0.75 * k * a**2 + 0j, harmonics, random)
-        return Extension(nonlinear=(force,))
+        return ModelModification(nonlinear=(force,))

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import point
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment, ModelModification
 
 __all__ = ["DriveMass"]
 
@@ -18,14 +18,14 @@ class DriveMass(Cause):
     name = "drive-mass"
     summary = "a mass sits between the force cell and the beam"
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The mass."""
         return (
             Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A mass at the drive point, across the beam only."""
         mass = values["mass_kg"]
         at = point(evidence.drive_place)
-        return Extension(attachments=(Attachment(at, lambda omega: -mass * omega[:, None] ** 2 + 0j),))
+        return ModelModification(attachments=(Attachment(at, lambda omega: -mass * omega[:, None] ** 2 + 0j),))

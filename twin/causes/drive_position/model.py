@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["DrivePosition"]
 
@@ -17,11 +17,11 @@ class DrivePosition(Cause):
     name = "drive-position"
     summary = "the shaker sits at another place than was written down"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The force channel."""
         return ({"channel": evidence.force},)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
         back, forth = evidence.rig.layout().reach(evidence.drive_place)
         return (
@@ -36,6 +36,6 @@ class DrivePosition(Cause):
             ),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The same structure, driven elsewhere."""
-        return Extension(drive_offset_m=values["offset_m"])
+        return ModelModification(drive_offset_m=values["offset_m"])

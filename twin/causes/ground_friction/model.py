@@ -10,8 +10,8 @@ import numpy as np
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, position, single_point
 from twin.diagnose.slider_in_noise import slider_in_noise
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 from twin.identify.slipping import jenkins_harmonics
 
 __all__ = ["GroundFriction"]
@@ -30,11 +30,11 @@ class GroundFriction(Cause):
     name = "ground-friction"
     summary = "something drags on the structure with dry friction"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return place_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Friction force, place, and travel before it slips."""
         return (
             Parameter(name="force_N", scale=0.1, lower=0.0, upper=5.0, null=0.0, starts=(0.02,), model_error=0.03),
@@ -59,7 +59,7 @@ class GroundFriction(Cause):
         """Return force and place, with a usual travel."""
         return {**values, "travel_m": TRAVEL_m}
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A local force."""
         F, k = values["force_N"], values["force_N"] / values["travel_m"]
 
@@ -73,4 +73,4 @@ class GroundFriction(Cause):
             return slider_in_noise(motion, omega, k, F)
 
         force = NonlinearForce(single_point(place_at(evidence, label, values)), equivalent, harmonics, random)
-        return Extension(nonlinear=(force,))
+        return ModelModification(nonlinear=(force,))

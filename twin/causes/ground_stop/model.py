@@ -11,8 +11,8 @@ from scipy.stats import norm
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.diagnose.places import place_at, place_labels, position, single_point
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NoiseMotion, NonlinearForce
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
 __all__ = ["GroundStop"]
 
@@ -23,11 +23,11 @@ class GroundStop(Cause):
     name = "ground-stop"
     summary = "the structure touches a stop on one side of its motion"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return place_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness, gap and place."""
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
         gaps = tuple(largest * share for share in (0.5, 0.25, 0.8))
@@ -40,7 +40,7 @@ class GroundStop(Cause):
             *position(evidence, label, 5),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A local one-sided spring."""
         k, gap = values["stiffness_N_per_m"], values["gap_m"]
 
@@ -54,4 +54,4 @@ class GroundStop(Cause):
             return np.full(len(omega), k * norm.sf(gap / max(motion.displacement, 1e-12)) + 0j)
 
         force = NonlinearForce(single_point(place_at(evidence, label, values)), equivalent, harmonics, random)
-        return Extension(nonlinear=(force,))
+        return ModelModification(nonlinear=(force,))

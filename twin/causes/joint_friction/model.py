@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_number
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension, NonlinearForce
 from twin.identify.joint_motion import largest_motion
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
 from twin.identify.receptance import ModalBasis
 from twin.identify.slipping import RIPPLES, Slider
 from twin.structure import Structure, layer_points
@@ -25,7 +25,7 @@ class JointFriction(Cause):
     summary = "the joint sticks up to a force and slips beyond it"
     tried_at_full_size = True
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The elements of each joint's layer, counted from the clamp's end."""
         return tuple(
             {**label, "layer_element": str(n + 1)}
@@ -33,11 +33,11 @@ class JointFriction(Cause):
             for n in range(evidence.rig.joints[joint_number(evidence, label)].layer_elements)
         )
 
-    def assumed(self, evidence: Evidence) -> Mapping[str, str]:
+    def assumed(self, evidence: MeasuredData) -> Mapping[str, str]:
         """The last element, as on the bench: other programs' rig files name none."""
         return self.labels(evidence)[-1]
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness while sticking, and the displacement at which slip begins.
 
         The displacement is sought instead of the force, which says nothing of amplitude before the stiffness is known.
@@ -74,7 +74,7 @@ class JointFriction(Cause):
         k, force = values["stiffness_N_per_m"], values["slip_force_N"]
         return {"stiffness_N_per_m": k, "slip_m": force / max(k, 1e-300)}
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The stuck spring everywhere, and what slipping takes off it."""
         slip = _slip(evidence, label)
         k = values["stiffness_N_per_m"]
@@ -83,9 +83,9 @@ class JointFriction(Cause):
         stuck = Attachment(lambda s: slip(s)[None], lambda omega: np.full((len(omega), 1), k + 0j))
         slider = Slider(k, slip_force, _Ripple(evidence.model.basis, row))
         force = NonlinearForce(slip, slider.equivalent, slider.harmonics, slider=slider)
-        return Extension(attachments=(stuck,), nonlinear=(force,))
+        return ModelModification(attachments=(stuck,), nonlinear=(force,))
 
-    def _largest_slip(self, evidence: Evidence, label: Mapping[str, str]) -> float:
+    def _largest_slip(self, evidence: MeasuredData, label: Mapping[str, str]) -> float:
         """Slip of the point where the rig moves as far as was measured and its joint is linear, m."""
         return float(largest_motion(evidence, joint_number(evidence, label))[1][int(label["layer_element"]) - 1])
 
@@ -106,7 +106,7 @@ class _Ripple:
         return self._compliance[at]
 
 
-def _slip(evidence: Evidence, label: Mapping[str, str]) -> Callable[[Structure], Any]:
+def _slip(evidence: MeasuredData, label: Mapping[str, str]) -> Callable[[Structure], Any]:
     """Row of the point's slip, m."""
     joint, number = joint_number(evidence, label), int(label["layer_element"]) - 1
     count = evidence.rig.joints[joint].layer_elements

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, Opening
 from twin.identify.joint_motion import largest_motion
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, Opening
 
 __all__ = ["JointSlap"]
 
@@ -23,11 +23,11 @@ class JointSlap(Cause):
     name = "joint-slap"
     summary = "the joint opens on one side of its motion and claps shut"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any joint."""
         return joint_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the stiffness, and the opening at which it goes."""
         gaps = tuple(self._largest_opening(evidence, label) * share for share in (0.5, 0.2, 0.8, 0.05))
         return (
@@ -37,10 +37,12 @@ class JointSlap(Cause):
             Parameter(name="gap_m", scale=2 * gaps[0], lower=0.0, upper=6 * gaps[0], starts=gaps, model_error=0.08),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """One-sided contact at every point of the layer."""
-        return Extension(opening={joint_name(evidence, label): Opening(values["gap_m"], values["stiffness_factor"])})
+        return ModelModification(
+            opening={joint_name(evidence, label): Opening(values["gap_m"], values["stiffness_factor"])}
+        )
 
-    def _largest_opening(self, evidence: Evidence, label: Mapping[str, str]) -> float:
+    def _largest_opening(self, evidence: MeasuredData, label: Mapping[str, str]) -> float:
         """Of any of the joint's points, where the rig moves as far as was measured and its joints are linear, m."""
         return float(np.max(largest_motion(evidence, joint_number(evidence, label))[0]))

@@ -1,1 +1,1 @@
-"""The joint's linear stiffness is far from what was believed: another torque, another surface."""
+"""The joint's linear stiffness is far from what was assumed: another torque, another surface."""

@@ -1,4 +1,4 @@
-"""A joint whose moduli differ from what was believed (another torque, another surface)."""
+"""A joint whose moduli differ from what was assumed (another torque, another surface)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The joint's linear stiffness is far from what was believed: another torque, another surface."""
+"""The joint's linear stiffness is far from what was assumed: another torque, another surface."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.linear_fit import MODULI_STD
-from twin.identify.unknowns import Unknowns
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["JointStiffness"]
 
 SCALE = 0.7
-"""Half or twice what was believed is usual."""
+"""Half or twice what was assumed is usual."""
 
 
 class JointStiffness(Cause):
@@ -26,13 +26,13 @@ class JointStiffness(Cause):
     """
 
     name = "joint-stiffness"
-    summary = "the joint's E' and G' are not those that were believed"
+    summary = "the joint's E' and G' are not those that were assumed"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any joint."""
         return joint_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Logarithms of the factors on both moduli."""
         return (
             Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
@@ -40,19 +40,19 @@ class JointStiffness(Cause):
         )
 
     def shared(
-        self, evidence: Evidence, label: Mapping[str, str], unknowns: Unknowns, values: Values
-    ) -> tuple[Unknowns, dict[str, float]]:
+        self, evidence: MeasuredData, label: Mapping[str, str], baseline: BaselineParameters, values: Values
+    ) -> tuple[BaselineParameters, dict[str, float]]:
         """The data know the products alone: nearly all that the moduli are off by goes into the factors."""
-        base, joint = unknowns.base, joint_number(evidence, label)
-        believed = evidence.rig.moduli(evidence.preload)[joint]
+        base, joint = baseline.base, joint_number(evidence, label)
+        nominal = evidence.rig.moduli(evidence.preload)[joint]
         share = SCALE**2 / (SCALE**2 + MODULI_STD**2)
-        normal = values["log_normal_factor"] + math.log(base.E[joint] / believed.normal_modulus)
-        shear = values["log_shear_factor"] + math.log(base.G[joint] / believed.shear_modulus)
+        normal = values["log_normal_factor"] + math.log(base.E[joint] / nominal.normal_modulus)
+        shear = values["log_shear_factor"] + math.log(base.G[joint] / nominal.shear_modulus)
         E, G = base.E.copy(), base.G.copy()
-        E[joint] = believed.normal_modulus * math.exp((1 - share) * normal)
-        G[joint] = believed.shear_modulus * math.exp((1 - share) * shear)
-        unknowns = replace(unknowns, base=replace(base, E=E, G=G))
-        return unknowns, {"log_normal_factor": share * normal, "log_shear_factor": share * shear}
+        E[joint] = nominal.normal_modulus * math.exp((1 - share) * normal)
+        G[joint] = nominal.shear_modulus * math.exp((1 - share) * shear)
+        baseline = replace(baseline, base=replace(base, E=E, G=G))
+        return baseline, {"log_normal_factor": share * normal, "log_shear_factor": share * shear}
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Return the factors themselves."""
@@ -64,7 +64,7 @@ class JointStiffness(Cause):
         """Return the logarithms of the factors."""
         return {f"log_{name}": math.log(value) for name, value in values.items()}
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """Scaled moduli."""
         factors = math.exp(values["log_normal_factor"]), math.exp(values["log_shear_factor"])
-        return Extension(moduli_factor={joint_name(evidence, label): factors})
+        return ModelModification(moduli_factor={joint_name(evidence, label): factors})

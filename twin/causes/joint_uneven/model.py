@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["JointUneven"]
 
@@ -17,16 +17,16 @@ class JointUneven(Cause):
     name = "joint-uneven"
     summary = "the joint is stiffer at one end of the overlap than at the other"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any joint."""
         return joint_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
         return (
             Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with its strain operators weighted along the overlap."""
-        return Extension(layer_gradient={joint_name(evidence, label): values["gradient"]})
+        return ModelModification(layer_gradient={joint_name(evidence, label): values["gradient"]})

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values, response_channels
-from twin.identify.believed_instruments import mount
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.nominal_instruments import mount
 
 __all__ = ["MountingResonance"]
 
@@ -23,11 +23,11 @@ class MountingResonance(Cause):
     name = "mounting-resonance"
     summary = "a sensor rides on a soft mount and resonates"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any response channel."""
         return response_channels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Compliance and damping."""
         return (
             Parameter(
@@ -50,10 +50,10 @@ class MountingResonance(Cause):
         """Return the compliance in place of the frequency."""
         return {"compliance_s2": _compliance(values["frequency_Hz"]), "damping_ratio": values["damping_ratio"]}
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """Base excitation of a single degree of freedom."""
         factor = mount(values["compliance_s2"], values["damping_ratio"])
-        return Extension(channel_factor={label["channel"]: factor})
+        return ModelModification(channel_factor={label["channel"]: factor})
 
 
 def _compliance(frequency_Hz: float) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, measured_duration_s
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["PreloadLoss"]
 
@@ -17,11 +17,11 @@ class PreloadLoss(Cause):
     name = "preload-loss"
     summary = "the joint softens while the test goes on, as a bolt that loses its preload does"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any joint."""
         return joint_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall per second."""
         duration = measured_duration_s(evidence)
         return (
@@ -29,6 +29,6 @@ class PreloadLoss(Cause):
                       starts=(0.02 / duration,), model_error=0.12),
         )  # fmt: skip
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A drift of the layer's normal modulus."""
-        return Extension(layer_drift_per_s={joint_name(evidence, label): values["rate_per_s"]})
+        return ModelModification(layer_drift_per_s={joint_name(evidence, label): values["rate_per_s"]})

@@ -1,1 +1,1 @@
-"""A converter coarser than believed, or a range chosen far too large."""
+"""A converter coarser than assumed, or a range chosen far too large."""

@@ -1,4 +1,4 @@
-"""A converter coarser than believed, or a range chosen far too large."""
+"""A converter coarser than assumed, or a range chosen far too large."""
 
 from __future__ import annotations
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["SampleClock"]
 
@@ -17,10 +17,10 @@ class SampleClock(Cause):
     name = "sample-clock"
     summary = "the sampling clock runs fast or slow, so that all frequencies are off by one factor"
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Error in parts per million; a fast clock makes every frequency look low."""
         return (Parameter(name="error_ppm", scale=1000.0, lower=-5e4, upper=5e4, null=0.0, starts=(100.0,)),)
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """True over apparent frequency."""
-        return Extension(frequency_factor=1 + values["error_ppm"] * 1e-6)
+        return ModelModification(frequency_factor=1 + values["error_ppm"] * 1e-6)

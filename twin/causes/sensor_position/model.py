@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values, response_channels
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, point_mass
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, point_mass
 
 __all__ = ["SensorPosition"]
 
@@ -15,17 +15,17 @@ class SensorPosition(Cause):
     """Moves the place where one channel measures, and the sensor's mass.
 
     How much of the mass moved is fitted as well and not reported: a stud or the cable may have stayed, and the mass
-    itself is believed, not known.
+    itself is assumed, not known.
     """
 
     name = "sensor-position"
     summary = "a sensor sits at another place than was written down"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any response channel."""
         return response_channels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Offset towards the tip."""
         back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
         return (
@@ -49,7 +49,7 @@ class SensorPosition(Cause):
         """Return the offset, with all of the sensor's mass moved."""
         return {**values, "carried": 1.0}
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The channel read elsewhere, and the inertia of its sensor taken from here to there."""
         here = evidence.place_of(label["channel"])
         there = evidence.rig.layout().moved(here, values["offset_m"])
@@ -58,8 +58,8 @@ class SensorPosition(Cause):
         carried = tuple(
             point_mass(place, own, directions=directions) for place, own in ((here, -mass), (there, mass)) if mass
         )
-        return Extension(output_offset_m={label["channel"]: values["offset_m"]}, attachments=carried)
+        return ModelModification(output_offset_m={label["channel"]: values["offset_m"]}, attachments=carried)
 
 
-def _mass(evidence: Evidence, label: Mapping[str, str]) -> float:
+def _mass(evidence: MeasuredData, label: Mapping[str, str]) -> float:
     return next((s.mass for s in evidence.rig.response_sensors if s.channel == label["channel"]), 0.0)

@@ -8,8 +8,8 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import beam_labels, place_at, position
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment, ModelModification
 from twin.structure.weakened import weakened_section
 
 __all__ = ["StiffnessLoss"]
@@ -21,19 +21,21 @@ class StiffnessLoss(Cause):
     name = "stiffness-loss"
     summary = "a short section of a beam is weaker in bending, as a crack makes it"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return beam_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the section's stiffness, and where it is."""
         return (
             Parameter(name="factor", scale=0.4, lower=0.02, upper=1.0, null=1.0, starts=(0.8,), model_error=0.01),
             *position(evidence, label, 17, model_error=6e-3),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """What an element that the section covers, wholly or in part, has less than a sound one."""
         place, factor = place_at(evidence, label, values), values["factor"]
         section = weakened_section(evidence.rig, evidence.model.structure, place=place, factor=factor)
-        return Extension(attachments=(Attachment(section.rows, lambda omega: np.tile(section.lost, (len(omega), 1))),))
+        return ModelModification(
+            attachments=(Attachment(section.rows, lambda omega: np.tile(section.lost, (len(omega), 1))),)
+        )

@@ -8,8 +8,8 @@ import numpy as np
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import point
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment, ModelModification
 
 __all__ = ["StingerStiffness"]
 
@@ -20,7 +20,7 @@ class StingerStiffness(Cause):
     name = "stinger-stiffness"
     summary = "the stinger's side stiffness holds the beam at the drive point"
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The spring."""
         return (
             Parameter(
@@ -28,8 +28,8 @@ class StingerStiffness(Cause):
             ),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A constant stiffness at the drive point."""
         k = values["stiffness_N_per_m"]
         at = point(evidence.drive_place)
-        return Extension(attachments=(Attachment(at, lambda omega: np.full((len(omega), 1), k + 0j)),))
+        return ModelModification(attachments=(Attachment(at, lambda omega: np.full((len(omega), 1), k + 0j)),))

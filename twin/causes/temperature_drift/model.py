@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, measured_duration_s
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["TemperatureDrift"]
 
@@ -17,7 +17,7 @@ class TemperatureDrift(Cause):
     name = "temperature-drift"
     summary = "all resonances sink slowly while the test goes on, as in a structure that warms up"
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall per second."""
         duration = measured_duration_s(evidence)
         return (
@@ -25,6 +25,6 @@ class TemperatureDrift(Cause):
                       starts=(0.002 / duration,), model_error=0.005),
         )  # fmt: skip
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A drift of all moduli."""
-        return Extension(beam_drift_per_s=values["rate_per_s"])
+        return ModelModification(beam_drift_per_s=values["rate_per_s"])

@@ -10,7 +10,7 @@ __all__ = ["transverse_shear"]
 
 def transverse_shear(plan: Plan, *, beam: str, modulus_ratio: float) -> None:
     """Give one beam the ratio E / (kappa G), beside what it has of it."""
-    believed = chosen(plan, beam)
+    nominal = chosen(plan, beam)
     plan.layout = plan.layout.with_beam(
-        beam, youngs_modulus=believed.youngs_modulus, shear_ratio=believed.shear_ratio + modulus_ratio
+        beam, youngs_modulus=nominal.youngs_modulus, shear_ratio=nominal.shear_ratio + modulus_ratio
     )

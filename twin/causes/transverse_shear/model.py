@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 
 __all__ = ["TransverseShear"]
 
@@ -17,11 +17,11 @@ class TransverseShear(Cause):
     name = "transverse-shear"
     summary = "a beam shears: its higher modes lie lower than bending alone would have them"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any beam."""
         return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """E over kappa G: about 3 for a metal, tens for laminates."""
         return (
             Parameter(
@@ -29,6 +29,6 @@ class TransverseShear(Cause):
             ),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with one beam of Timoshenko elements."""
-        return Extension(beam_shear_ratio={label["beam"]: values["modulus_ratio"]})
+        return ModelModification(beam_shear_ratio={label["beam"]: values["modulus_ratio"]})

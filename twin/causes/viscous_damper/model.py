@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, point, position
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Attachment, Extension
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import Attachment, ModelModification
 
 __all__ = ["ViscousDamper"]
 
@@ -18,11 +18,11 @@ class ViscousDamper(Cause):
     name = "viscous-damper"
     summary = "a dashpot acts between the structure and its surroundings"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """The whole structure, or any beam."""
         return place_labels(evidence)
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Damping constant and place."""
         return (
             Parameter(
@@ -31,8 +31,8 @@ class ViscousDamper(Cause):
             *position(evidence, label),
         )
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """J omega c at the place."""
         c = values["damping_Ns_per_m"]
         at = point(place_at(evidence, label, values))
-        return Extension(attachments=(Attachment(at, lambda omega: 1j * c * omega[:, None]),))
+        return ModelModification(attachments=(Attachment(at, lambda omega: 1j * c * omega[:, None]),))

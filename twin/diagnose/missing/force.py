@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Blame
 from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.places import place_at, position, single_point
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension, NonlinearForce
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification, NonlinearForce
 
 __all__ = ["LocalForce", "law_of", "named_law", "peak_and_fundamental"]
 
@@ -45,11 +45,11 @@ class LocalForce(Cause):
     name = "missing-force"
     summary = "a force between ground and one place of the structure"
 
-    def labels(self, evidence: Evidence) -> Sequence[Mapping[str, str]]:
+    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """One law of a single term each."""
         return tuple({"law": term.name} for term in TERMS.values())
 
-    def parameters(self, evidence: Evidence, label: Mapping[str, str]) -> tuple[Parameter, ...]:
+    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """A coefficient for each term, by the term's name, and the place."""
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
         coefficients = []
@@ -63,7 +63,7 @@ class LocalForce(Cause):
             )
         return (*coefficients, *position(evidence, label, 12))
 
-    def extension(self, evidence: Evidence, label: Mapping[str, str], values: Values) -> Extension:
+    def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A local nonlinear force, its harmonics and linear substitutes by quadrature."""
         force = _summed(law_of(label), values)
 
@@ -77,12 +77,12 @@ class LocalForce(Cause):
             harmonics=lambda amplitude, count, omega: force_harmonics(force, amplitude, omega, count),
             random=lambda motion, omega: linear_substitute(force, motion.displacement, motion.velocity, omega),
         )
-        return Extension(nonlinear=(local,))
+        return ModelModification(nonlinear=(local,))
 
 
-def peak_and_fundamental(blame: Blame, amplitude: Array, omega: Array) -> tuple[Array, Array]:
+def peak_and_fundamental(hypothesis: CauseHypothesis, amplitude: Array, omega: Array) -> tuple[Array, Array]:
     """Largest force within a period (s,), and its complex fundamental (s,), for u = amplitude cos(omega t)."""
-    force = _summed(law_of(blame.label), blame.values)
+    force = _summed(law_of(hypothesis.label), hypothesis.values)
     over_period = force(*_motion(amplitude, omega))
     return np.max(np.abs(over_period), axis=1), force_harmonics(force, amplitude, omega, 1)[:, 0]
 

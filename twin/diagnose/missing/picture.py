@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Blame, Candidate, extension_of, fit_candidate
-from twin.diagnose.footing import FOLLOWS, Footing
+from twin.diagnose.acceptance import LEAST_SHARE
+from twin.diagnose.baseline_fit import FOLLOWS, BaselineFit
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
-from twin.diagnose.paying import LEAST_SHARE
 from twin.diagnose.places import along_beam, place_at
 from twin.diagnose.search import Search, search_causes
-from twin.diagnose.thin import thin_evidence
-from twin.diagnose.tournament import LEAST_GAIN, Report
+from twin.diagnose.successive_halving import LEAST_GAIN, Report
+from twin.diagnose.thinned_data import thinned_data
 from twin.identify.estimate import Estimate
-from twin.identify.evidence import Evidence
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 
 __all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
@@ -126,7 +126,7 @@ class MissingForce:
 
 
 def find_missing_force(
-    evidence: Evidence, footing: Footing, *, report: Report = lambda text: None
+    evidence: MeasuredData, baseline_fit: BaselineFit, *, report: Report = lambda text: None
 ) -> MissingForce | None:
     """Ask the data for a force at one place that the base family lacks.
 
@@ -134,7 +134,7 @@ def find_missing_force(
 
     Parameters
     ----------
-    footing
+    baseline fit
         The base family as fitted.
     report
         Told what is being done.
@@ -142,72 +142,77 @@ def find_missing_force(
     if not evidence.rig.layout().passable:
         return None  # its place is sought along one line of beams
     report("looking for a missing force")
-    search = search_causes(evidence, {LocalForce.name: LocalForce()}, most=1, footing=footing, report=report)
-    if not search.model.blames:
+    search = search_causes(evidence, {LocalForce.name: LocalForce()}, most=1, baseline_fit=baseline_fit, report=report)
+    if not search.model.hypotheses:
         return None
     model = _with_further_terms(search, report)
     report("moving the force along the structure")
     places, left = _along_the_structure(search, model)
-    blame = model.blames[-1]
+    hypothesis = model.hypotheses[-1]
     return MissingForce(
         places_m=places,
         left=left,
-        position_m=Estimate(blame.values["position_m"], blame.std["position_m"]),
+        position_m=Estimate(hypothesis.values["position_m"], hypothesis.std["position_m"]),
         terms=tuple(
-            FittedTerm(term=term, coefficient=Estimate(blame.values[term.name], blame.std[term.name]))
-            for term in law_of(blame.label)
+            FittedTerm(term=term, coefficient=Estimate(hypothesis.values[term.name], hypothesis.std[term.name]))
+            for term in law_of(hypothesis.label)
         ),
         levels=_at_each_level(search.evidence, model),
-        before=footing.base.chi2_per_dof,
+        before=baseline_fit.base.chi2_per_dof,
         after=model.chi2_per_dof,
     )
 
 
-def _along_the_structure(search: Search, model: Candidate) -> tuple[Array, Array]:
+def _along_the_structure(search: Search, model: FittedModel) -> tuple[Array, Array]:
     """Chi2 per degree of freedom with the same terms at each place, all else refitted, beginning from a neighbour's."""
-    evidence, harmonics = thin_evidence(search.evidence, search.harmonics)
-    blame = model.blames[-1]
-    here = blame.values["position_m"]
-    places = np.array(along_beam(evidence, blame.label, PLACES)[::-1])
+    evidence, harmonics = thinned_data(search.evidence, search.harmonics)
+    hypothesis = model.hypotheses[-1]
+    here = hypothesis.values["position_m"]
+    places = np.array(along_beam(evidence, hypothesis.label, PLACES)[::-1])
     left = np.empty(len(places))
     for side in (places <= here, places > here):
         neighbour = model
         for i in sorted(np.flatnonzero(side), key=lambda i: abs(places[i] - here)):
-            last = neighbour.blames[-1]
+            last = neighbour.hypotheses[-1]
             moved = replace(last, values=_moved(evidence, last, float(places[i])))
-            neighbour = fit_candidate(
-                evidence, harmonics, neighbour.unknowns, (moved,), iterations=8, tolerance=2.0, held="position_m"
+            neighbour = fit_model(
+                evidence, harmonics, neighbour.baseline, (moved,), iterations=8, tolerance=2.0, held="position_m"
             )
             left[i] = neighbour.chi2_per_dof
     return places, left
 
 
-def _moved(evidence: Evidence, blame: Blame, position_m: float) -> dict[str, float]:
+def _moved(evidence: MeasuredData, hypothesis: CauseHypothesis, position_m: float) -> dict[str, float]:
     """The force's values at another place, where it does the same to mode 1."""
     structure, shape = evidence.model.structure, evidence.model.basis.Phi[:, 0]
-    places = (place_at(evidence, blame.label, {"position_m": x}) for x in (blame.values["position_m"], position_m))
+    places = (
+        place_at(evidence, hypothesis.label, {"position_m": x}) for x in (hypothesis.values["position_m"], position_m)
+    )
     here, there = (abs(float(structure.row(place) @ shape)) for place in places)
     # A term of power p works with the power p + 1 of the motion of its place.
-    scaled = {term.name: blame.values[term.name] * (here / there) ** (term.power + 1) for term in law_of(blame.label)}
-    return {**blame.values, **scaled, "position_m": position_m}
+    scaled = {
+        term.name: hypothesis.values[term.name] * (here / there) ** (term.power + 1)
+        for term in law_of(hypothesis.label)
+    }
+    return {**hypothesis.values, **scaled, "position_m": position_m}
 
 
-def _with_further_terms(search: Search, report: Report) -> Candidate:
+def _with_further_terms(search: Search, report: Report) -> FittedModel:
     """The model with as many terms at its place as the data pay for."""
     best, evidence, harmonics = search.model, search.evidence, search.harmonics
-    thinner, thin_harmonics = thin_evidence(evidence, harmonics)
-    while len(law_of(best.blames[-1].label)) < MOST_TERMS and best.chi2_per_dof > GOOD:
-        report(f"asking whether {best.blames[-1].label['law']} is all")
-        blames = [_with_term(best.blames[-1], term, evidence) for term in TERMS.values()]
+    thinner, thin_harmonics = thinned_data(evidence, harmonics)
+    while len(law_of(best.hypotheses[-1].label)) < MOST_TERMS and best.chi2_per_dof > GOOD:
+        report(f"asking whether {best.hypotheses[-1].label['law']} is all")
+        hypotheses = [_with_term(best.hypotheses[-1], term, evidence) for term in TERMS.values()]
         tried = [
-            fit_candidate(thinner, thin_harmonics, best.unknowns, (blame,), iterations=6, tolerance=2.0)
-            for blame in blames
-            if blame is not None
+            fit_model(thinner, thin_harmonics, best.baseline, (hypothesis,), iterations=6, tolerance=2.0)
+            for hypothesis in hypotheses
+            if hypothesis is not None
         ]
         top = max(tried, key=lambda trial: trial.log_evidence)
-        further = fit_candidate(evidence, harmonics, top.unknowns, top.blames, tolerance=0.3)
-        temper = further.chi2_per_dof
-        if further.weight(temper) - best.weight(temper) < LEAST_GAIN:
+        further = fit_model(evidence, harmonics, top.baseline, top.hypotheses, tolerance=0.3)
+        overdispersion = further.chi2_per_dof
+        if further.weight(overdispersion) - best.weight(overdispersion) < LEAST_GAIN:
             break
         if further.solution.chi2 > (1 - LEAST_SHARE) * best.solution.chi2:
             break
@@ -215,27 +220,29 @@ def _with_further_terms(search: Search, report: Report) -> Candidate:
     return best
 
 
-def _with_term(blame: Blame, term: Term, evidence: Evidence) -> Blame | None:
+def _with_term(hypothesis: CauseHypothesis, term: Term, evidence: MeasuredData) -> CauseHypothesis | None:
     """The force with a little of a further term; None if it has that already."""
-    terms = law_of(blame.label)
+    terms = law_of(hypothesis.label)
     if term in terms:
         return None
     label = {"law": named_law((*terms, term))}
-    small = next(p for p in blame.cause.parameters(evidence, label) if p.name == term.name).scale * 1e-3
-    return Blame(blame.cause, label, {**blame.values, term.name: small}, {})
+    small = next(p for p in hypothesis.cause.parameters(evidence, label) if p.name == term.name).scale * 1e-3
+    return CauseHypothesis(hypothesis.cause, label, {**hypothesis.values, term.name: small}, {})
 
 
-def _at_each_level(evidence: Evidence, model: Candidate) -> tuple[ForceAtLevel, ...]:
+def _at_each_level(evidence: MeasuredData, model: FittedModel) -> tuple[ForceAtLevel, ...]:
     """The force where each sweep moves its place most."""
     if not len(evidence.steps):
         return ()
-    blame = model.blames[-1]
-    motion = Predictor(evidence, extension_of(evidence, model.blames)).motion_at_forces(model.unknowns)[:, -1]
+    hypothesis = model.hypotheses[-1]
+    motion = ResidualModel(evidence, modification_of(evidence, model.hypotheses)).motion_at_forces(model.baseline)[
+        :, -1
+    ]
     amplitude, omega = np.abs(motion), evidence.steps.omega
     sweeps = rows_by_sweep(evidence.steps.states)
     largest = {sweep: int(rows[np.argmax(amplitude[rows])]) for sweep, rows in sweeps.items()}
     chosen = np.array(list(largest.values()))
-    peak, fundamental = peak_and_fundamental(blame, amplitude[chosen], omega[chosen])
+    peak, fundamental = peak_and_fundamental(hypothesis, amplitude[chosen], omega[chosen])
     return tuple(
         ForceAtLevel(
             sweep=sweep,

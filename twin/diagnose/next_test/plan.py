@@ -10,16 +10,16 @@ from pathlib import Path
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
-from twin.diagnose.candidate import Candidate, extension_of
-from twin.diagnose.next_test.imagined import imagine
+from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
 from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.result import NextSensor, NextTest
 from twin.diagnose.verdict import RIVAL, close_rivals
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.procedures import save_procedure
-from twin.rehearsal import Believed, Rehearsed, open_twin, rehearse, rehearse_until_clear
+from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
 from twin.rigs import Rig
 
 __all__ = ["plan_next_test"]
@@ -49,8 +49,8 @@ class _Valued:
 
 def plan_next_test(
     runs: Sequence[Run],
-    evidence: Evidence,
-    finalists: tuple[Candidate, ...],
+    evidence: MeasuredData,
+    finalists: tuple[FittedModel, ...],
     extended: Rig,
     out: Path,
     *,
@@ -78,7 +78,7 @@ def plan_next_test(
     if not rivals:
         return None
     report("looking for the test that tells the rivals apart")
-    names = [model.blames[-1].cause.name for model in (finalists[0], *rivals)]
+    names = [model.hypotheses[-1].cause.name for model in (finalists[0], *rivals)]
     sensor = best_sensor_place(evidence, finalists[0], rivals, margin=RIVAL)
     ranked = _ranked(runs, evidence, finalists[0], rivals)
     if not ranked:
@@ -109,23 +109,25 @@ def plan_next_test(
     )
 
 
-def _ranked(runs: Sequence[Run], evidence: Evidence, best: Candidate, rivals: Sequence[Candidate]) -> list[_Valued]:
+def _ranked(
+    runs: Sequence[Run], evidence: MeasuredData, best: FittedModel, rivals: Sequence[FittedModel]
+) -> list[_Valued]:
     """Proposals worth rehearsing: those that suffice, the shortest first, then the others by what they promise."""
     drifting = any(
-        extension.layer_drift_per_s or extension.beam_drift_per_s
-        for extension in (extension_of(evidence, model.blames) for model in (best, *rivals))
+        modification.layer_drift_per_s or modification.beam_drift_per_s
+        for modification in (modification_of(evidence, model.hypotheses) for model in (best, *rivals))
     )
-    temper = best.chi2_per_dof
+    overdispersion = best.chi2_per_dof
     valued = []
     for proposal in propose(runs, evidence, best, drifting=drifting):
-        if_best = imagine(evidence, best, proposal)
+        if_best = predict_test_data(evidence, best, proposal)
         promises = []
         for rival in rivals:
-            gap = best.weight(temper) - rival.weight(temper)
-            if_rival = imagine(evidence, rival, proposal)
+            gap = best.weight(overdispersion) - rival.weight(overdispersion)
+            if_rival = predict_test_data(evidence, rival, proposal)
             # What the recordings say for the best must be made up for if the rival is true.
-            for imagined, other, ahead in ((if_best, rival, -gap), (if_rival, best, gap)):
-                found = separation(imagined, other, temper=temper)
+            for predicted_data, other, ahead in ((if_best, rival, -gap), (if_rival, best, gap)):
+                found = separation(predicted_data, other, overdispersion=overdispersion)
                 promises.append(_Valued(proposal=proposal, separation=found, needed=enough(RIVAL + ahead)))
         valued.append(min(promises, key=lambda promise: promise.share))
     return sorted(valued, key=lambda v: (0.0, v.proposal.rig_time_s) if v.share >= 1 else (1.0, -v.share))
@@ -133,18 +135,18 @@ def _ranked(runs: Sequence[Run], evidence: Evidence, best: Candidate, rivals: Se
 
 def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
     """The proposal on the twin with the best model, improved where its rehearsal raises warnings."""
-    believed = Believed.of(extended, preload=preload)
+    nominal = NominalRig.of(extended, preload=preload)
 
     def twin() -> SampleSource:
         return open_twin(extended, proposal.procedure, preload=preload, seed=1, source=extended.name)
 
     with tempfile.TemporaryDirectory(prefix="twin-next-test-") as folder:
-        first = rehearse(proposal.procedure, twin(), Path(folder) / "first.mcap", believed=believed)
-        better = rehearse_until_clear(first, twin, Path(folder) / "better.mcap", believed=believed, rounds=ROUNDS)
+        first = rehearse(proposal.procedure, twin(), Path(folder) / "first.mcap", nominal=nominal)
+        better = rehearse_until_clear(first, twin, Path(folder) / "better.mcap", nominal=nominal, rounds=ROUNDS)
     return better or first
 
 
-def _sensor(evidence: Evidence, found: SensorPlace | None) -> NextSensor | None:
+def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | None:
     """The place of a further accelerometer as an answer has it."""
     if found is None:
         return None

@@ -9,10 +9,10 @@ from itertools import pairwise, product
 import numpy as np
 
 from recordings.run import Run
-from twin.diagnose.candidate import Candidate
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.next_test.sweeps import HEADROOM, STEPS, sweep_bands
-from twin.identify.evidence import Evidence
 from twin.identify.linear_model import DAMPED_MODES
+from twin.identify.measured_data import MeasuredData
 from twin.procedures import Procedure, Random, SteppedSine
 from twin.procedures.tables import Limits, Measure, Settle
 from twin.rigs import Rig
@@ -55,7 +55,7 @@ class Proposal:
     rig_time_s: float
 
 
-def propose(runs: Sequence[Run], evidence: Evidence, model: Candidate, *, drifting: bool) -> list[Proposal]:
+def propose(runs: Sequence[Run], evidence: MeasuredData, model: FittedModel, *, drifting: bool) -> list[Proposal]:
     """All proposals, the shortest first.
 
     Parameters
@@ -71,7 +71,7 @@ def propose(runs: Sequence[Run], evidence: Evidence, model: Candidate, *, drifti
     return sorted(found, key=lambda proposal: proposal.rig_time_s)
 
 
-def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
+def _noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Proposal]:
     """Noise over the band that was used, over each mode alone, and above each mode.
 
     Without the modes that move most, the others can be driven harder: the response keeps its rms, for joints answer
@@ -101,7 +101,7 @@ def _noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
         yield from _each_length(band, size, lasted, float(device.sample_rate_Hz))
 
 
-def _first_noise(runs: Sequence[Run], evidence: Evidence) -> Iterator[Proposal]:
+def _first_noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Proposal]:
     """Noise over the modes that the model has, at a force below the sweeps'.
 
     About one resonance many causes look alike that others part.
@@ -128,7 +128,7 @@ def _each_length(band: tuple[float, float], rms: float, lasted: float, sample_ra
         )
 
 
-def _bands(evidence: Evidence, whole: tuple[float, float]) -> list[tuple[float, float]]:
+def _bands(evidence: MeasuredData, whole: tuple[float, float]) -> list[tuple[float, float]]:
     natural = evidence.model.basis.omega / (2 * np.pi)
     natural = natural[(natural > whole[0]) & (natural < whole[1])]
     edges = [whole[0], *np.round(np.sqrt(natural[1:] * natural[:-1])), whole[1]]
@@ -137,7 +137,7 @@ def _bands(evidence: Evidence, whole: tuple[float, float]) -> list[tuple[float, 
     return list(dict.fromkeys((float(a), float(b)) for a, b in [whole, *alone, *above]))
 
 
-def _sweeps(runs: Sequence[Run], evidence: Evidence, model: Candidate, *, drifting: bool) -> Iterator[Proposal]:
+def _sweeps(runs: Sequence[Run], evidence: MeasuredData, model: FittedModel, *, drifting: bool) -> Iterator[Proposal]:
     """Sweeps over the frequencies that were used, and over other modes', at several forces and for several lengths."""
     states = [s for s in evidence.steps.states if s.target_channel == evidence.force]
     if not states:

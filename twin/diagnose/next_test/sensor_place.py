@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate, Trial, extension_of
-from twin.diagnose.next_test.imagined import Imagined
+from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.next_test.separation import enough, separation
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import Evidence
 from twin.identify.linear_model import Output
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import BeamPart, Place
 
 __all__ = ["SensorPlace", "best_sensor_place"]
@@ -30,7 +30,7 @@ ON_BEAMS = 12
 ON_PART = 16
 """Nodes of a part given by matrices, the most evenly spread."""
 NEW = "new sensor"
-"""Name of the channel that is imagined."""
+"""Name of the channel that is predicted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ class SensorPlace:
 
 
 def best_sensor_place(
-    evidence: Evidence, best: Candidate, rivals: Sequence[Candidate], *, margin: float
+    evidence: MeasuredData, best: FittedModel, rivals: Sequence[FittedModel], *, margin: float
 ) -> SensorPlace | None:
     """The place that parts the best model from its rivals farthest; None without a broadband run.
 
@@ -60,21 +60,21 @@ def best_sensor_place(
     """
     if not evidence.broadband or not rivals:
         return None
-    temper = max(best.chi2_per_dof, 1.0)
+    overdispersion = max(best.chi2_per_dof, 1.0)
     found = []
-    for place in _candidates(evidence):
-        imagined = [_imagine(evidence, truth, place) for truth in (best, *rivals)]
+    for place in _fitted_models(evidence):
+        predicted_data = [_predict_test_data(evidence, truth, place) for truth in (best, *rivals)]
         promises = []
-        for rival, if_rival in zip(rivals, imagined[1:], strict=True):
-            gap = best.weight(temper) - rival.weight(temper)
-            for there, other, ahead in ((imagined[0], rival, -gap), (if_rival, best, gap)):
-                promises.append((separation(there, other, temper=temper), enough(margin + ahead)))
+        for rival, if_rival in zip(rivals, predicted_data[1:], strict=True):
+            gap = best.weight(overdispersion) - rival.weight(overdispersion)
+            for there, other, ahead in ((predicted_data[0], rival, -gap), (if_rival, best, gap)):
+                promises.append((separation(there, other, overdispersion=overdispersion), enough(margin + ahead)))
         gain, needed = min(promises, key=lambda promise: promise[0] / promise[1])
         found.append(SensorPlace(place=place, separation=gain, needed=needed))
     return max(found, key=lambda one: one.separation / one.needed, default=None)
 
 
-def _candidates(evidence: Evidence) -> list[Place]:
+def _fitted_models(evidence: MeasuredData) -> list[Place]:
     """Places across the beams and the parts given by matrices, without those that have a sensor already."""
     layout, structure = evidence.rig.layout(), evidence.model.structure
     whole, found = sum(beam.length for beam in layout.beams), []
@@ -106,21 +106,21 @@ def _spread(points: Array, count: int) -> list[int]:
     return chosen
 
 
-def _imagine(evidence: Evidence, truth: Candidate, place: Place) -> Imagined:
+def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place) -> Imagined:
     """The last broadband run if a model were true, with an accelerometer more."""
     data = evidence.broadband[-1]
     outputs = (*evidence.outputs, Output(NEW, "acceleration", place))
     model = evidence.model.with_places(outputs, evidence.drive_place)
     more = replace(evidence.without_steps(), outputs=outputs, model=model, broadband=())
-    predictor = Predictor(more, extension_of(more, truth.blames))
-    R, omega = predictor.broadband_receptance(data, truth.unknowns, data.omega)
-    bins = _with_channel(evidence, data, predictor.responses(R, omega))
+    residual_model = ResidualModel(more, modification_of(more, truth.hypotheses))
+    R, omega = residual_model.broadband_receptance(data, truth.baseline, data.omega)
+    bins = _with_channel(evidence, data, residual_model.responses(R, omega))
     more = replace(more, broadband=(bins,))
-    own = Trial(more, None, truth.unknowns, truth.blames)
+    own = FitProblem(more, None, truth.baseline, truth.hypotheses)
     return Imagined(more, None, own.predict(own.x0).residual)
 
 
-def _with_channel(evidence: Evidence, data: BinnedResponse, H: Array) -> BinnedResponse:
+def _with_channel(evidence: MeasuredData, data: BinnedResponse, H: Array) -> BinnedResponse:
     """The bins with responses H (b, o + 1), the last channel as noisy as the quietest accelerometer."""
     bins, outputs = data.H.shape
     accelerometers = [i for i, output in enumerate(evidence.outputs) if output.quantity == "acceleration"]

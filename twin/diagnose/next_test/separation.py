@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from twin.diagnose.candidate import Candidate, Trial
-from twin.diagnose.next_test.imagined import Imagined
+from twin.diagnose.fitted_model import FitProblem, FittedModel
+from twin.diagnose.next_test.predicted_data import Imagined
 
 __all__ = ["SURE", "enough", "separation"]
 
@@ -18,23 +18,23 @@ SURE = 1.28
 """Standard deviations that a test must have in hand, for nine in ten to part the models."""
 
 
-def separation(imagined: Imagined, rival: Candidate, *, temper: float) -> float:
-    """Expected gain of log evidence over a rival if the test is as imagined.
+def separation(predicted_data: Imagined, rival: FittedModel, *, overdispersion: float) -> float:
+    """Expected gain of log evidence over a rival if the test is as predicted.
 
     Parameters
     ----------
-    temper
+    overdispersion
         Variance by which the models miss their noise: at least 1.
     """
-    trial = Trial(imagined.evidence, imagined.harmonics, rival.unknowns, rival.blames)
+    trial = FitProblem(predicted_data.evidence, predicted_data.harmonics, rival.baseline, rival.hypotheses)
     trial.weigh(trial.x0)
     r, J = trial.evaluate(trial.x0)
-    r = r - imagined.left
+    r = r - predicted_data.left
     if not (np.isfinite(r).all() and np.isfinite(J).all()):
         return 0.0
     follows = J.T @ r
     left = float(r @ r - follows @ np.linalg.solve(J.T @ J + rival.solution.information, follows))
-    return 0.5 * max(left, 0.0) / max(temper, 1.0)
+    return 0.5 * max(left, 0.0) / max(overdispersion, 1.0)
 
 
 def enough(gap: float) -> float:

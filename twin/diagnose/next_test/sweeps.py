@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate, extension_of
-from twin.identify.evidence import Evidence
+from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.identify.linear_model import DAMPED_MODES
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
 from twin.identify.receptance import update_receptance
+from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance, same_resonance
 
 __all__ = ["HEADROOM", "STEPS", "Band", "sweep_bands"]
@@ -58,7 +58,7 @@ class Band:
     mode: int = 0
 
 
-def sweep_bands(evidence: Evidence, model: Candidate, *, highest_Hz: float) -> Iterator[Band]:
+def sweep_bands(evidence: MeasuredData, model: FittedModel, *, highest_Hz: float) -> Iterator[Band]:
     """The resonances that were swept, then every other mode's.
 
     Parameters
@@ -85,16 +85,16 @@ def sweep_bands(evidence: Evidence, model: Candidate, *, highest_Hz: float) -> I
 
 
 def _other_modes(
-    evidence: Evidence, model: Candidate, used: Array, highest_Hz: float, loudest_N: float
+    evidence: MeasuredData, model: FittedModel, used: Array, highest_Hz: float, loudest_N: float
 ) -> Iterator[Band]:
-    predictor = Predictor(evidence, extension_of(evidence, model.blames))
-    motion = np.abs(predictor.step_receptance(model.unknowns, inner=False)[2].motion).max(axis=0)
+    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses))
+    motion = np.abs(residual_model.step_receptance(model.baseline, inner=False)[2].motion).max(axis=0)
     ranges = np.array([sensor.range for sensor in evidence.rig.response_sensors if sensor.channel in evidence.channels])
-    for mode, natural in enumerate(predictor.model.basis.omega[:DAMPED_MODES] / (2 * np.pi), start=1):
+    for mode, natural in enumerate(residual_model.model.basis.omega[:DAMPED_MODES] / (2 * np.pi), start=1):
         if natural > highest_Hz or same_resonance(natural, used).any():
             continue
         f = np.linspace((1 - SEARCHED) * natural, (1 + SEARCHED) * natural, FINE)
-        found = [_at(predictor, model, 2 * np.pi * f, motion, share) for share in (LINEAR, *OPENED)]
+        found = [_at(residual_model, model, 2 * np.pi * f, motion, share) for share in (LINEAR, *OPENED)]
         edges = np.array([_half_power(f, readings[:, evidence.reference]) for _, readings in found])
         (low, high), width = (edges[:, 0].min(), edges[:, 1].max()), np.max(edges[:, 1] - edges[:, 0])
         low, high = max(low - WIDTHS / 2 * width, f[0]), min(high + WIDTHS / 2 * width, f[-1])
@@ -106,22 +106,24 @@ def _other_modes(
         yield Band(tuple(np.round(np.linspace(low, high, STEPS), 3).tolist()), tuple(kept), mode)
 
 
-def _at(predictor: Predictor, model: Candidate, omega: Array, motion: Array, share: float) -> tuple[float, Array]:
+def _at(
+    residual_model: ResidualModel, model: FittedModel, omega: Array, motion: Array, share: float
+) -> tuple[float, Array]:
     """Force that opens the layer by a share of `motion` (n,) at most, N, and the readings (f, o) per N there.
 
     By iteration: how stiff the points are, and how much they lose, goes by how the mode moves each of them.
     """
-    forces = replace(predictor.local, weights=np.tile(predictor.points.weights, (len(omega), 1)))
-    free = predictor.receptance(omega, model.unknowns.base, np.zeros(len(omega)), inner=False, points=True)
-    points, amplitude = 2 * len(predictor.points), share * motion
+    forces = replace(residual_model.local, weights=np.tile(residual_model.points.weights, (len(omega), 1)))
+    free = residual_model.receptance(omega, model.baseline.base, np.zeros(len(omega)), inner=False, points=True)
+    points, amplitude = 2 * len(residual_model.points), share * motion
     for _ in range(TURNS):
         at = np.broadcast_to(amplitude, (len(omega), len(amplitude)))
-        R = update_receptance(free, predictor.moving, forces.stiffness(model.unknowns.laws, at, omega)[0])
-        moved = np.abs(predictor.driven(R, omega)[:, predictor.moving])
+        R = update_receptance(free, residual_model.moving, forces.stiffness(model.baseline.laws, at, omega)[0])
+        moved = np.abs(residual_model.driven(R, omega)[:, residual_model.moving])
         there = moved[np.argmax(np.max(moved[:, :points] / motion[:points], axis=1))]
         force = share / float(np.max(there[:points] / motion[:points]))
         amplitude = np.sqrt(amplitude * force * there)
-    return force, np.abs(predictor.responses(R, omega))
+    return force, np.abs(residual_model.responses(R, omega))
 
 
 def _half_power(f: Array, size: Array) -> tuple[float, float]:
@@ -139,7 +141,7 @@ def _picked(used: Array) -> tuple[float, ...]:
     return tuple(float(f) for f in different[picked])
 
 
-def _within_range(evidence: Evidence, rows: Array, amplitude_N: float) -> bool:
+def _within_range(evidence: MeasuredData, rows: Array, amplitude_N: float) -> bool:
     """Whether force and responses stay within their converters' ranges, the responses growing as the force does."""
     rig, steps = evidence.rig, evidence.steps
     louder = amplitude_N / max(steps.states[row].target_amplitude for row in rows)

@@ -68,7 +68,7 @@ class Fit:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """What is blamed."""
+        """What is named."""
         return tuple(change.key for change, _ in self.active)
 
     @property
@@ -117,7 +117,7 @@ class Problem:
     def frequencies(self, fit: Fit, numbers: Mapping[str, NDArray[np.int64]]) -> dict[str, Array]:
         """The fitted model's frequencies (Hz) of other modes, by condition."""
         matrices = self.model.matrices(fit.active)
-        moduli = {b.name: b.believed for b in self.model.base} | fit.moduli
+        moduli = {b.name: b.nominal for b in self.model.base} | fit.moduli
         return {
             name: pair_modes(pencil_of(self.model, matrices, moduli, name), wanted)[0] / (2 * np.pi)
             for name, wanted in numbers.items()
@@ -132,7 +132,7 @@ class Problem:
         Parameters
         ----------
         start
-            Moduli to begin from; the believed ones by default.
+            Moduli to begin from; the assumed ones by default.
         held
             Parameters of the last change that keep their values.
         scale

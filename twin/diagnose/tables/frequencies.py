@@ -1,4 +1,4 @@
-"""Diagnosis of measured natural frequencies against a believed rig."""
+"""Diagnosis of measured natural frequencies against a nominal rig."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from recordings import FrequencyTable
 from recordings.errors import InputError
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
-from twin.diagnose.tables.believed_masses import heavy_sensors
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequencies
 from twin.diagnose.tables.model import FrequencyModel
+from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
 from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
@@ -178,7 +178,7 @@ def _sentence(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence
     named = [cause for cause in causes if cause.in_model]
     what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
     if verdict == "none":
-        return "With its moduli identified, the model agrees with the frequencies; nothing needs to be blamed."
+        return "With its moduli identified, the model agrees with the frequencies; nothing needs to be named."
     if verdict == "unknown":
         return "Something is missing from the model, and no cause that frequencies can show explains it."
     if verdict == "ambiguous":
@@ -246,7 +246,7 @@ def _tried(found: Search) -> list[Tried]:
 
 def _parameters(model: FrequencyModel, fit: Fit) -> Mapping[str, tuple[float, Estimate]]:
     return {
-        b.name: (b.believed, Estimate(fit.moduli[b.name], fit.moduli_std[b.name]))
+        b.name: (b.nominal, Estimate(fit.moduli[b.name], fit.moduli_std[b.name]))
         for b in model.base
         if b.name in fit.moduli
     }
@@ -254,7 +254,7 @@ def _parameters(model: FrequencyModel, fit: Fit) -> Mapping[str, tuple[float, Es
 
 def _assumed(problem: Problem) -> list[str]:
     wide = sorted({b.log_std for b in problem.model.base})
-    assumed = [f"The moduli are identified; before the data each is believed to a factor of {np.exp(wide[-1]):.2g}."]
+    assumed = [f"The moduli are identified; before the data each is assumed to a factor of {np.exp(wide[-1]):.2g}."]
     if not problem.stated:
         assumed.append(
             f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure "
@@ -288,11 +288,11 @@ def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[
         )
     for b in problem.model.base:
         if b.name in after.moduli:
-            ratio = after.moduli[b.name] / b.believed
+            ratio = after.moduli[b.name] / b.nominal
             spread = after.moduli_std[b.name] / after.moduli[b.name]
             if abs(np.log(ratio)) > max(3 * spread, 0.1):
                 notes.append(
-                    f"{b.name} is identified as {after.moduli[b.name]:.3g} N/m2, {ratio:.2g} times what was believed"
+                    f"{b.name} is identified as {after.moduli[b.name]:.3g} N/m2, {ratio:.2g} times what was assumed"
                 )
     if accepted and rivals_of(accepted[-1]):
         notes += [note for note in (next_test, _without_prior(accepted[-1])) if note]
@@ -303,13 +303,13 @@ def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[
         asked = least_gain(problem, found.stages[-1].before)
         why = "" if gain < asked else ", and left-out frequencies would not be predicted better"
         notes.append(
-            f"blaming {best.cause} {beside}would change the log evidence by {gain:+.1f}, where {asked:+g} is asked{why}"
+            f"naming {best.cause} {beside}would change the log evidence by {gain:+.1f}, where {asked:+g} is asked{why}"
         )
     return notes
 
 
 def _without_prior(stage: Stage) -> str:
-    """Said where what is believed of causes beforehand, and not the data, decides which comes first."""
+    """Said where what is assumed of causes beforehand, and not the data, decides which comes first."""
     data = [trial.log_evidence - np.log(PLAUSIBLE.get(trial.cause, 1.0)) for trial in stage.trials]
     first = int(np.argmax(data))
     if first == 0:

@@ -14,9 +14,9 @@ from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.identify.changed_model import changed_structure
-from twin.identify.evidence import Evidence
-from twin.identify.extension import UNCHANGED, Attachment, Extension
-from twin.identify.predict import blank_evidence
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import UNCHANGED, Attachment, ModelModification
+from twin.identify.predict import blank_data
 from twin.rigs import Effect, Rig
 from twin.structure import Structure
 
@@ -105,8 +105,8 @@ class LapJointFrequencies:
         return rig.model_copy(update={"effect": [*self.rig.effect, *effects]})
 
     @cached_property
-    def _evidence(self) -> Evidence:
-        return with_effects(blank_evidence(self.rig, self.preloads[0]), source=self.source)
+    def _evidence(self) -> MeasuredData:
+        return with_effects(blank_data(self.rig, self.preloads[0]), source=self.source)
 
     @cached_property
     def _plain(self) -> tuple[Structure, Matrix, Matrix]:
@@ -114,14 +114,14 @@ class LapJointFrequencies:
         structure = self._evidence.model.structure
         return structure, structure.joints[0].KE, structure.joints[0].KG
 
-    def _extension(self, change: Change, values: Mapping[str, float]) -> Extension:
-        return CAUSES[change.cause].extension(self._evidence, change.label, values)
+    def _extension(self, change: Change, values: Mapping[str, float]) -> ModelModification:
+        return CAUSES[change.cause].modification(self._evidence, change.label, values)
 
-    def _acts(self, extension: Extension) -> bool:
-        empty = Extension()
-        touched = {f.name for f in fields(Extension) if getattr(extension, f.name) != getattr(empty, f.name)}
+    def _acts(self, modification: ModelModification) -> bool:
+        empty = ModelModification()
+        touched = {f.name for f in fields(ModelModification) if getattr(modification, f.name) != getattr(empty, f.name)}
         structure = self._evidence.model.structure
-        plain = all(_mass_and_spring(attachment, structure) is not None for attachment in extension.attachments)
+        plain = all(_mass_and_spring(attachment, structure) is not None for attachment in modification.attachments)
         return bool(touched) and touched <= STRUCTURAL and plain
 
 

@@ -21,10 +21,10 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BaseParameter:
-    """A modulus that is always identified: its believed value in N/m2, and how far off it may be, in its logarithm."""
+    """A modulus that is always identified: its assumed value in N/m2, and how far off it may be, in its logarithm."""
 
     name: str
-    believed: float
+    nominal: float
     log_std: float
 
 
@@ -58,7 +58,7 @@ class Matrices:
 
 
 class FrequencyModel(Protocol):
-    """A structure whose natural frequencies depend on moduli, and on changes that a diagnosis may blame."""
+    """A structure whose natural frequencies depend on moduli, and on changes that a diagnosis may name."""
 
     @property
     def base(self) -> tuple[BaseParameter, ...]:
@@ -70,7 +70,7 @@ class FrequencyModel(Protocol):
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """What may be blamed."""
+        """What may be named."""
 
     @property
     def silent(self) -> tuple[str, ...]:

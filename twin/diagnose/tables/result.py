@@ -34,7 +34,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class FrequencyRow:
-    """One natural frequency: measured, with moduli alone, with what is blamed; errors measured over model minus one."""
+    """One natural frequency: measured, with moduli alone, with what is named; errors measured over model minus one."""
 
     condition: str
     mode: int
@@ -47,9 +47,9 @@ class FrequencyRow:
 
 @dataclass(frozen=True)
 class Tried:
-    """A model that was tried: what it blames, and its log evidence above that of blaming nothing."""
+    """A model that was tried: what it names, and its log evidence above that of naming nothing."""
 
-    blames: str
+    hypotheses: str
     log_evidence: float
     chi2_per_dof: float
     rms_error: float
@@ -98,7 +98,7 @@ class TableDiagnosis:
     tried : tuple of Tried
         All models, the likeliest first.
     parameters : mapping
-        What was identified beside the causes: believed value (NaN if there is none) and estimate.
+        What was identified beside the causes: assumed value (NaN if there is none) and estimate.
     assumed, notes : tuple of str
     model : rig
         The extended model.
@@ -136,8 +136,8 @@ class TableDiagnosis:
                 "sweeps": list(self.gain.sweeps),
             },
             "identified": {
-                name: {"value": estimate.value, "std": estimate.std, "believed": believed}
-                for name, (believed, estimate) in self.parameters.items()
+                name: {"value": estimate.value, "std": estimate.std, "nominal": nominal}
+                for name, (nominal, estimate) in self.parameters.items()
             },
             "tried": [asdict(model) for model in self.tried],
             "next_test": {"why": self.next_test, "procedure": None} if self.next_test else None,

@@ -33,7 +33,7 @@ Report = Callable[[str], None]
 LEAST_GAIN = 5.0
 """Log evidence that a cause must gain: about a dozen are tried, and chance favours one of them now and then."""
 NEEDED_GAIN = 3.0
-"""The same where the data contradict the model without it, so that something must be blamed."""
+"""The same where the data contradict the model without it, so that something must be named."""
 PLAUSIBLE = {"stiffness-loss": 0.01}
 """Causes less probable beforehand than others: a specimen is rarely damaged, models always leave something out."""
 PLACES = 5
@@ -41,7 +41,7 @@ PLACES = 5
 FINE = 1e-3
 """Tolerance of fits that are compared by their evidence."""
 FACTORS = (0.5, 0.65, 0.8, 1.25, 1.6, 2.2)
-"""Of each believed modulus, where fits of the moduli alone begin as well."""
+"""Of each assumed modulus, where fits of the moduli alone begin as well."""
 ALONG = (-6.0, -4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 """Where about the best place the evidence is taken, in its standard deviations."""
 LEAST_FREEDOM = 0.5
@@ -52,7 +52,7 @@ LEAST_FREEDOM = 0.5
 class Found:
     """A cause on trial beside those accepted before: the best of its labels, and the evidence over all of them.
 
-    Its log evidence holds `prior`, the logarithm of what is believed of the cause and its labels beforehand.
+    Its log evidence holds `prior`, the logarithm of what is assumed of the cause and its labels beforehand.
     """
 
     cause: str
@@ -120,9 +120,9 @@ def _moduli_alone(problem: Problem) -> Fit:
     if len(best.moduli) == 1:
         return best
     for name in best.moduli:
-        believed = next(b.believed for b in problem.model.base if b.name == name)
+        nominal = next(b.nominal for b in problem.model.base if b.name == name)
         fits = [
-            problem.fit((), start={**best.moduli, name: believed * factor}, iterations=25, tolerance=FINE)
+            problem.fit((), start={**best.moduli, name: nominal * factor}, iterations=25, tolerance=FINE)
             for factor in FACTORS
         ]
         best = _best([best, *fits])
@@ -202,7 +202,7 @@ def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tup
     scores = np.array([problem.score(begun({**values, **nothing}), current.moduli, held) for values in choices])
     if not always and scores.max() <= current.log_evidence:
         return None
-    # The moduli of a wrong model may be far off: each fit begins from them, and from what is believed of them.
+    # The moduli of a wrong model may be far off: each fit begins from them, and from what is assumed of them.
     origins: tuple[dict[str, float], ...] = (current.moduli, {})
     if place is None:
         best = _best([problem.fit(begun(first), start=moduli, iterations=40, tolerance=FINE) for moduli in origins])

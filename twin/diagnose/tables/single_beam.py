@@ -82,7 +82,7 @@ class SingleBeamFrequencies:
 
     def matrices(self, active: Active) -> Matrices:
         """The beam with the rig file's own effects and `active`, its stiffness per unit of the modulus."""
-        acting = [(change.cause, values) for change, values in active] + self._believed
+        acting = [(change.cause, values) for change, values in active] + self._nominal
         ratio = self.rig.beam.shear_ratio + sum(v["modulus_ratio"] for name, v in acting if name == "transverse-shear")
         mesh = _mesh(self.rig, ratio)
         M, K = mesh.M.copy(), mesh.K.copy()
@@ -114,7 +114,7 @@ class SingleBeamFrequencies:
         return self.rig.model_copy(update={"beam": beam, "effect": [*self.rig.effect, *effects]})
 
     @cached_property
-    def _believed(self) -> list[tuple[str, Mapping[str, float]]]:
+    def _nominal(self) -> list[tuple[str, Mapping[str, float]]]:
         """The file's own effects, checked against what this model knows."""
         known = {change.cause: change for change in self.changes}
         found: list[tuple[str, Mapping[str, float]]] = []

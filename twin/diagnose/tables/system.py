@@ -57,7 +57,7 @@ class System:
             if i < len(active) - 1 or p.name not in held
         ]
         priors = [p.prior for _, p in self.slots]
-        self.mean = np.array([np.log(b.believed) for b in self.base] + [mean for mean, _ in priors])
+        self.mean = np.array([np.log(b.nominal) for b in self.base] + [mean for mean, _ in priors])
         self.precision = np.array([b.log_std**-2 for b in self.base] + [precision for _, precision in priors])
         limits = [(-np.inf, np.inf)] * len(self.base) + [(p.lower / p.scale, p.upper / p.scale) for _, p in self.slots]
         self.bounds = (np.array([low for low, _ in limits]), np.array([high for _, high in limits]))
@@ -71,7 +71,7 @@ class System:
 
     def start(self, moduli: Mapping[str, float]) -> Array:
         """Where to begin."""
-        base = [np.log(moduli.get(b.name, b.believed)) for b in self.base]
+        base = [np.log(moduli.get(b.name, b.nominal)) for b in self.base]
         return np.array(base + [self.active[i][1][p.name] / p.scale for i, p in self.slots])
 
     def values(self, x: Array) -> tuple[dict[str, float], Changes]:

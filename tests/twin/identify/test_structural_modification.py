@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.softened import PortPairs, softened_receptance_numpy
+from twin.identify.structural_modification import PortPairs, softened_receptance_numpy
 
 OMEGA = 2 * np.pi * np.array([5.0, 26.4, 100.0, 157.0, 300.0, 471.0, 700.0, 895.0, 1000.0])
 
@@ -24,7 +24,7 @@ def relative(found, expected):
 def test_compiled_and_plain_agree(steel_model, other_base, share):
     """Over the whole range of stiffness that a joint may lose or gain, at a resonance and away from it."""
     rows, S = steel_model.ports.rows, springs(steel_model, other_base, share)
-    basis = steel_model.basis.with_damping(other_base.zeta, other_base.detuning)
+    basis = steel_model.basis.with_damping(other_base.zeta, other_base.frequency_discrepancy)
     pairs = PortPairs.of(steel_model.basis, rows, np.arange(len(rows)))
     plain = softened_receptance_numpy(basis, rows, OMEGA, S)
     assert np.max(relative(pairs.receptance(basis, OMEGA, S, inner=True), plain)) < 1e-10

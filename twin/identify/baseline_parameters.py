@@ -12,23 +12,23 @@ from numpy.typing import NDArray
 from twin.identify.blocks import Blocks
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import DETUNING_STD, MODULI_STD
-from twin.identify.linear_model import BaseParameters
+from twin.identify.linear_model import LinearParameters
 
-__all__ = ["LOOSE", "STIFF", "TIGHT", "Slack", "Unknowns"]
+__all__ = ["LOOSE", "STIFF", "TIGHT", "BaselineParameters", "DiscrepancyLevel"]
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Slack:
+class DiscrepancyLevel:
     """How much a model may be wrong beyond its noise.
 
-    Sharp resonances make false minima.  A fit that begins with much slack follows the measured resonances whatever is
-    wrong with the model, and is then held to less and less of it.
+    Sharp resonances make false minima.  A fit that begins with much discrepancy follows the measured resonances
+    whatever is wrong with the model, and is then held to less and less of it.
 
     Attributes
     ----------
-    detuning_std : float
+    frequency_discrepancy_std : float
         Prior of the natural frequencies' own relative errors.
     error_scale : float
         Factor on the model error of the responses.
@@ -40,22 +40,22 @@ class Slack:
         easily takes in the kinks that a cause should explain, and is a trap; else it is a little too straight.
     """
 
-    detuning_std: float = DETUNING_STD
+    frequency_discrepancy_std: float = DETUNING_STD
     error_scale: float = 1.0
     moduli_std: float = MODULI_STD
     law_bend: float = 0.5
 
 
-TIGHT = Slack()
-STIFF = Slack(law_bend=0.1)
-LOOSE = Slack(0.03, 60.0, 0.01)
+TIGHT = DiscrepancyLevel()
+STIFF = DiscrepancyLevel(law_bend=0.1)
+LOOSE = DiscrepancyLevel(0.03, 60.0, 0.01)
 
 
 @dataclass(frozen=True)
-class Unknowns:
+class BaselineParameters:
     """The base family's parameters: the linear ones, and each joint's law in the rig's order."""
 
-    base: BaseParameters
+    base: LinearParameters
     laws: tuple[LayerLaw, ...]
 
     @cached_property
@@ -71,7 +71,7 @@ class Unknowns:
 
     @property
     def vector(self) -> Array:
-        """All in one vector; the law in units of the believed moduli is the caller's matter."""
+        """All in one vector; the law in units of the assumed moduli is the caller's matter."""
         return np.concatenate([self.base.vector, *(law.vector for law in self.laws)])
 
     def softening(self, joint: int) -> slice:
@@ -87,13 +87,13 @@ class Unknowns:
         """Where the laws are in :attr:`vector`."""
         return slice(len(self.base.vector), len(self.blocks))
 
-    def with_vector(self, vector: Array) -> Unknowns:
-        """Unknowns of the same knots from a vector."""
+    def with_vector(self, vector: Array) -> BaselineParameters:
+        """Parameters of the same knots from a vector."""
         laws = (
             replace(law, softening=vector[self.softening(joint)], loss=vector[self.loss(joint)])
             for joint, law in enumerate(self.laws)
         )
-        return Unknowns(BaseParameters.from_vector(vector[: self.of_laws.start]), tuple(laws))
+        return BaselineParameters(LinearParameters.from_vector(vector[: self.of_laws.start]), tuple(laws))
 
 
 def _softening(joint: int) -> str:

@@ -1,6 +1,6 @@
 """What a first broadband run would bring where there are only sweeps.
 
-It is imagined from the sweeps' own noise, and from the model's responses in bins as narrow near its resonances as a
+It is predicted from the sweeps' own noise, and from the model's responses in bins as narrow near its resonances as a
 real run's.
 """
 
@@ -10,16 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.diagnose.candidate import Candidate, extension_of
+from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.identify.broadband import BinnedResponse, response_bins
-from twin.identify.evidence import Evidence
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import ResidualModel
 from twin.procedures import Random
 
-__all__ = ["imagined_bins"]
+__all__ = ["predicted_bins"]
 
 
-def imagined_bins(evidence: Evidence, truth: Candidate, procedure: Random, time_s: float) -> BinnedResponse:
+def predicted_bins(evidence: MeasuredData, truth: FittedModel, procedure: Random, time_s: float) -> BinnedResponse:
     """The run in bins if a model were true: its responses, with the noise that the sweeps' steps showed."""
     steps, duration = evidence.steps, procedure.duration
     frequency = np.arange(procedure.band[0], procedure.band[1], 1 / duration)
@@ -42,8 +42,8 @@ def imagined_bins(evidence: Evidence, truth: Candidate, procedure: Random, time_
         distortion=np.ones(bins),
         force_power=counts * of_each_line / 2,
     )
-    predictor = Predictor(evidence, extension_of(evidence, truth.blames))
-    H = predictor.responses(*predictor.broadband_receptance(data, truth.unknowns, data.omega))
+    residual_model = ResidualModel(evidence, modification_of(evidence, truth.hypotheses))
+    H = residual_model.responses(*residual_model.broadband_receptance(data, truth.baseline, data.omega))
     covariance = force_noise + np.eye(outputs) * (response_noise / np.abs(H) ** 2)[:, :, None]
     relative = (covariance / (counts * of_each_line)[:, None, None]).astype(complex)
     return replace(data, H=H, relative_covariance=relative)

@@ -5,16 +5,20 @@ from typing import Any, cast
 
 import pytest
 
-from twin.diagnose import climb
-from twin.diagnose.climb import Climb
+from twin.diagnose import forward_selection
+from twin.diagnose.forward_selection import ForwardSelection
 
 
 def fit(key: str, log_evidence: float) -> Any:
     """As much of a candidate as a turn looks at."""
-    blames = (SimpleNamespace(key=key),) if key else ()
+    hypotheses = (SimpleNamespace(key=key),) if key else ()
     solution = SimpleNamespace(chi2=-log_evidence)
     return SimpleNamespace(
-        blames=blames, log_evidence=log_evidence, solution=solution, unknowns=key or "elsewhere", chi2_per_dof=1.0
+        hypotheses=hypotheses,
+        log_evidence=log_evidence,
+        solution=solution,
+        baseline=key or "elsewhere",
+        chi2_per_dof=1.0,
     )
 
 
@@ -28,14 +32,14 @@ def ascent(monkeypatch):
         turns.append(kept)
         return [found] if len(turns) == 1 else [*kept, fit("mass", -90.0)]
 
-    made = Climb.__new__(Climb)
+    made = ForwardSelection.__new__(ForwardSelection)
     made.base = made.model = fit("", -1000.0)
     made._settled, made._left_behind, made._start = -1, 0.0, cast(Any, "here")
     made.evidence, made.harmonics = cast(Any, None), None
     monkeypatch.setattr(made, "_scores", list)
     monkeypatch.setattr(made, "_finalists", finalists)
-    monkeypatch.setattr(climb, "_anew", lambda *_: better)
-    monkeypatch.setattr(climb, "paying", lambda _, rivals, model, excused: tuple(rivals))
+    monkeypatch.setattr(forward_selection, "_anew", lambda *_: better)
+    monkeypatch.setattr(forward_selection, "acceptance", lambda _, rivals, model, expected_residual_chi2: tuple(rivals))
     return made, found, better, turns
 
 
@@ -44,7 +48,7 @@ def test_what_was_found_is_a_rival_still_when_the_search_begins_again(ascent):
     stage = made._look_further()
     assert turns == [(), (found,)]
     assert made.base is made.model is better
-    assert made._start == better.unknowns
+    assert made._start == better.baseline
     assert stage.finalists[0] is found
     assert stage.accepted
 

@@ -13,12 +13,12 @@ import pytest
 
 from recordings import read_run
 from twin.diagnose import in_processes
-from twin.diagnose.candidate import Blame, extension_of, fit_candidate
+from twin.diagnose.fitted_model import CauseHypothesis, fit_model, modification_of
 from twin.diagnose.models import CAUSES
-from twin.diagnose.side_by_side import side_by_side
+from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import fit_base
-from twin.identify.evidence import gather_evidence
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import gather_data
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 
@@ -29,24 +29,24 @@ def processes(request):
 
 
 def test_answers_come_in_the_order_of_the_questions(processes):
-    assert side_by_side(operator.mul, (7,), [(n,) for n in range(40)]) == [7 * n for n in range(40)]
-    assert side_by_side(operator.mul, (7,), []) == []
+    assert parallel_map(operator.mul, (7,), [(n,) for n in range(40)]) == [7 * n for n in range(40)]
+    assert parallel_map(operator.mul, (7,), []) == []
 
 
 def test_what_is_common_may_change_from_call_to_call(processes):
-    answers = [side_by_side(operator.add, (np.full(3, c),), [(1,), (2,)])[1][0] for c in range(9)]
+    answers = [parallel_map(operator.add, (np.full(3, c),), [(1,), (2,)])[1][0] for c in range(9)]
     assert answers == [c + 2 for c in range(9)]
 
 
 def test_an_error_anywhere_is_raised_and_nothing_hangs(processes):
     with pytest.raises(ZeroDivisionError):
-        side_by_side(operator.truediv, (1.0,), [(n - 5.0,) for n in range(11)])
-    assert side_by_side(operator.truediv, (1.0,), [(2.0,), (4.0,)]) == [0.5, 0.25]
+        parallel_map(operator.truediv, (1.0,), [(n - 5.0,) for n in range(11)])
+    assert parallel_map(operator.truediv, (1.0,), [(2.0,), (4.0,)]) == [0.5, 0.25]
 
 
 def test_a_process_that_is_killed_leaves_its_work_to_this_one():
     with in_processes(2):
-        side_by_side(operator.mul, (7,), [(n,) for n in range(4)])
+        parallel_map(operator.mul, (7,), [(n,) for n in range(4)])
 
         def kill():
             time.sleep(0.3)
@@ -55,16 +55,16 @@ def test_a_process_that_is_killed_leaves_its_work_to_this_one():
 
         killer = threading.Thread(target=kill)
         killer.start()
-        slept = side_by_side(time.sleep, (), [(0.1,) for _ in range(12)])
+        slept = parallel_map(time.sleep, (), [(0.1,) for _ in range(12)])
         killer.join()
         assert slept == [None] * 12
-        assert side_by_side(operator.mul, (7,), [(n,) for n in range(4)]) == [0, 7, 14, 21]
+        assert parallel_map(operator.mul, (7,), [(n,) for n in range(4)]) == [0, 7, 14, 21]
 
 
 def test_processes_that_are_done_with_are_gone():
     before = set(multiprocessing.active_children())
     with in_processes(2):
-        side_by_side(operator.mul, (7,), [(1,), (2,)])
+        parallel_map(operator.mul, (7,), [(1,), (2,)])
     deadline = time.monotonic() + 60
     while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -74,7 +74,7 @@ def test_processes_that_are_done_with_are_gone():
 ORPHANS = """
 import multiprocessing, time
 from concurrent.futures import ProcessPoolExecutor
-from twin.diagnose.side_by_side import become_helper
+from twin.diagnose.parallel_map import become_helper
 
 if __name__ == "__main__":
     context = multiprocessing.get_context("spawn")
@@ -102,41 +102,45 @@ def test_a_helper_ends_with_a_killed_parent_in_the_middle_of_its_work(tmp_path):
 
 @pytest.fixture(scope="module")
 def fitted(campaign):
-    evidence = gather_evidence([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
+    evidence = gather_data([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
     return evidence, fit_base(evidence)[0]
 
 
 def test_a_fit_elsewhere_is_the_fit_here(fitted):
     """With the evidence sent without its samples; of causes whose fits do not hinge on rounding."""
-    evidence, unknowns = fitted
+    evidence, baseline = fitted
     field = [
-        (unknowns, (Blame(CAUSES["added-mass"], {}, {"mass_kg": mass, "position_m": position}, {}),))
+        (baseline, (CauseHypothesis(CAUSES["added-mass"], {}, {"mass_kg": mass, "position_m": position}, {}),))
         for mass in (1e-4, 1e-3)
         for position in (0.2, 0.3)
     ]
-    alone = side_by_side(fit_candidate, (evidence, None), field)
+    alone = parallel_map(fit_model, (evidence, None), field)
     with in_processes(2):
-        together = side_by_side(fit_candidate, (evidence, None), field)
+        together = parallel_map(fit_model, (evidence, None), field)
     for one, other in zip(alone, together, strict=True):
         assert one.log_evidence == pytest.approx(other.log_evidence, rel=1e-6)
-        assert one.blames[0].values["mass_kg"] == pytest.approx(other.blames[0].values["mass_kg"], rel=1e-5)
+        assert one.hypotheses[0].values["mass_kg"] == pytest.approx(other.hypotheses[0].values["mass_kg"], rel=1e-5)
 
 
-def residual_of(evidence, unknowns, blame):
-    return Predictor(evidence, extension_of(evidence, (blame,))).evaluate(unknowns, sensitivities=False).residual
+def residual_of(evidence, baseline, hypothesis):
+    return (
+        ResidualModel(evidence, modification_of(evidence, (hypothesis,)))
+        .evaluate(baseline, sensitivities=False)
+        .residual
+    )
 
 
 @pytest.mark.slow
 def test_structures_are_built_elsewhere_as_they_are_here(fitted):
     """Up to the rounding of their modes, which need not be the same in two processes."""
     field = [
-        (Blame(CAUSES["beam-modulus"], {"beam": beam}, {"factor": factor}, {}),)
+        (CauseHypothesis(CAUSES["beam-modulus"], {"beam": beam}, {"factor": factor}, {}),)
         for beam in ("lower", "upper")
         for factor in (0.99, 1.01)
     ]
-    alone = side_by_side(residual_of, fitted, field)
+    alone = parallel_map(residual_of, fitted, field)
     with in_processes(2):
-        together = side_by_side(residual_of, fitted, field)
+        together = parallel_map(residual_of, fitted, field)
     for one, other in zip(alone, together, strict=True):
         assert np.linalg.norm(one - other) < 1e-6 * np.linalg.norm(one)
     assert all(np.linalg.norm(one - alone[0]) > 0.1 * np.linalg.norm(one) for one in alone[1:])

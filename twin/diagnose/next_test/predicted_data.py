@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.candidate import Candidate, Trial, extension_of
-from twin.diagnose.next_test.imagined_noise import imagined_bins
+from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import Proposal
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import Evidence, StepArrays
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import MeasuredData, StepArrays
+from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import same_resonance
 from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
 
-__all__ = ["Imagined", "imagine"]
+__all__ = ["Imagined", "predict_test_data"]
 
 Array = NDArray[Any]
 
@@ -31,7 +31,7 @@ BEYOND = (2e-3, 1.6)
 
 @dataclass(frozen=True)
 class Imagined:
-    """Evidence that a procedure would bring if a model were true.
+    """Measured data that a procedure would bring if a model were true.
 
     Attributes
     ----------
@@ -39,12 +39,12 @@ class Imagined:
         Whitened residual of the true model: what no model explains of the joint's own harmonics.
     """
 
-    evidence: Evidence
+    evidence: MeasuredData
     harmonics: HarmonicResiduals | None
     left: Array
 
 
-def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagined:
+def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Proposal) -> Imagined:
     """Run a proposal in the mind.
 
     Parameters
@@ -61,21 +61,23 @@ def imagine(evidence: Evidence, truth: Candidate, proposal: Proposal) -> Imagine
         if evidence.broadband:
             data = _noise(evidence, truth, procedure, proposal.longer, middle)
         else:
-            data = imagined_bins(evidence, truth, procedure, middle)
+            data = predicted_bins(evidence, truth, procedure, middle)
         data = _answered(evidence, truth, data)
         return _beside(replace(evidence.without_steps(), broadband=(data,)), None, truth)
     assert isinstance(procedure, SteppedSine)
     steps = _steps(evidence, truth, procedure, proposal, last)
-    imagined = replace(evidence, broadband=(), steps=steps)
-    return _beside(imagined, harmonic_residuals(Predictor(imagined), truth.unknowns), truth)
+    predicted_data = replace(evidence, broadband=(), steps=steps)
+    return _beside(predicted_data, harmonic_residuals(ResidualModel(predicted_data), truth.baseline), truth)
 
 
-def _beside(evidence: Evidence, harmonics: HarmonicResiduals | None, truth: Candidate) -> Imagined:
-    own = Trial(evidence, harmonics, truth.unknowns, truth.blames)
+def _beside(evidence: MeasuredData, harmonics: HarmonicResiduals | None, truth: FittedModel) -> Imagined:
+    own = FitProblem(evidence, harmonics, truth.baseline, truth.hypotheses)
     return Imagined(evidence, harmonics, own.predict(own.x0).residual)
 
 
-def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: float, time_s: float) -> BinnedResponse:
+def _noise(
+    evidence: MeasuredData, truth: FittedModel, procedure: Random, longer: float, time_s: float
+) -> BinnedResponse:
     """Bins within the band, the force's power spread over it, each with less noise the more power and time it gets."""
     data = evidence.broadband[0]
     f = data.frequency_Hz
@@ -95,15 +97,15 @@ def _noise(evidence: Evidence, truth: Candidate, procedure: Random, longer: floa
     )
 
 
-def _answered(evidence: Evidence, truth: Candidate, band: BinnedResponse) -> BinnedResponse:
+def _answered(evidence: MeasuredData, truth: FittedModel, band: BinnedResponse) -> BinnedResponse:
     """The bins with what the model answers."""
     there = replace(evidence.without_steps(), broadband=(band,))
-    predictor = Predictor(there, extension_of(there, truth.blames))
-    return replace(band, H=predictor.broadband_response(band, truth.unknowns))
+    residual_model = ResidualModel(there, modification_of(there, truth.hypotheses))
+    return replace(band, H=residual_model.broadband_response(band, truth.baseline))
 
 
 def _steps(
-    evidence: Evidence, truth: Candidate, procedure: SteppedSine, proposal: Proposal, last_s: float
+    evidence: MeasuredData, truth: FittedModel, procedure: SteppedSine, proposal: Proposal, last_s: float
 ) -> StepArrays:
     """The sweep's steps at the amplitudes that the model has at this force, beside the nearest ones recorded."""
     frequencies = np.array(procedure.frequencies)
@@ -116,22 +118,24 @@ def _steps(
     X = _amplitudes(evidence, truth, omega, force, time)
     nearest = _nearest(evidence.steps, omega, X)
     shape = _shape(evidence, nearest, omega, X, force, time, proposal.longer)
-    predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
-    R, driven, balance = predictor.step_receptance(truth.unknowns, inner=False)
+    residual_model = ResidualModel(
+        replace(evidence, broadband=(), steps=shape), modification_of(evidence, truth.hypotheses)
+    )
+    R, driven, balance = residual_model.step_receptance(truth.baseline, inner=False)
     response = shape.response.copy()
-    response[:, :, 0] = predictor.responses(R, driven) * shape.force[:, :1]
+    response[:, :, 0] = residual_model.responses(R, driven) * shape.force[:, :1]
     moved = replace(shape, response=response)
-    if predictor.extension.nonlinear or predictor.extension.opening:
+    if residual_model.modification.nonlinear or residual_model.modification.opening:
         there = replace(evidence, broadband=(), steps=moved)
-        residuals = harmonic_residuals(Predictor(there), truth.unknowns)
-        predictor = Predictor(there, extension_of(there, truth.blames), residuals)
-        extra = predictor.extra_harmonics(truth.unknowns, R, balance)
+        residuals = harmonic_residuals(ResidualModel(there), truth.baseline)
+        residual_model = ResidualModel(there, modification_of(there, truth.hypotheses), residuals)
+        extra = residual_model.extra_harmonics(truth.baseline, R, balance)
         response[:, :, residuals.orders - 1] += np.moveaxis(extra, 1, 2)
         moved = replace(moved, response=response)
     return moved
 
 
-def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float, time: Array) -> Array:
+def _amplitudes(evidence: MeasuredData, truth: FittedModel, omega: Array, force: float, time: Array) -> Array:
     """Amplitudes X (s,) of the reference channel, m, at this force: the branch that a sweep in this order stays on."""
     known = evidence.steps.amplitude_m
     grid = np.geomspace(BEYOND[0] * known.min(), BEYOND[1] * known.max(), LAW_POINTS)
@@ -144,9 +148,11 @@ def _amplitudes(evidence: Evidence, truth: Candidate, omega: Array, force: float
     response = shape.response.copy()
     response[:, reference, 0] = all_X * per_X
     shape = replace(shape, response=response)
-    predictor = Predictor(replace(evidence, broadband=(), steps=shape), extension_of(evidence, truth.blames))
-    R, driven, _ = predictor.step_receptance(truth.unknowns, inner=False)
-    gain = np.abs(predictor.responses(R, driven)[:, reference])
+    residual_model = ResidualModel(
+        replace(evidence, broadband=(), steps=shape), modification_of(evidence, truth.hypotheses)
+    )
+    R, driven, _ = residual_model.step_receptance(truth.baseline, inner=False)
+    gain = np.abs(residual_model.responses(R, driven)[:, reference])
     needed = (all_X * per_X / gain).reshape(count, LAW_POINTS)
     return _follow(np.log(grid), np.log(needed), np.log(force))
 
@@ -179,7 +185,7 @@ def _nearest(steps: StepArrays, omega: Array, X: Array) -> Array:
 
 
 def _shape(
-    evidence: Evidence, nearest: Array, omega: Array, X: Array, force: float, time: Array, longer: float
+    evidence: MeasuredData, nearest: Array, omega: Array, X: Array, force: float, time: Array, longer: float
 ) -> StepArrays:
     """Steps of a pure force with the nearest recorded ones' noise, and with the odd harmonics of their joint.
 

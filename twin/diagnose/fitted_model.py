@@ -10,26 +10,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.cause import Cause, Parameter
-from twin.identify.base_fit import REWEIGHTED, unknowns_bounds
-from twin.identify.evidence import Evidence
-from twin.identify.extension import Extension
+from twin.identify.base_fit import REWEIGHTED, baseline_bounds
+from twin.identify.baseline_parameters import STIFF, TIGHT, BaselineParameters, DiscrepancyLevel
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.prediction import Linearisation, Prediction, Predictor
-from twin.identify.unknowns import STIFF, TIGHT, Slack, Unknowns
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
+from twin.identify.residual_model import Linearisation, Prediction, ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Blame", "Candidate", "Trial", "extension_of", "fit_candidate"]
+__all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "fit_model", "modification_of"]
 
 Array = NDArray[Any]
 
 ROUGH = 1.0
 """Tolerance from which on a fit only ranks rivals, and keeps the weights that it begins with."""
-LARGEST_BASE_STEP = {"log_E": 0.3, "log_G": 0.3, "loss_E": 0.05, "loss_G": 0.3, "log_zeta": 1.0, "detuning": 0.01}
+LARGEST_BASE_STEP = {
+    "log_E": 0.3,
+    "log_G": 0.3,
+    "loss_E": 0.05,
+    "loss_G": 0.3,
+    "log_zeta": 1.0,
+    "frequency_discrepancy": 0.01,
+}
 """Of the base parameters in one step of a fit."""
 
 
 @dataclass(frozen=True)
-class Blame:
+class CauseHypothesis:
     """One cause with its label and the values of its parameters."""
 
     cause: Cause
@@ -42,32 +49,32 @@ class Blame:
         """Name and label, such as ``channel-gain acc1``."""
         return " ".join([self.cause.name, *self.label.values()])
 
-    def extension(self, evidence: Evidence) -> Extension:
+    def modification(self, evidence: MeasuredData) -> ModelModification:
         """How it acts in a prediction."""
-        return self.cause.extension(evidence, self.label, self.values)
+        return self.cause.modification(evidence, self.label, self.values)
 
-    def nonlinear(self, evidence: Evidence) -> bool:
+    def nonlinear(self, evidence: MeasuredData) -> bool:
         """Whether its effect depends on the amplitude of the place where it acts."""
-        extension = self.extension(evidence)
-        return bool(extension.nonlinear or extension.opening)
+        modification = self.modification(evidence)
+        return bool(modification.nonlinear or modification.opening)
 
 
 @dataclass(frozen=True)
-class Candidate:
+class FittedModel:
     """A fitted model.
 
     Attributes
     ----------
-    blames : tuple of Blame
-        What it blames; empty for the base family.
+    names : tuple of CauseHypothesis
+        What it names; empty for the base family.
     log_evidence : float
         Laplace's approximation of the log marginal likelihood, up to a constant that all models share.
     blocks : tuple of (name, slice)
         Parts of the residual, as in :class:`~twin.identify.prediction.Prediction`.
     """
 
-    blames: tuple[Blame, ...]
-    unknowns: Unknowns
+    hypotheses: tuple[CauseHypothesis, ...]
+    baseline: BaselineParameters
     solution: Solution
     log_evidence: float
     dof: int
@@ -89,20 +96,20 @@ class Candidate:
         counts = {name: sum(p.stop - p.start for part, p in self.blocks if part == name) for name, _ in self.blocks}
         return {name: self.chi2_of(name) / max(1, count) for name, count in counts.items()}
 
-    def weight(self, temper: float) -> float:
-        """Log evidence with chi2 divided by `temper`, the variance by which the best model misses its noise."""
-        return self.log_evidence + 0.5 * self.solution.chi2 * (1 - 1 / max(1.0, temper))
+    def weight(self, overdispersion: float) -> float:
+        """Log evidence with chi2 divided by `overdispersion`, the variance by which the best model misses its noise."""
+        return self.log_evidence + 0.5 * self.solution.chi2 * (1 - 1 / max(1.0, overdispersion))
 
 
-def extension_of(evidence: Evidence, blames: tuple[Blame, ...]) -> Extension:
+def modification_of(evidence: MeasuredData, hypotheses: tuple[CauseHypothesis, ...]) -> ModelModification:
     """All extensions at once."""
-    whole = Extension()
-    for blame in blames:
-        whole = whole.merged(blame.extension(evidence))
+    whole = ModelModification()
+    for hypothesis in hypotheses:
+        whole = whole.merged(hypothesis.modification(evidence))
     return whole
 
 
-class Trial:
+class FitProblem:
     """All parameters of a model on trial in one vector: the base family's unknowns, then the causes'.
 
     A cause's parameters are in units of their scale, so that one step length suits all.
@@ -111,9 +118,9 @@ class Trial:
     ----------
     start
         Where the base family's unknowns begin.
-    blames
+    names
         Causes with the values to begin from.
-    slack
+    discrepancy
         How much the models may be wrong beyond their noise.
     held
         Parameter of the last cause that keeps its value.
@@ -128,52 +135,59 @@ class Trial:
 
     def __init__(
         self,
-        evidence: Evidence,
+        evidence: MeasuredData,
         harmonics: HarmonicResiduals | None,
-        start: Unknowns,
-        blames: tuple[Blame, ...],
+        start: BaselineParameters,
+        hypotheses: tuple[CauseHypothesis, ...],
         *,
-        slack: Slack = TIGHT,
+        discrepancy: DiscrepancyLevel = TIGHT,
         held: str = "",
     ) -> None:
-        self.evidence, self.harmonics, self.start, self.slack = evidence, harmonics, start, slack
-        self._blames = blames
+        self.evidence, self.harmonics, self.start, self.discrepancy = evidence, harmonics, start, discrepancy
+        self._hypotheses = hypotheses
         self.slots = [
             (i, p)
-            for i, blame in enumerate(blames)
-            for p in blame.cause.parameters(evidence, blame.label)
-            if i < len(blames) - 1 or p.name != held
+            for i, hypothesis in enumerate(hypotheses)
+            for p in hypothesis.cause.parameters(evidence, hypothesis.label)
+            if i < len(hypotheses) - 1 or p.name != held
         ]
         self.count = len(start.vector)
         self.scales = np.array([p.scale for _, p in self.slots])
-        self.x0 = np.concatenate([start.vector, [blames[i].values[p.name] / p.scale for i, p in self.slots]])
+        self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
-        self._remakes = [blame.extension(evidence).changes_structure for blame in blames]
+        self._remakes = [hypothesis.modification(evidence).changes_structure for hypothesis in hypotheses]
 
-    def unknowns(self, x: Array) -> Unknowns:
+    def baseline(self, x: Array) -> BaselineParameters:
         """The base family's part."""
         return self.start.with_vector(x[: self.count])
 
-    def blames(self, x: Array) -> tuple[Blame, ...]:
+    def hypotheses(self, x: Array) -> tuple[CauseHypothesis, ...]:
         """The causes with their values."""
-        tables: list[dict[str, float]] = [dict(blame.values) for blame in self._blames]
+        tables: list[dict[str, float]] = [dict(hypothesis.values) for hypothesis in self._hypotheses]
         for (i, p), value in zip(self.slots, x[self.count :] * self.scales, strict=True):
             tables[i][p.name] = float(value)
-        return tuple(replace(blame, values=table) for blame, table in zip(self._blames, tables, strict=True))
+        return tuple(
+            replace(hypothesis, values=table) for hypothesis, table in zip(self._hypotheses, tables, strict=True)
+        )
 
     def weigh(self, x: Array) -> None:
         """From now on hold what a fit holds that begins here."""
-        predictor = Predictor(
-            self.evidence, extension_of(self.evidence, self.blames(x)), self.harmonics, slack=self.slack
+        residual_model = ResidualModel(
+            self.evidence,
+            modification_of(self.evidence, self.hypotheses(x)),
+            self.harmonics,
+            discrepancy=self.discrepancy,
         )
-        self._held = predictor.linearisation(self.unknowns(x))
+        self._held = residual_model.linearisation(self.baseline(x))
 
     def predict(self, x: Array, *, sensitivities: bool = False) -> Prediction:
         """The whitened residual, with its sensitivities to the base family if they are wanted."""
-        extension = extension_of(self.evidence, self.blames(x))
-        predictor = Predictor(self.evidence, extension, self.harmonics, slack=self.slack, held=self._held)
-        return predictor.evaluate(self.unknowns(x), sensitivities=sensitivities)
+        modification = modification_of(self.evidence, self.hypotheses(x))
+        residual_model = ResidualModel(
+            self.evidence, modification, self.harmonics, discrepancy=self.discrepancy, held=self._held
+        )
+        return residual_model.evaluate(self.baseline(x), sensitivities=sensitivities)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """The whitened residual and its sensitivities to all parameters."""
@@ -188,39 +202,39 @@ class Trial:
         return r, np.hstack([here.jacobian, columns])
 
 
-def fit_candidate(
-    evidence: Evidence,
+def fit_model(
+    evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
-    start: Unknowns,
-    blames: tuple[Blame, ...],
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
     *,
-    slack: Slack = TIGHT,
+    discrepancy: DiscrepancyLevel = TIGHT,
     iterations: int = 20,
     tolerance: float = 0.1,
     held: str = "",
-) -> Candidate:
+) -> FittedModel:
     """Refit the base family together with the causes' parameters.
 
     Parameters
     ----------
-    start, blames, slack, held
-        As for :class:`Trial`.
+    start, names, discrepancy, held
+        As for :class:`FitProblem`.
     iterations, tolerance
         Of the Gauss-Newton search.
     """
     shared = []
-    for blame in blames:
-        start, values = blame.cause.shared(evidence, blame.label, start, blame.values)
-        shared.append(replace(blame, values=values))
-    trial = Trial(evidence, harmonics, start, tuple(shared), slack=slack, held=held)
+    for hypothesis in hypotheses:
+        start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
+        shared.append(replace(hypothesis, values=values))
+    trial = FitProblem(evidence, harmonics, start, tuple(shared), discrepancy=discrepancy, held=held)
     parameters, count = [p for _, p in trial.slots], trial.count
-    base_mean, base_precision = Predictor(evidence, slack=slack).prior(start)
+    base_mean, base_precision = ResidualModel(evidence, discrepancy=discrepancy).prior(start)
     mean = np.concatenate([base_mean, [p.prior[0] for p in parameters]])
     precision = np.zeros((len(mean), len(mean)))
     precision[:count, :count] = base_precision
     for k, p in enumerate(parameters):
         precision[count + k, count + k] = p.prior[1]
-    base_lower, base_upper = (unknowns_bounds(start, side) for side in (0, 1))
+    base_lower, base_upper = (baseline_bounds(start, side) for side in (0, 1))
     lower = np.concatenate([base_lower, [p.lower / p.scale for p in parameters]])
     upper = np.concatenate([base_upper, [p.upper / p.scale for p in parameters]])
     largest = np.concatenate([_largest_base_steps(start), np.full(len(parameters), 1.0)])
@@ -228,8 +242,9 @@ def fit_candidate(
         if p.places:
             largest[count + k] = 0.1 * (p.upper - p.lower) / p.scale
     x = trial.x0
-    # With slack the weights hardly depend on the law; rough fits, or those at a held value, are many to choose from.
-    final = slack in (TIGHT, STIFF) and tolerance < ROUGH and not held
+    # With discrepancy the weights hardly depend on the law; rough fits, or those at a held value, are many to choose
+    # from.
+    final = discrepancy in (TIGHT, STIFF) and tolerance < ROUGH and not held
     for _ in range(REWEIGHTED if final else 1):
         trial.weigh(x)
         solution = minimise(
@@ -248,12 +263,12 @@ def fit_candidate(
             break
     std = np.sqrt(np.diag(solution.covariance))[count:] * trial.scales
     found = []
-    for i, blame in enumerate(trial.blames(x)):
-        errors = {p.name: p.spread(blame.values[p.name], std[k]) for k, (j, p) in enumerate(trial.slots) if j == i}
-        found.append(replace(blame, std=errors))
-    return Candidate(
-        blames=tuple(found),
-        unknowns=trial.unknowns(x),
+    for i, hypothesis in enumerate(trial.hypotheses(x)):
+        errors = {p.name: p.spread(hypothesis.values[p.name], std[k]) for k, (j, p) in enumerate(trial.slots) if j == i}
+        found.append(replace(hypothesis, std=errors))
+    return FittedModel(
+        hypotheses=tuple(found),
+        baseline=trial.baseline(x),
         solution=solution,
         log_evidence=log_evidence(solution, base_precision, parameters),
         dof=len(solution.residual) - _free_count(solution),
@@ -284,9 +299,9 @@ def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> fl
     return -step if value + step > parameter.upper else step
 
 
-def _largest_base_steps(unknowns: Unknowns) -> Array:
-    steps = np.full(len(unknowns.blocks), np.inf)
-    steps[: unknowns.of_laws.start] = unknowns.base.blocks(unknowns.base.joints).pack(LARGEST_BASE_STEP)
+def _largest_base_steps(baseline: BaselineParameters) -> Array:
+    steps = np.full(len(baseline.blocks), np.inf)
+    steps[: baseline.of_laws.start] = baseline.base.blocks(baseline.base.joints).pack(LARGEST_BASE_STEP)
     return steps
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.extension import Extension
+from twin.identify.model_modification import ModelModification
 from twin.rigs import Rig, Transducer
 
-__all__ = ["believed_instruments", "high_pass", "mount"]
+__all__ = ["high_pass", "mount", "nominal_instruments"]
 
 Array = NDArray[Any]
 
@@ -41,16 +41,16 @@ def mount(compliance_s2: float, damping_ratio: float) -> Callable[[Array], Array
     return factor
 
 
-def believed_instruments(rig: Rig) -> Extension:
+def nominal_instruments(rig: Rig) -> ModelModification:
     """The factors of all channels, force cell included; empty where all channels have one and the same high-pass.
 
     Responses are per force, so what all channels have in common shows nowhere.
     """
     alike = len({sensor.high_pass for sensor in rig.sensors}) == 1
-    whole = Extension()
+    whole = ModelModification()
     for sensor in rig.sensors:
         for factor in _factors(sensor, high_passes=not alike):
-            whole = whole.merged(Extension(channel_factor={sensor.channel: factor}))
+            whole = whole.merged(ModelModification(channel_factor={sensor.channel: factor}))
     return whole
 
 

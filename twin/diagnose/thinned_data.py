@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.identify.evidence import Evidence
+from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["thin_evidence"]
+__all__ = ["thinned_data"]
 
 
-def thin_evidence(
-    evidence: Evidence, harmonics: HarmonicResiduals | None, *, bins: int = 140, steps: int = 50
-) -> tuple[Evidence, HarmonicResiduals | None]:
+def thinned_data(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, *, bins: int = 140, steps: int = 50
+) -> tuple[MeasuredData, HarmonicResiduals | None]:
     """Keep about `bins` broadband bins and `steps` steps, evenly picked."""
     broadband = []
     for data in evidence.broadband:

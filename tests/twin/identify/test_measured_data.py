@@ -7,8 +7,8 @@ import pytest
 
 from recordings import InputError
 from recordings.run import Channel, DeviceSamples, Run, Step, StepState
-from twin.identify import gather_evidence
-from twin.identify.linear_model import believed_parameters
+from twin.identify import gather_data
+from twin.identify.linear_model import nominal_parameters
 from twin.rigs import load_rig
 from twin.structure import normal_modes
 
@@ -41,10 +41,10 @@ def step(time_s, index, frequency_Hz, state=StepState.MEASURING):
 
 @pytest.fixture(scope="module")
 def swept(steel_dense):
-    """Four steps of a second each of the believed rig; in the third an old transient still dies away."""
+    """Four steps of a second each of the nominal rig; in the third an old transient still dies away."""
     t = np.arange(int(4 * RATE)) / RATE
     omega = 2 * np.pi * np.array(FREQUENCIES_Hz)
-    H = steel_dense.accelerance(omega, believed_parameters(STEEL))
+    H = steel_dense.accelerance(omega, nominal_parameters(STEEL))
     rng, samples = np.random.default_rng(3), {}
     for name, response in zip(NAMES, (np.ones(4), H[:, 0], H[:, 1]), strict=True):
         x = np.concatenate([(response[i] * np.exp(1j * omega[i] * t[: int(RATE)])).real for i in range(4)])
@@ -59,7 +59,7 @@ def swept(steel_dense):
 
 def test_steady_steps_are_the_rigs_responses_and_amplitudes(swept):
     run, H = swept
-    evidence = gather_evidence([run], STEEL)
+    evidence = gather_data([run], STEEL)
     steps = evidence.steps
     assert [state.index for state in steps.states] == [0, 1, 3]
     kept = [0, 1, 3]
@@ -74,7 +74,7 @@ def test_steady_steps_are_the_rigs_responses_and_amplitudes(swept):
 
 
 def test_a_step_that_had_not_settled_is_set_aside_and_told(swept):
-    evidence = gather_evidence([swept[0]], STEEL)
+    evidence = gather_data([swept[0]], STEEL)
     (state,) = evidence.unsettled
     assert (state.index, state.sweep) == (2, "s")
     assert abs(state.drift["acc2"]) > 0.05
@@ -83,9 +83,9 @@ def test_a_step_that_had_not_settled_is_set_aside_and_told(swept):
 def test_a_sensor_mounted_the_other_way_round_turns_the_model(swept):
     run, H = swept
     turned = {"acc1": replace(run.channels["acc1"], direction="-y")}
-    evidence = gather_evidence([replace(run, channels={**run.channels, **turned})], STEEL)
+    evidence = gather_data([replace(run, channels={**run.channels, **turned})], STEEL)
     assert [output.sign for output in evidence.outputs] == [-1.0, 1.0]
-    base, omega = believed_parameters(STEEL), 2 * np.pi * np.array(FREQUENCIES_Hz)
+    base, omega = nominal_parameters(STEEL), 2 * np.pi * np.array(FREQUENCIES_Hz)
     predicted = evidence.model.response(evidence.model.receptance(omega, base), omega)
     np.testing.assert_allclose(predicted, H * [-1.0, 1.0], rtol=1e-5)
 
@@ -106,8 +106,8 @@ def turned(run, *names):
 def test_what_was_measured_does_not_depend_on_how_a_sensor_was_mounted(swept, names, runs):
     run, _ = swept
     before = [run] if runs == "one" else [run, run]
-    expected = gather_evidence(before, STEEL)
-    found = gather_evidence([*before[1:], turned(run, *names)], STEEL)
+    expected = gather_data(before, STEEL)
+    found = gather_data([*before[1:], turned(run, *names)], STEEL)
     sign = [output.sign for output in found.outputs]
     np.testing.assert_allclose(found.steps.force, expected.steps.force)
     np.testing.assert_allclose(found.steps.response * np.array(sign)[:, None], expected.steps.response, rtol=1e-6)
@@ -118,7 +118,7 @@ def test_devices_of_other_rates_are_fitted_each_at_its_own(swept):
     slow = replace(
         run.devices["acc1"], sample_rate_Hz=RATE / 4, values={"acc1": run.devices["acc1"].values["acc1"][::4]}
     )
-    steps = gather_evidence([replace(run, devices={**run.devices, "acc1": slow})], STEEL).steps
+    steps = gather_data([replace(run, devices={**run.devices, "acc1": slow})], STEEL).steps
     np.testing.assert_allclose(steps.response[:, :, 0] / steps.force[:, :1], H[[0, 1, 3]], rtol=1e-3)
 
 
@@ -127,7 +127,7 @@ def test_devices_of_other_rates_are_fitted_each_at_its_own(swept):
     ({"preload_N": "540"}, "120N", "120N"),
 ])  # fmt: skip
 def test_the_preload_is_the_recordings_unless_another_is_asked_for(swept, info, asked, preload):
-    evidence = gather_evidence([replace(swept[0], info=info)], STEEL, preload=asked)
+    evidence = gather_data([replace(swept[0], info=info)], STEEL, preload=asked)
     assert evidence.preload == preload
     assert evidence.model.reference_E == STEEL.joint.preload[preload].normal_modulus
 
@@ -135,7 +135,7 @@ def test_the_preload_is_the_recordings_unless_another_is_asked_for(swept, info, 
 def test_channels_that_not_all_runs_have_are_left_out(swept):
     run, _ = swept
     fewer = replace(run, channels={n: c for n, c in run.channels.items() if n != "acc1"})
-    assert gather_evidence([run, fewer], STEEL).channels == ("acc2",)
+    assert gather_data([run, fewer], STEEL).channels == ("acc2",)
 
 
 @pytest.mark.parametrize(("missing", "place"), [(("force",), "channel force"), (("acc1", "acc2"), "channels")])
@@ -143,20 +143,20 @@ def test_recordings_without_the_rigs_channels_are_refused(swept, missing, place)
     run, _ = swept
     poor = replace(run, channels={n: c for n, c in run.channels.items() if n not in missing})
     with pytest.raises(InputError, match=place):
-        gather_evidence([poor], STEEL)
+        gather_data([poor], STEEL)
 
 
 def test_recordings_that_measured_nothing_are_refused(swept):
     idle = replace(swept[0], steps=tuple(replace(s, state=StepState.SETTLING) for s in swept[0].steps))
     with pytest.raises(InputError, match="no measured step"):
-        gather_evidence([idle], STEEL)
+        gather_data([idle], STEEL)
 
 
 @pytest.fixture(scope="module")
 def shaken(steel_model):
     """Makes ten seconds of random excitation: with an offset of the accelerations' clock, at rates of their own."""
     s, fine, period = steel_model.structure, 10240.0, 30.0
-    base = believed_parameters(STEEL)
+    base = nominal_parameters(STEEL)
     modes = normal_modes(s.M, s.stiffness(base.E, base.G))
     zeta = np.concatenate([base.zeta[:4], np.full(len(modes.omega) - 4, base.zeta[4])])
     residues = np.array([s.deflection(0.30), s.deflection(0.42)]) @ modes.Phi * (s.deflection(0.05) @ modes.Phi)
@@ -186,32 +186,32 @@ def shaken(steel_model):
 def delays_s(evidence):
     """Of the binned responses against the model's, from their phases above 250 Hz."""
     (data,) = evidence.broadband
-    R = evidence.model.receptance(data.omega, believed_parameters(STEEL))
+    R = evidence.model.receptance(data.omega, nominal_parameters(STEEL))
     phase = np.log(data.H / evidence.model.response(R, data.omega)).imag
     high = data.frequency_Hz > 250
     return np.median(-phase[high] / data.omega[high, None], axis=0)
 
 
 def test_random_excitation_shows_the_rig_without_delay(shaken):
-    evidence = gather_evidence([shaken()], STEEL)
+    evidence = gather_data([shaken()], STEEL)
     assert np.max(np.abs(delays_s(evidence))) < 1e-6
     assert evidence.linear.base.zeta[0] == pytest.approx(STEEL.damping.modal_ratio[0], rel=0.05)
 
 
 def test_devices_that_sample_at_other_instants_are_not_delayed(shaken):
     """By half a sample, which the time stamps say: 244 microseconds, far more than any cause of a delay."""
-    assert np.max(np.abs(delays_s(gather_evidence([shaken(offset_s=0.5 / 2048)], STEEL)))) < 1e-5
+    assert np.max(np.abs(delays_s(gather_data([shaken(offset_s=0.5 / 2048)], STEEL)))) < 1e-5
 
 
 def test_a_further_channel_at_its_own_slow_rate_does_no_harm(shaken):
     run = shaken()
     slow = run_of({"oil": (np.full(120, 20.0), 10.0)}, ())
     more = replace(run, channels={**run.channels, **slow.channels}, devices={**run.devices, **slow.devices})
-    assert len(gather_evidence([more], STEEL).broadband) == 1
+    assert len(gather_data([more], STEEL).broadband) == 1
 
 
 def test_a_channel_that_lost_every_sample_is_refused_by_name(shaken):
     run = shaken()
     dead = replace(run.devices["acc1"], values={"acc1": np.full(len(run.devices["acc1"]), np.nan, np.float32)})
     with pytest.raises(InputError, match="acc1"):
-        gather_evidence([replace(run, devices={**run.devices, "acc1": dead})], STEEL)
+        gather_data([replace(run, devices={**run.devices, "acc1": dead})], STEEL)

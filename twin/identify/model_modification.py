@@ -1,4 +1,4 @@
-"""How a cause extends the forward model: every way in which a rig can differ from what is believed.
+"""How a cause extends the forward model: every way in which a rig can differ from what is assumed.
 
 An empty extension is the base model.  A cause fills in what it touches; the prediction asks for nothing else.
 """
@@ -16,7 +16,7 @@ from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
 
-__all__ = ["UNCHANGED", "Attachment", "Extension", "NoiseMotion", "NonlinearForce", "Opening", "point_mass"]
+__all__ = ["UNCHANGED", "Attachment", "ModelModification", "NoiseMotion", "NonlinearForce", "Opening", "point_mass"]
 
 Array = NDArray[Any]
 
@@ -113,22 +113,22 @@ class Opening:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Extension:
-    """What differs from the believed rig.
+class ModelModification:
+    """What differs from the nominal rig.
 
     Attributes
     ----------
     beam_modulus : mapping
-        True over believed Young's modulus of a beam.
+        True over assumed Young's modulus of a beam.
     beam_shear_ratio : mapping
-        E / (kappa G) of a beam beside what it is believed to have.
+        E / (kappa G) of a beam beside what it is assumed to have.
     clamp_rad_per_Nm : mapping
         Rotation per moment of the supports of a part.
     layer_gradient : mapping
         Relative fall of a joint's moduli along its overlap.
     drive_offset_m : float
     output_offset_m : mapping
-        How far towards the tip the drive, and response channels, are from where they are believed to be.
+        How far towards the tip the drive, and response channels, are from where they are assumed to be.
     attachments : tuple of Attachment
     nonlinear : tuple of NonlinearForce
     channel_factor : mapping of callables
@@ -166,13 +166,13 @@ class Extension:
     layer_drift_per_s: Mapping[str, float] = field(default_factory=dict)
     beam_drift_per_s: float = 0.0
 
-    def merged(self, other: Extension) -> Extension:
+    def merged(self, other: ModelModification) -> ModelModification:
         """Both at once."""
         factors = dict(self.channel_factor)
         for channel, factor in other.channel_factor.items():
             mine = factors.get(channel)
             factors[channel] = factor if mine is None else _product(mine, factor)
-        return Extension(
+        return ModelModification(
             beam_modulus=_products(self.beam_modulus, other.beam_modulus),
             beam_shear_ratio=_sums(self.beam_shear_ratio, other.beam_shear_ratio),
             clamp_rad_per_Nm=_sums(self.clamp_rad_per_Nm, other.clamp_rad_per_Nm),

@@ -8,30 +8,30 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.thin import thin_evidence
-from twin.identify.base_fit import starting_unknowns
-from twin.identify.evidence import gather_evidence
+from twin.diagnose.thinned_data import thinned_data
+from twin.identify.base_fit import starting_baseline
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import gather_data
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 
 @pytest.fixture(scope="module")
 def evidence(campaign):
-    return gather_evidence(
+    return gather_data(
         [read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps")], load_rig("steel-lap-joint")
     )
 
 
 @pytest.fixture(scope="module")
-def unknowns(evidence):
-    return starting_unknowns(evidence)
+def baseline(evidence):
+    return starting_baseline(evidence)
 
 
 @pytest.fixture(scope="module")
-def thinned(evidence, unknowns):
-    harmonics = harmonic_residuals(Predictor(evidence), unknowns)
-    return harmonics, *thin_evidence(evidence, harmonics, bins=40, steps=15)
+def thinned(evidence, baseline):
+    harmonics = harmonic_residuals(ResidualModel(evidence), baseline)
+    return harmonics, *thinned_data(evidence, harmonics, bins=40, steps=15)
 
 
 def test_about_as_much_is_kept_as_was_asked_for(evidence, thinned):
@@ -65,13 +65,13 @@ def test_what_is_kept_is_spread_over_all_that_was_measured(evidence, thinned):
     assert bins[-1] + np.diff(bins)[0] >= len(evidence.broadband[0].frequency_Hz) - 1
 
 
-def test_a_model_misses_it_by_as_much_for_each_datum(evidence, thinned, unknowns):
+def test_a_model_misses_it_by_as_much_for_each_datum(evidence, thinned, baseline):
     """Of a model whose E' is off by a twentieth: the same mean square, but for the luck of the draw."""
     _, thinner, _ = thinned
-    vector = unknowns.vector
+    vector = baseline.vector
     vector[0] += 0.05
-    off = unknowns.with_vector(vector)
-    whole, thin = (Predictor(e).evaluate(off, sensitivities=False) for e in (evidence, thinner))
+    off = baseline.with_vector(vector)
+    whole, thin = (ResidualModel(e).evaluate(off, sensitivities=False) for e in (evidence, thinner))
     for (name, all_of_it), (_, part) in zip(whole.blocks, thin.blocks, strict=True):
         squares = [np.mean(p.residual[where] ** 2) for p, where in ((whole, all_of_it), (thin, part))]
         assert squares[0] > 4, name
@@ -79,7 +79,7 @@ def test_a_model_misses_it_by_as_much_for_each_datum(evidence, thinned, unknowns
 
 
 def test_little_evidence_is_kept_whole(evidence):
-    kept, harmonics = thin_evidence(evidence, None, bins=10_000, steps=10_000)
+    kept, harmonics = thinned_data(evidence, None, bins=10_000, steps=10_000)
     assert harmonics is None
     assert np.array_equal(kept.broadband[0].H, evidence.broadband[0].H)
     assert kept.steps.states == evidence.steps.states
@@ -87,7 +87,7 @@ def test_little_evidence_is_kept_whole(evidence):
 
 def test_neither_steps_nor_bins_are_needed(evidence):
     no_steps = evidence.steps.select(np.zeros(len(evidence.steps), bool))
-    only_bins, _ = thin_evidence(replace(evidence, steps=no_steps), None)
+    only_bins, _ = thinned_data(replace(evidence, steps=no_steps), None)
     assert len(only_bins.steps) == 0
-    only_steps, _ = thin_evidence(replace(evidence, broadband=()), None)
+    only_steps, _ = thinned_data(replace(evidence, broadband=()), None)
     assert only_steps.broadband == ()

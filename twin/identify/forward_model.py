@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import Evidence
 from twin.identify.extended_model import extended_model
-from twin.identify.extension import UNCHANGED, Extension, NoiseMotion
-from twin.identify.linear_model import BaseParameters
+from twin.identify.linear_model import LinearParameters
 from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import UNCHANGED, ModelModification, NoiseMotion
 from twin.identify.opening_harmonics import (
     ODD,
     OpeningBalance,
@@ -28,10 +29,9 @@ from twin.identify.opening_harmonics import (
 )
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
-from twin.identify.unknowns import Unknowns
 from twin.structure import points_of_joints
 
-__all__ = ["ExtendedRig"]
+__all__ = ["ForwardModel"]
 
 Array = NDArray[Any]
 
@@ -40,8 +40,8 @@ HARMONIC_TURNS, HARMONICS_SETTLED = 6, 1e-6
 stiffness, that ends them: a turn leaves a tenth of it."""
 
 
-class ExtendedRig:
-    """The believed rig of `evidence` with an extension beside what is known of it.
+class ForwardModel:
+    """The nominal rig of `evidence` with an extension beside what is known of it.
 
     Attributes
     ----------
@@ -63,10 +63,10 @@ class ExtendedRig:
         One-sided contact in each joint.
     """
 
-    def __init__(self, evidence: Evidence, extension: Extension | None = None) -> None:
+    def __init__(self, evidence: MeasuredData, modification: ModelModification | None = None) -> None:
         self.evidence = evidence
-        self.extension = evidence.known.merged(extension) if extension else evidence.known
-        self.model = extended_model(evidence, self.extension)
+        self.modification = evidence.known.merged(modification) if modification else evidence.known
+        self.model = extended_model(evidence, self.modification)
         self.layer_elements = tuple(joint.layer_elements for joint in evidence.rig.joints)
         self.points = points_of_joints(self.model.structure, self.layer_elements)
         self.step_model = self.model.with_points(self.points.rows)
@@ -75,11 +75,11 @@ class ExtendedRig:
         self.moving = np.concatenate([np.arange(count, len(self.step_model.ports.rows)), forces])
         self.moduli = (self.model.reference_E, self.model.reference_G)
         joints = [joint.name for joint in self.model.structure.joints]
-        factors = np.array([self.extension.moduli_factor.get(name, UNCHANGED) for name in joints])
+        factors = np.array([self.modification.moduli_factor.get(name, UNCHANGED) for name in joints])
         self.moduli_factors = tuple(factors.reshape(-1, 2).T)
-        self.slaps = tuple(self.extension.opening.get(name) for name in joints)
-        self._drift_per_s = np.array([self.extension.layer_drift_per_s.get(name, 0.0) for name in joints])
-        self.local = LocalForces(self.extension.nonlinear, self._weights(), self.points.joint)
+        self.slaps = tuple(self.modification.opening.get(name) for name in joints)
+        self._drift_per_s = np.array([self.modification.layer_drift_per_s.get(name, 0.0) for name in joints])
+        self.local = LocalForces(self.modification.nonlinear, self._weights(), self.points.joint)
 
     def _weights(self) -> Array:
         """Of the layer's points at each step; what a drift has left of E' is left of what the law takes off it, too."""
@@ -93,7 +93,7 @@ class ExtendedRig:
         steps = self.evidence.steps
         return np.asarray(steps.time_s - self.evidence.origin_s) if len(steps) else np.zeros(0)
 
-    def moduli_changes(self, base: BaseParameters, time_s: Array) -> tuple[Array, Array]:
+    def moduli_changes(self, base: LinearParameters, time_s: Array) -> tuple[Array, Array]:
         """Complex changes (t, j) of the layers' E' and G' by the extension, at times since the run's first step."""
         more_E, more_G = self.moduli_factors
         dE = base.complex_E * (more_E * self.normal_left(time_s) - 1)
@@ -109,12 +109,12 @@ class ExtendedRig:
         Moduli that all fall by a part e scale the natural frequencies by sqrt(1 - e); the change of the response's
         size by e itself is far smaller and left out.
         """
-        fallen = np.clip(self.extension.beam_drift_per_s * time_s, -0.5, 0.5)
-        return omega * self.extension.frequency_factor / np.sqrt(1 - fallen)
+        fallen = np.clip(self.modification.beam_drift_per_s * time_s, -0.5, 0.5)
+        return omega * self.modification.frequency_factor / np.sqrt(1 - fallen)
 
     def channel_factors(self, omega: Array) -> tuple[Array, Array]:
         """Measured over true: of the outputs (f, o), and of the force (f,)."""
-        factor = self.extension.channel_factor
+        factor = self.modification.channel_factor
         ones = np.ones(len(omega), complex)
         out = [ones * factor[c](omega) if c in factor else ones for c in self.evidence.channels]
         force = self.evidence.force
@@ -127,10 +127,10 @@ class ExtendedRig:
     def measured(self, displacement: Array, omega: Array) -> Array:
         """What the channels show (f, o) of displacements of the outputs per drive force, in a frame on the base."""
         rides = np.array([output.place.reads == "displacement" for output in self.model.outputs])
-        H = (displacement + self.extension.base_receptance * rides) * self.model.to_quantity(omega)
+        H = (displacement + self.modification.base_receptance * rides) * self.model.to_quantity(omega)
         outputs, force = self.channel_factors(omega)
         H = outputs * H / force[:, None]
-        for channel, source, part in self.extension.cross_talk:
+        for channel, source, part in self.modification.cross_talk:
             if channel not in self.evidence.channels:
                 continue
             read = np.ones(len(omega)) if source == self.evidence.force else H[:, self.evidence.channels.index(source)]
@@ -142,7 +142,7 @@ class ExtendedRig:
         outputs, force = self.channel_factors(omega)
         change = (self.model.to_quantity(omega) * outputs / force[:, None])[:, :, None] * change
         names = self.evidence.channels
-        for channel, source, part in self.extension.cross_talk:
+        for channel, source, part in self.modification.cross_talk:
             if channel in names and source in names:
                 change[:, names.index(channel)] += part * change[:, names.index(source)]
         return change
@@ -153,7 +153,7 @@ class ExtendedRig:
         return change / self.responses(R, omega)[:, :, None]
 
     def receptance(
-        self, omega: Array, base: BaseParameters, time_s: Array, *, inner: bool = True, points: bool = False
+        self, omega: Array, base: LinearParameters, time_s: Array, *, inner: bool = True, points: bool = False
     ) -> Array:
         """Receptances between all ports without the joint's law, attachments included.
 
@@ -168,31 +168,33 @@ class ExtendedRig:
         model = self.step_model if points else self.model
         R = model.receptance(omega, base, dE=dE, dG=dG, inner=inner)
         at = self.model.ports.extra.start
-        for attachment in self.extension.attachments:
+        for attachment in self.modification.attachments:
             Z = attachment.stiffness(omega)
             width = Z.shape[1]
             R = attach(R, slice(at, at + width), Z)
             at += width
         return R
 
-    def broadband_response(self, data: BinnedResponse, unknowns: Unknowns) -> Array:
+    def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
         """Predicted response per force (f, o) of a broadband run."""
-        return self.responses(*self.felt_receptance(data, unknowns))
+        return self.responses(*self.felt_receptance(data, baseline))
 
-    def felt_receptance(self, data: BinnedResponse, unknowns: Unknowns, *, inner: bool = False) -> tuple[Array, Array]:
+    def felt_receptance(
+        self, data: BinnedResponse, baseline: BaselineParameters, *, inner: bool = False
+    ) -> tuple[Array, Array]:
         """Receptances of a broadband run with what local nonlinear forces do in its noise; and the rig's own omega."""
-        R, omega = self.broadband_receptance(data, unknowns, data.omega, inner=inner)
+        R, omega = self.broadband_receptance(data, baseline, data.omega, inner=inner)
         if self.local.act_in_noise:
             R = self.in_noise(R, omega, self.noise_motion(R, omega, data))
         return R, omega
 
     def broadband_receptance(
-        self, data: BinnedResponse, unknowns: Unknowns, omega: Array, *, inner: bool = False
+        self, data: BinnedResponse, baseline: BaselineParameters, omega: Array, *, inner: bool = False
     ) -> tuple[Array, Array]:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         omega = self.clock(omega, time)
-        return self.receptance(omega, unknowns.base, time, inner=inner), omega
+        return self.receptance(omega, baseline.base, time, inner=inner), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.
@@ -210,7 +212,7 @@ class ExtendedRig:
         return attach(R, self.nonlinear_ports, self.local.substitutes(motion, omega))
 
     def step_receptance(
-        self, unknowns: Unknowns, *, inner: bool = True, held: Balance | None = None
+        self, baseline: BaselineParameters, *, inner: bool = True, held: Balance | None = None
     ) -> tuple[Array, Array, Balance]:
         """Receptances at the steps' drive frequencies, with all that acts at the moving ports; omega; their balance.
 
@@ -221,51 +223,51 @@ class ExtendedRig:
         """
         time = self.step_times
         omega = self.clock(self.evidence.steps.omega, time)
-        free = self.receptance(omega, unknowns.base, time, inner=inner, points=True)
+        free = self.receptance(omega, baseline.base, time, inner=inner, points=True)
         around = self.surroundings(free, omega)
         if held is not None:
             # A model with further forces may be held to a balance without them: they come last.
             more, known = np.zeros_like(around.driven), held.more.shape[1]
             more[:, :known] = held.more[:, : len(self.moving)]
             start = np.abs(held.motion) if known == len(self.moving) else None
-            found = self.local.balance(unknowns.laws, omega, around, more=more, start=start)
+            found = self.local.balance(baseline.laws, omega, around, more=more, start=start)
         else:
-            found = self._with_harmonics(unknowns, omega, around)
+            found = self._with_harmonics(baseline, omega, around)
         return update_receptance(free, self.moving, found.stiffness), omega, found
 
-    def _with_harmonics(self, unknowns: Unknowns, omega: Array, around: Surroundings) -> Balance:
+    def _with_harmonics(self, baseline: BaselineParameters, omega: Array, around: Surroundings) -> Balance:
         """Fundamentals and harmonics of the layer's openings, in turn.
 
         What a slap does to the fundamental is one with the law's own softening, which is free to take it in.
         """
-        found, harmonics = self.local.balance(unknowns.laws, omega, around), None
-        if not (any(np.any(law.softening) for law in unknowns.laws) and len(omega)):
+        found, harmonics = self.local.balance(baseline.laws, omega, around), None
+        if not (any(np.any(law.softening) for law in baseline.laws) and len(omega)):
             return found
-        openings = self.openings(unknowns, found, ODD)
+        openings = self.openings(baseline, found, ODD)
         p = len(self.points)
         for turn in range(HARMONIC_TURNS):
             if turn == 1:  # the compliances, with the loss that the slips' harmonics leave
-                openings = self.openings(unknowns, found, ODD)
+                openings = self.openings(baseline, found, ODD)
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
             openings = replace(openings, fundamental=found.motion[:, :p])
-            balance = balance_openings(unknowns.laws, openings, start=harmonics)
+            balance = balance_openings(baseline.laws, openings, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
-            more[:, p : 2 * p] = self._loss_among_harmonics(unknowns, found, openings, balance)
+            more[:, p : 2 * p] = self._loss_among_harmonics(baseline, found, openings, balance)
             changed = np.max(np.abs(more - found.more), initial=0.0)
             start = np.abs(found.motion)
-            found = self.local.balance(unknowns.laws, omega, around, more=more, start=start)
+            found = self.local.balance(baseline.laws, omega, around, more=more, start=start)
             if changed < HARMONICS_SETTLED * np.max(np.abs(openings.secant), initial=0.0):
                 break
         return found
 
     def _loss_among_harmonics(
-        self, unknowns: Unknowns, found: Balance, openings: Openings, balance: OpeningBalance
+        self, baseline: BaselineParameters, found: Balance, openings: Openings, balance: OpeningBalance
     ) -> Array:
         """Stiffness (s, p) that harmonics of the slips add to their fundamentals' loss."""
         p = len(self.points)
         slips, harmonics = found.motion[:, p : 2 * p], openings.slips(balance)
-        change = loss_among_harmonics(unknowns.laws, self.points.joint, slips, harmonics, openings.orders)
+        change = loss_among_harmonics(baseline.laws, self.points.joint, slips, harmonics, openings.orders)
         return np.asarray(1j * self.local.weights[:, p:] * change)
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
@@ -279,7 +281,7 @@ class ExtendedRig:
             self.evidence.steps.response[:, reference, 0],
         )  # fmt: skip
 
-    def openings(self, unknowns: Unknowns, balance: Balance, orders: tuple[int, ...]) -> Openings:
+    def openings(self, baseline: BaselineParameters, balance: Balance, orders: tuple[int, ...]) -> Openings:
         """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency.
 
         Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones
@@ -293,7 +295,7 @@ class ExtendedRig:
         compliance, driven = [], []
         for h in orders:
             omega = h * first
-            free = self.receptance(omega, unknowns.base, time, inner=False, points=True)
+            free = self.receptance(omega, baseline.base, time, inner=False, points=True)
             R = update_receptance(free, self.moving[: 2 * p], at_harmonic(secant, h))
             force = np.zeros(len(steps), complex)
             if 0 < h <= steps.force.shape[1]:
@@ -305,22 +307,22 @@ class ExtendedRig:
             driven.append(R[:, at, drive] * (force * (h % 2))[:, None])
         to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
         return Openings(
-            balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], unknowns.base.E, self.points.joint,
+            balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], baseline.base.E, self.points.joint,
             orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:], points_driven[:, :, p:],
         )  # fmt: skip
 
     @property
     def nonlinear_ports(self) -> slice:
         """Where the nonlinear forces' ports are."""
-        stop = self.model.ports.extra.stop - (1 if self.extension.base_receptance else 0)
-        return slice(stop - len(self.extension.nonlinear), stop)
+        stop = self.model.ports.extra.stop - (1 if self.modification.base_receptance else 0)
+        return slice(stop - len(self.modification.nonlinear), stop)
 
     def driven(self, R: Array, omega: Array) -> Array:
         """Displacements (f, p) of all ports by a unit drive force, with the inertia load of a clamp that moves."""
         into, p = R[:, :, self.model.ports.drive], self.model.ports
-        if self.extension.base_receptance == 0.0:
+        if self.modification.base_receptance == 0.0:
             return into
-        return into + self.extension.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
+        return into + self.modification.base_receptance * omega[:, None] ** 2 * R[:, :, p.extra.stop - 1]
 
     def port_motion(self, R: Array, omega: Array) -> tuple[Array, Influence]:
         """Complex amplitudes (s, n) at the moving ports, m, and how stiffness there changes things.

@@ -11,48 +11,48 @@ from dataclasses import dataclass
 from recordings.run import Run
 from twin.diagnose.effects import with_effects
 from twin.diagnose.signals import Finding, as_known, foreign_lines, inspect_signals, mended
-from twin.identify.evidence import Evidence, gather_evidence
+from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig
 
-__all__ = ["SoundEvidence", "sound_evidence"]
+__all__ = ["SoundData", "sound_data"]
 
 
 @dataclass(frozen=True)
-class SoundEvidence:
+class SoundData:
     """What a fit may use.
 
     Attributes
     ----------
-    evidence : Evidence
+    evidence : MeasuredData
         The recordings, reduced.
     findings : tuple of Finding
         Faults that the samples show by themselves.  Spoilt samples were not used, hum was fitted beside the sines, and
         a wrong clock was set right.
     """
 
-    evidence: Evidence
+    evidence: MeasuredData
     findings: tuple[Finding, ...]
 
 
-def sound_evidence(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, source: str = "rig") -> SoundEvidence:
+def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, source: str = "rig") -> SoundData:
     """Inspect, mend and reduce `runs`.
 
     Parameters
     ----------
     preload
-        As for :func:`~twin.identify.evidence.gather_evidence`.
+        As for :func:`~twin.identify.evidence.gather_data`.
     source
         The rig file's name, for errors.
 
     Raises
     ------
     InputError
-        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_evidence`), or an effect of the rig
+        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_data`), or an effect of the rig
         file is none (:func:`~twin.diagnose.effects.with_effects`).
     """
     runs = [as_known(own_channels(run, rig), rig) for run in runs]
     findings = inspect_signals(runs)
     usable = [mended(run, findings) for run in runs]
-    evidence = gather_evidence(usable, rig, preload=preload, lines=foreign_lines(findings))
-    return SoundEvidence(with_effects(evidence, source=source), tuple(findings))
+    evidence = gather_data(usable, rig, preload=preload, lines=foreign_lines(findings))
+    return SoundData(with_effects(evidence, source=source), tuple(findings))

@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 
 from twin.joint.registry import load_laws, loaded_files
 
-__all__ = ["become_helper", "in_processes", "side_by_side", "usual_processes"]
+__all__ = ["become_helper", "in_processes", "parallel_map", "usual_processes"]
 
 Found = TypeVar("Found")
 
@@ -66,7 +66,7 @@ def usual_processes() -> int:
 
 @contextmanager
 def in_processes(number: int) -> Iterator[None]:
-    """Within this context, let :func:`side_by_side` use `number` processes, this one among them.
+    """Within this context, let :func:`parallel_map` use `number` processes, this one among them.
 
     They are spawned: a program that is run as a script must guard its main part by ``if __name__ == "__main__"``.
     """
@@ -88,7 +88,7 @@ def in_processes(number: int) -> Iterator[None]:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def side_by_side(work: Callable[..., Found], common: tuple[Any, ...], each: Sequence[tuple[Any, ...]]) -> list[Found]:
+def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequence[tuple[Any, ...]]) -> list[Found]:
     """``work(*common, *arguments)`` for the arguments of each, in their order.
 
     Parameters
@@ -137,7 +137,7 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 
 def _wake() -> None:
     """What a fit needs, imported ahead of the first one."""
-    import twin.diagnose.tournament  # noqa: F401
+    import twin.diagnose.successive_halving  # noqa: F401
 
 
 def become_helper(law_files: Sequence[Path] = ()) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from twin.bench.force_factor import ForceFactor
 from twin.joint import Cubic, Linear, Polynomial, RunningLoss, Saturating, Table, iwan, mayer_gaul
-from twin.response.alternation import (
+from twin.response.aft import (
     alternate,
     alternate_numpy,
     alternate_pair,

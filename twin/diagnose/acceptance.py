@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from twin.diagnose.candidate import Blame, Candidate, fit_candidate
+from twin.diagnose.baseline_fit import FOLLOWS
 from twin.diagnose.cause import main_strength
-from twin.diagnose.footing import FOLLOWS
-from twin.diagnose.tournament import LEAST_GAIN
-from twin.identify.evidence import Evidence
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model
+from twin.diagnose.successive_halving import LEAST_GAIN
+from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["FALSE", "LEAST_SHARE", "left_behind", "left_by_effects", "paying", "promising", "pruned"]
+__all__ = ["FALSE", "LEAST_SHARE", "acceptance", "expected_residual", "left_by_effects", "promising", "pruned"]
 
 LEAST_SHARE = 0.08
 """Least share of chi2 that a cause must take away: what is left of a clean rig's is the model's own error as much as
@@ -29,24 +29,26 @@ OWN_ERROR = 0.1
 only together, not that the cause fits badly."""
 
 
-def paying(evidence: Evidence, finalists: list[Candidate], model: Candidate, excused: float) -> tuple[Candidate, ...]:
-    """The finalists that the data would pay for, beside a model whose causes leave `excused` of chi2 anyway.
+def acceptance(
+    evidence: MeasuredData, finalists: list[FittedModel], model: FittedModel, expected_residual_chi2: float
+) -> tuple[FittedModel, ...]:
+    """Finalists that are accepted beside a model whose causes leave `expected_residual_chi2` anyway.
 
     One that follows the noise best may yet be too slight to be a cause; the next may not.
     """
-    alone = not (model.blames or evidence.effects)
+    alone = not (model.hypotheses or evidence.effects)
     return tuple(
         finalist for finalist in finalists
-        if _pays(evidence, finalist, model, by_strain=alone)
-        and (alone or model.solution.chi2 - finalist.solution.chi2 > excused)
+        if _is_accepted(evidence, finalist, model, by_strain=alone)
+        and (alone or model.solution.chi2 - finalist.solution.chi2 > expected_residual_chi2)
     )  # fmt: skip
 
 
-def promising(trials: list[Candidate], model: Candidate) -> list[Candidate]:
+def promising(trials: list[FittedModel], model: FittedModel) -> list[FittedModel]:
     """The rough fits that leave a chance that the data would pay for them, beside as rough a fit of the model."""
     before, harmonics = model.solution, model.chi2_of("harmonics")
 
-    def has_a_chance(trial: Candidate) -> bool:
+    def has_a_chance(trial: FittedModel) -> bool:
         relief = 0.5 * (before.penalty - trial.solution.penalty)
         return (
             relief > CHANCE * LEAST_GAIN
@@ -57,17 +59,17 @@ def promising(trials: list[Candidate], model: Candidate) -> list[Candidate]:
     return [trial for trial in trials if has_a_chance(trial)]
 
 
-def left_behind(evidence: Evidence, blame: Blame, gain: float) -> float:
+def expected_residual(evidence: MeasuredData, hypothesis: CauseHypothesis, gain: float) -> float:
     """Chi2 that a cause whose model is wrong by a known share leaves of its own effect: no sign of a further cause."""
-    errors = [p.model_error for p in blame.cause.parameters(evidence, blame.label)]
+    errors = [p.model_error for p in hypothesis.cause.parameters(evidence, hypothesis.label)]
     return _left(max(errors, default=0.0), gain)
 
 
-def left_by_effects(evidence: Evidence, harmonics: HarmonicResiduals | None, base: Candidate) -> float:
+def left_by_effects(evidence: MeasuredData, harmonics: HarmonicResiduals | None, base: FittedModel) -> float:
     """Chi2 that effects of the rig file leave: as found causes, and by how well their strengths were known to it."""
     total = 0.0
     for effect in evidence.effects:
-        assert isinstance(effect, Blame)
+        assert isinstance(effect, CauseHypothesis)
         parameters = effect.cause.parameters(evidence, effect.label)
         errors = [p.model_error for p in parameters]
         main = main_strength(parameters)
@@ -76,7 +78,7 @@ def left_by_effects(evidence: Evidence, harmonics: HarmonicResiduals | None, bas
         if not any(errors):
             continue
         rest = replace(evidence, effects=tuple(other for other in evidence.effects if other is not effect))
-        without = fit_candidate(rest, harmonics, base.unknowns, (), tolerance=0.3)
+        without = fit_model(rest, harmonics, base.baseline, (), tolerance=0.3)
         total += _left(max(errors), without.solution.chi2 - base.solution.chi2)
     return total
 
@@ -85,21 +87,26 @@ def _left(error: float, gain: float) -> float:
     return min(error, OWN_ERROR) ** 2 * max(gain, 0.0)
 
 
-def pruned(evidence: Evidence, harmonics: HarmonicResiduals | None, model: Candidate) -> Candidate:
+def pruned(evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel) -> FittedModel:
     """Drop causes that the others have made superfluous, the earliest first: it was found when least was known."""
-    for key in [blame.key for blame in model.blames]:
-        if len(model.blames) < 2:
+    for key in [hypothesis.key for hypothesis in model.hypotheses]:
+        if len(model.hypotheses) < 2:
             break
-        blame = next(b for b in model.blames if b.key == key)
-        rest = tuple(b for b in model.blames if b.key != key)
-        without = fit_candidate(evidence, harmonics, model.unknowns, rest, tolerance=0.3)
-        if not _pays(evidence, model, without, blame):
+        hypothesis = next(b for b in model.hypotheses if b.key == key)
+        rest = tuple(b for b in model.hypotheses if b.key != key)
+        without = fit_model(evidence, harmonics, model.baseline, rest, tolerance=0.3)
+        if not _is_accepted(evidence, model, without, hypothesis):
             model = without
     return model
 
 
-def _pays(
-    evidence: Evidence, candidate: Candidate, model: Candidate, blame: Blame | None = None, *, by_strain: bool = True
+def _is_accepted(
+    evidence: MeasuredData,
+    fitted_model: FittedModel,
+    model: FittedModel,
+    hypothesis: CauseHypothesis | None = None,
+    *,
+    by_strain: bool = True,
 ) -> bool:
     """Whether a cause, the last one by default, is worth its parameters beside the model without it.
 
@@ -107,27 +114,27 @@ def _pays(
     pay `by_strain` alone, not beside another or an effect of the rig file: the base family also makes up for what the
     other's model has wrong.
     """
-    blame = blame or candidate.blames[-1]
-    temper = candidate.chi2_per_dof
-    gain = candidate.weight(temper) - model.weight(temper)
-    relief = 0.5 * (model.solution.penalty - candidate.solution.penalty)
-    strained = by_strain and relief > LEAST_GAIN and _clear(evidence, blame)
+    hypothesis = hypothesis or fitted_model.hypotheses[-1]
+    overdispersion = fitted_model.chi2_per_dof
+    gain = fitted_model.weight(overdispersion) - model.weight(overdispersion)
+    relief = 0.5 * (model.solution.penalty - fitted_model.solution.penalty)
+    strained = by_strain and relief > LEAST_GAIN and _clear(evidence, hypothesis)
     enough = (
         strained
-        or candidate.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
-        or candidate.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
+        or fitted_model.solution.chi2 < (1 - LEAST_SHARE) * model.solution.chi2
+        or fitted_model.chi2_of("harmonics") < (1 - LEAST_SHARE_OF_HARMONICS) * model.chi2_of("harmonics")
     )
     # While neither follows the data, how far either strains the base family says little beside the share it explains.
-    far = candidate.chi2_per_dof > FOLLOWS and candidate.solution.cost < FALSE * model.solution.cost
-    return (gain > LEAST_GAIN or far) and enough and not _negligible(evidence, blame)
+    far = fitted_model.chi2_per_dof > FOLLOWS and fitted_model.solution.cost < FALSE * model.solution.cost
+    return (gain > LEAST_GAIN or far) and enough and not _negligible(evidence, hypothesis)
 
 
-def _clear(evidence: Evidence, blame: Blame) -> bool:
+def _clear(evidence: MeasuredData, hypothesis: CauseHypothesis) -> bool:
     """Whether a cause's strength is known to be there: one that only takes strain off the base family must be."""
-    main = main_strength(blame.cause.parameters(evidence, blame.label))
-    return main is None or abs(blame.values[main.name] - main.null) > CLEAR * blame.std[main.name]
+    main = main_strength(hypothesis.cause.parameters(evidence, hypothesis.label))
+    return main is None or abs(hypothesis.values[main.name] - main.null) > CLEAR * hypothesis.std[main.name]
 
 
-def _negligible(evidence: Evidence, blame: Blame) -> bool:
-    strengths = [p for p in blame.cause.parameters(evidence, blame.label) if not p.places]
-    return bool(strengths) and all(abs(blame.values[p.name] - p.null) < p.negligible * p.scale for p in strengths)
+def _negligible(evidence: MeasuredData, hypothesis: CauseHypothesis) -> bool:
+    strengths = [p for p in hypothesis.cause.parameters(evidence, hypothesis.label) if not p.places]
+    return bool(strengths) and all(abs(hypothesis.values[p.name] - p.null) < p.negligible * p.scale for p in strengths)

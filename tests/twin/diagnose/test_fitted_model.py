@@ -9,14 +9,14 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from recordings import read_run
-from twin.diagnose.candidate import Blame, Candidate, Trial, extension_of, log_evidence
 from twin.diagnose.cause import Parameter
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, log_evidence, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import fit_base
-from twin.identify.evidence import gather_evidence
 from twin.identify.gauss_newton import minimise
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.prediction import Predictor
+from twin.identify.measured_data import gather_data
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 
 
@@ -105,21 +105,21 @@ def test_weight_forgives_the_variance_by_which_the_best_model_misses(problem):
     J, precision, _, data = problem
     solution = minimise(lambda x: (data - J @ x, J), np.zeros(3), mean=np.zeros(3), precision=precision)
     evidence = log_evidence(solution, precision, [])
-    candidate = Candidate((), None, solution, evidence, 27)
+    fitted_model = FittedModel((), None, solution, evidence, 27)
     tempered = log_evidence(replace(solution, chi2=solution.chi2 / 4), precision, [])
-    assert candidate.weight(4.0) == pytest.approx(tempered)
-    assert candidate.weight(0.5) == candidate.weight(1.0) == pytest.approx(evidence)
-    assert candidate.chi2_per_dof == pytest.approx(solution.chi2 / 27)
+    assert fitted_model.weight(4.0) == pytest.approx(tempered)
+    assert fitted_model.weight(0.5) == fitted_model.weight(1.0) == pytest.approx(evidence)
+    assert fitted_model.chi2_per_dof == pytest.approx(solution.chi2 / 27)
 
 
 def test_blames_add_up_to_one_extension():
     """Factors multiply, whatever their order; a key names the cause and the channel at fault."""
-    gain = Blame(CAUSES["channel-gain"], {"channel": "acc1"}, {"factor": 1.1}, {})
-    delay = Blame(CAUSES["channel-delay"], {"channel": "acc1"}, {"delay_s": 1e-4}, {})
-    clock = Blame(CAUSES["sample-clock"], {}, {"error_ppm": 200.0}, {})
+    gain = CauseHypothesis(CAUSES["channel-gain"], {"channel": "acc1"}, {"factor": 1.1}, {})
+    delay = CauseHypothesis(CAUSES["channel-delay"], {"channel": "acc1"}, {"delay_s": 1e-4}, {})
+    clock = CauseHypothesis(CAUSES["sample-clock"], {}, {"error_ppm": 200.0}, {})
     omega = np.array([10.0, 1000.0])
-    for blames in ((gain, delay, clock), (clock, delay, gain)):
-        whole = extension_of(None, blames)
+    for hypotheses in ((gain, delay, clock), (clock, delay, gain)):
+        whole = modification_of(None, hypotheses)
         assert whole.channel_factor["acc1"](omega) == pytest.approx(1.1 * np.exp(-1e-4j * omega))
         assert whole.frequency_factor == pytest.approx(1.0002)
     assert gain.key == "channel-gain acc1"
@@ -128,23 +128,23 @@ def test_blames_add_up_to_one_extension():
 
 @pytest.fixture(scope="module")
 def fitted_recordings(campaign):
-    evidence = gather_evidence(
+    evidence = gather_data(
         [read_run(campaign / name) for name in ("sweeps.mcap", "random.mcap")], load_rig("steel-lap-joint")
     )
-    unknowns = fit_base(evidence)[0]
-    return evidence, harmonic_residuals(Predictor(evidence), unknowns), unknowns
+    baseline = fit_base(evidence)[0]
+    return evidence, harmonic_residuals(ResidualModel(evidence), baseline), baseline
 
 
 @pytest.mark.parametrize("name", [name for name in CAUSES if name != "channel-polarity"])
 def test_sensitivities_to_a_cause_are_those_of_central_differences(fitted_recordings, name):
     """Rounding must not drown them, nor sharp resonances bend away from them."""
-    evidence, harmonics, unknowns = fitted_recordings
+    evidence, harmonics, baseline = fitted_recordings
     cause, label = CAUSES[name], next(iter(CAUSES[name].labels(evidence)))
     values = {
         p.name: p.starts[len(p.starts) // 2] if p.places else p.null + 0.1 * (p.starts[0] - p.null)
         for p in cause.parameters(evidence, label)
     }
-    trial = Trial(evidence, harmonics, unknowns, (Blame(cause, label, values, {}),))
+    trial = FitProblem(evidence, harmonics, baseline, (CauseHypothesis(cause, label, values, {}),))
     trial.weigh(trial.x0)
     columns = trial.evaluate(trial.x0)[1][:, trial.count :]
     for k, (_, parameter) in enumerate(trial.slots):

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
-from twin.identify.believed_instruments import believed_instruments
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
-from twin.identify.extension import Extension
 from twin.identify.linear_fit import LinearFit, reduce_broadband
-from twin.identify.linear_model import LinearModel, Output, believed_parameters, build_linear_model
+from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.model_modification import ModelModification
+from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import in_directions_of
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Place, Rig, nearest_preload, recorded_preload
 
-__all__ = ["Evidence", "Known", "StepArrays", "common_preload", "gather_evidence"]
+__all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data"]
 
 Array = NDArray[Any]
 
@@ -35,7 +35,7 @@ UNSETTLED_SIGMA, UNSETTLED_SHARE = 8.0, 2e-3
 class Known(Protocol):
     """Something that a rig file knows to differ from its structure and joint."""
 
-    def extension(self, evidence: Evidence) -> Extension:
+    def modification(self, evidence: MeasuredData) -> ModelModification:
         """How it acts in a prediction."""
         ...
 
@@ -79,8 +79,8 @@ class StepArrays:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evidence:
-    """Reduced recordings, and the believed rig that they are held against.
+class MeasuredData:
+    """Reduced recordings, and the nominal rig that they are held against.
 
     Attributes
     ----------
@@ -115,21 +115,21 @@ class Evidence:
         return kept | {"runs": (), "origin_s": self.origin_s}
 
     @cached_property
-    def known(self) -> Extension:
+    def known(self) -> ModelModification:
         """What the rig file says beside its structure and joint: its instruments, then its effects one by one."""
-        whole = believed_instruments(self.rig)
+        whole = nominal_instruments(self.rig)
         for number, effect in enumerate(self.effects):
-            whole = whole.merged(effect.extension(replace(self, effects=self.effects[:number])))
+            whole = whole.merged(effect.modification(replace(self, effects=self.effects[:number])))
         return whole
 
     @cached_property
     def changed_models(self) -> ChangedModels:
-        """Models of the rig with another structure than believed."""
+        """Models of the rig with another structure than assumed."""
         return ChangedModels(self.rig, self.preload)
 
     @cached_property
     def reference_omega(self) -> float:
-        """First natural frequency as believed, rad/s: it turns accelerations into equivalent amplitudes."""
+        """First natural frequency as assumed, rad/s: it turns accelerations into equivalent amplitudes."""
         return float(self.model.basis.omega[0])
 
     @cached_property
@@ -147,7 +147,7 @@ class Evidence:
         """Names of the response channels."""
         return tuple(output.channel for output in self.outputs)
 
-    def without_steps(self) -> Evidence:
+    def without_steps(self) -> MeasuredData:
         """The broadband runs alone."""
         return replace(self, steps=self.steps.select(np.zeros(len(self.steps), bool)))
 
@@ -169,16 +169,16 @@ class Evidence:
 
     def place_of(self, channel: str) -> Place:
         """Where a response channel is known to measure."""
-        believed = next(output.place for output in self.outputs if output.channel == channel)
-        return self.rig.layout().moved(believed, self.known.output_offset_m.get(channel, 0.0))
+        nominal = next(output.place for output in self.outputs if output.channel == channel)
+        return self.rig.layout().moved(nominal, self.known.output_offset_m.get(channel, 0.0))
 
 
 HARMONICS = 7
 
 
-def gather_evidence(
+def gather_data(
     runs: Sequence[Run], rig: Rig, *, preload: str | None = None, lines: Mapping[str, Line] | None = None
-) -> Evidence:
+) -> MeasuredData:
     """Reduce `runs` against `rig`.
 
     Parameters
@@ -214,12 +214,12 @@ def gather_evidence(
         raise InputError(first.path, "channels", f"none of the rig's response channels is recorded, only {present}")
     preload = preload or common_preload(runs, rig)
     model = build_linear_model(rig, list(outputs), preload=preload)
-    believed = believed_parameters(rig, preload)
+    nominal = nominal_parameters(rig, preload)
     binned, fit = [], None
     used = [force, *(output.channel for output in outputs)]
     for run in runs:
         for record in broadband_records(run, channels=used):
-            data, fit = reduce_broadband(model, record, believed, force=force)
+            data, fit = reduce_broadband(model, record, nominal, force=force)
             binned.append(data)
     states = [state for run in runs for state in steady_states(run, channels=used, lines=lines)]
     if not binned and not states:
@@ -228,7 +228,7 @@ def gather_evidence(
         )
     reference = reference_output(model)
     settled = [state for state in states if not _unsettled(state, outputs[reference].channel, force)]
-    return Evidence(
+    return MeasuredData(
         rig=rig,
         preload=preload,
         model=model,

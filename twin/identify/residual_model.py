@@ -1,8 +1,8 @@
 """Residuals of all evidence against an extended model, whitened, with their sensitivities to what is always unknown.
 
-Unknowns of the base family: the base parameters (moduli, losses, modal damping, detuning) and the values of the
-joint's law at its knots.  All sensitivities are products of receptances (2011 paper, equation 15), taken on
-the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
+Parameters of the base family: the base parameters (moduli, losses, modal damping, frequency discrepancy) and the
+values of the joint's law at its knots.  All sensitivities are products of receptances (2011 paper, equation 15), taken
+on the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.baseline_parameters import TIGHT, BaselineParameters, DiscrepancyLevel
 from twin.identify.broadband import BinnedResponse
-from twin.identify.evidence import Evidence
-from twin.identify.extended_rig import ExtendedRig
-from twin.identify.extension import Extension
+from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import base_prior, whiten
-from twin.identify.linear_model import believed_parameters
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.local_forces import Balance
+from twin.identify.measured_data import MeasuredData
+from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_by_softening
-from twin.identify.unknowns import TIGHT, Slack, Unknowns
 from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
 from twin.structure import points_of_joints
 
-__all__ = ["Prediction", "Predictor"]
+__all__ = ["Prediction", "ResidualModel"]
 
 Array = NDArray[Any]
 
@@ -99,160 +99,160 @@ class Prediction:
         return float(self.residual @ self.residual)
 
 
-class Predictor(ExtendedRig):
-    """Evaluates residuals of `evidence` for an extension of the believed rig."""
+class ResidualModel(ForwardModel):
+    """Evaluates residuals of `evidence` for an extension of the nominal rig."""
 
     def __init__(
         self,
-        evidence: Evidence,
-        extension: Extension | None = None,
+        evidence: MeasuredData,
+        modification: ModelModification | None = None,
         harmonics: HarmonicResiduals | None = None,
         *,
-        slack: Slack = TIGHT,
+        discrepancy: DiscrepancyLevel = TIGHT,
         held: Linearisation | None = None,
     ) -> None:
-        super().__init__(evidence, extension)
+        super().__init__(evidence, modification)
         self.harmonics = harmonics
-        self.slack = slack
+        self.discrepancy = discrepancy
         self._held = held
 
-    def prior(self, unknowns: Unknowns) -> tuple[Array, Array]:
+    def prior(self, baseline: BaselineParameters) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
-        believed, linear = believed_parameters(self.evidence.rig, self.evidence.preload), self.evidence.linear
-        if linear is not None and self.slack.moduli_std < TIGHT.moduli_std:
+        nominal, linear = nominal_parameters(self.evidence.rig, self.evidence.preload), self.evidence.linear
+        if linear is not None and self.discrepancy.moduli_std < TIGHT.moduli_std:
             # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
-            believed = replace(believed, E=linear.believed.E, G=linear.believed.G)
+            nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
         mean, base = base_prior(
-            believed,
-            detuning_std=self.slack.detuning_std,
-            moduli_std=self.slack.moduli_std,
+            nominal,
+            frequency_discrepancy_std=self.discrepancy.frequency_discrepancy_std,
+            moduli_std=self.discrepancy.moduli_std,
         )
         phi = self.model.basis.Phi[:, 0]
-        size = len(unknowns.blocks)
+        size = len(baseline.blocks)
         precision = np.zeros((size, size))
         precision[: len(mean), : len(mean)] = base
         for joint, layer in enumerate(self.model.structure.joints):
             E = self.moduli[0][joint]
             # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
             shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
-            for block, scale in ((unknowns.softening(joint), E), (unknowns.loss(joint), 0.1 * E / shear_share)):
+            for block, scale in ((baseline.softening(joint), E), (baseline.loss(joint), 0.1 * E / shear_share)):
                 k = block.stop - block.start
                 # The same curvature, however many knots there are.
-                bend = self.slack.law_bend * (19 / max(k - 1, 1)) ** 2
+                bend = self.discrepancy.law_bend * (19 / max(k - 1, 1)) ** 2
                 second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
                 precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
         return np.concatenate([mean, np.zeros(size - len(mean))]), precision
 
-    def evaluate(self, unknowns: Unknowns, *, sensitivities: bool = True) -> Prediction:
+    def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
         residuals, jacobians, blocks = [], [], []
         row = 0
-        for name, (r, J) in self._blocks(unknowns, sensitivities):
+        for name, (r, J) in self._blocks(baseline, sensitivities):
             residuals.append(r)
             jacobians.append(J)
             blocks.append((name, slice(row, row + len(r))))
             row += len(r)
         return Prediction(np.concatenate(residuals), np.vstack(jacobians), tuple(blocks))
 
-    def _blocks(self, unknowns: Unknowns, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
+    def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
         out = [
-            (f"broadband {i}", self._broadband(i, unknowns, sensitivities)) for i in range(len(self.evidence.broadband))
+            (f"broadband {i}", self._broadband(i, baseline, sensitivities)) for i in range(len(self.evidence.broadband))
         ]
         if len(self.evidence.steps):
-            held = self._held.balance_with(unknowns.laws) if self._held else None
-            R, omega, balance = self.step_receptance(unknowns, inner=sensitivities or not held, held=held)
-            change = self._step_changes(unknowns, R, omega) if sensitivities else None
-            out.append(("steps", self._steps(unknowns, R, omega, change)))
+            held = self._held.balance_with(baseline.laws) if self._held else None
+            R, omega, balance = self.step_receptance(baseline, inner=sensitivities or not held, held=held)
+            change = self._step_changes(baseline, R, omega) if sensitivities else None
+            out.append(("steps", self._steps(baseline, R, omega, change)))
             if self.harmonics is not None:
-                out.append(("harmonics", self._harmonics(unknowns, R, balance, change)))
+                out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
         return out
 
-    def broadband_response(self, data: BinnedResponse, unknowns: Unknowns) -> Array:
+    def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
         """Responses per force (b, o) at the bins of a broadband run, unit/N."""
-        return self.responses(*self.felt_receptance(data, unknowns, inner=False))
+        return self.responses(*self.felt_receptance(data, baseline, inner=False))
 
-    def _broadband(self, index: int, unknowns: Unknowns, sensitivities: bool) -> tuple[Array, Array]:
+    def _broadband(self, index: int, baseline: BaselineParameters, sensitivities: bool) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
-        R, omega = self.felt_receptance(data, unknowns, inner=sensitivities)
+        R, omega = self.felt_receptance(data, baseline, inner=sensitivities)
         H = self.responses(R, omega)
-        common, ratio = self.slack.error_scale * COMMON_ERROR, self.slack.error_scale * RATIO_ERROR
+        common, ratio = self.discrepancy.error_scale * COMMON_ERROR, self.discrepancy.error_scale * RATIO_ERROR
         covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
         r, root = whiten(covariance, np.log(data.H / H)).ravel(), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
-        jacobian = np.zeros((len(residual), len(unknowns.vector)))
+        jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
             p, into = self.model.ports, self.driven(R, omega)
             time = np.full(len(omega), data.time_s - self.evidence.origin_s)
-            change = self._base_change(R, omega, unknowns, time, np.arange(R.shape[1])[p.outputs], into)
+            change = self._base_change(R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
             change = self.measured_change(change, omega)
             J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
     def _steps(
-        self, unknowns: Unknowns, R: Array, omega: Array, change: tuple[Array, Array] | None
+        self, baseline: BaselineParameters, R: Array, omega: Array, change: tuple[Array, Array] | None
     ) -> tuple[Array, Array]:
         steps = self.evidence.steps
         r = np.log(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
         if self._held:
             factor = self._held.step_factor
         else:
-            factor = self._law_factor((change or self._step_changes(unknowns, R, omega))[0], unknowns)
+            factor = self._law_factor((change or self._step_changes(baseline, R, omega))[0], baseline)
         white = np.linalg.solve(factor, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0].ravel()
         if change is None:
-            return white, np.zeros((len(white), len(unknowns.vector)))
+            return white, np.zeros((len(white), len(baseline.vector)))
         J = np.concatenate([change[0].real, change[0].imag], axis=1)
         return white, np.linalg.solve(factor, J).reshape(len(white), -1)
 
-    def linearisation(self, unknowns: Unknowns) -> Linearisation | None:
+    def linearisation(self, baseline: BaselineParameters) -> Linearisation | None:
         """What a fit that begins at these unknowns may hold; None without steps."""
         if not len(self.evidence.steps):
             return None
-        R, omega, found = self.step_receptance(unknowns)
-        factor = self._law_factor(self._step_changes(unknowns, R, omega)[0], unknowns)
-        if not self.extension.opening:
-            odd = self.openings(unknowns, found, ODD)
-            motion = balance_openings(unknowns.laws, odd).motion
-            by_softening = tuple(stiffness_by_softening(unknowns.laws, odd, motion))
-            return Linearisation(factor, found, None, None, unknowns.laws, by_softening)
-        openings = self.openings(unknowns, found, EVEN_TOO)
-        harmonics = balance_openings(unknowns.laws, openings, self.slaps).motion
-        return Linearisation(factor, found, openings, harmonics, unknowns.laws, ())
+        R, omega, found = self.step_receptance(baseline)
+        factor = self._law_factor(self._step_changes(baseline, R, omega)[0], baseline)
+        if not self.modification.opening:
+            odd = self.openings(baseline, found, ODD)
+            motion = balance_openings(baseline.laws, odd).motion
+            by_softening = tuple(stiffness_by_softening(baseline.laws, odd, motion))
+            return Linearisation(factor, found, None, None, baseline.laws, by_softening)
+        openings = self.openings(baseline, found, EVEN_TOO)
+        harmonics = balance_openings(baseline.laws, openings, self.slaps).motion
+        return Linearisation(factor, found, openings, harmonics, baseline.laws, ())
 
-    def _law_factor(self, J: Array, unknowns: Unknowns) -> Array:
+    def _law_factor(self, J: Array, baseline: BaselineParameters) -> Array:
         by_law = []
-        for joint, law in enumerate(unknowns.laws):
-            by_law.append(J[:, :, unknowns.softening(joint)] @ law.softening)
-            by_law.append(J[:, :, unknowns.loss(joint)] @ law.loss)
-        return step_factor(self.evidence.steps, by_law, self.slack.error_scale)
+        for joint, law in enumerate(baseline.laws):
+            by_law.append(J[:, :, baseline.softening(joint)] @ law.softening)
+            by_law.append(J[:, :, baseline.loss(joint)] @ law.loss)
+        return step_factor(self.evidence.steps, by_law, self.discrepancy.error_scale)
 
-    def motion_at_forces(self, unknowns: Unknowns) -> Array:
+    def motion_at_forces(self, baseline: BaselineParameters) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
-        return self.step_receptance(unknowns, inner=False)[2].motion[:, 2 * len(self.points) :]
+        return self.step_receptance(baseline, inner=False)[2].motion[:, 2 * len(self.points) :]
 
-    def extra_harmonics(self, unknowns: Unknowns, R: Array, balance: Balance) -> Array:
+    def extra_harmonics(self, baseline: BaselineParameters, R: Array, balance: Balance) -> Array:
         """Harmonics (s, h, o) that the extension's own forces add, at what :meth:`step_receptance` returned."""
         assert self.harmonics is not None
         added = np.zeros_like(self.harmonics.residual)
-        if self.extension.nonlinear:
+        if self.modification.nonlinear:
             added = added + self._by_local_forces(self.local.harmonics(*self._forced(R))[..., None])[..., 0]
-        return added + self._by_lost_contact(unknowns, balance) if self.extension.opening else added
+        return added + self._by_lost_contact(baseline, balance) if self.modification.opening else added
 
-    def _by_lost_contact(self, unknowns: Unknowns, balance: Balance) -> Array:
+    def _by_lost_contact(self, baseline: BaselineParameters, balance: Balance) -> Array:
         """Even harmonics (s, h, o) of a layer that opens; the odd ones are any law's."""
         assert self.harmonics is not None
         p, orders = len(self.points), self.harmonics.orders
         openings, start = (self._held.openings, self._held.harmonics) if self._held else (None, None)
-        openings = openings or self.openings(unknowns, balance, EVEN_TOO)
+        openings = openings or self.openings(baseline, balance, EVEN_TOO)
         openings = replace(openings, fundamental=balance.motion[:, :p])
-        force = balance_openings(unknowns.laws, openings, self.slaps, start=start).force
+        force = balance_openings(baseline.laws, openings, self.slaps, start=start).force
         even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
         at = self.harmonics.field @ points_of_joints(self.harmonics.structure, self.layer_elements).opening.T
         return -np.asarray(np.einsum("shop,shp->sho", at, even))
 
     def _harmonics(
-        self, unknowns: Unknowns, R: Array, balance: Balance, change: tuple[Array, Array] | None
+        self, baseline: BaselineParameters, R: Array, balance: Balance, change: tuple[Array, Array] | None
     ) -> tuple[Array, Array]:
         """Whitened harmonics less what the extension's own forces make.
 
@@ -260,51 +260,51 @@ class Predictor(ExtendedRig):
         """
         assert self.harmonics is not None
         residual, forces = self.harmonics.residual, None
-        if self.extension.opening:
-            residual = residual - self._by_lost_contact(unknowns, balance)
-        if self.extension.nonlinear:
+        if self.modification.opening:
+            residual = residual - self._by_lost_contact(baseline, balance)
+        if self.modification.nonlinear:
             forced = self._forced(R)
             forces = self.local.harmonics(*forced)
             residual = residual - self._by_local_forces(forces[..., None])[..., 0]
         r = self.harmonics.whiten(residual)
         if change is None or forces is None:
-            return r, np.zeros((len(r), len(unknowns.vector)))
+            return r, np.zeros((len(r), len(baseline.vector)))
         changes = self.local.harmonic_changes(forces, *forced, change[1][:, 2 * len(self.points) :])
         return r, self.harmonics.whiten(self._by_local_forces(changes))
 
     def _by_local_forces(self, forces: Array) -> Array:
         """Harmonics (s, h, o, u) of the outputs by harmonics (s, n, h, u) of the nonlinear forces."""
         assert self.harmonics is not None
-        rows = np.array([force.row(self.harmonics.structure) for force in self.extension.nonlinear])
+        rows = np.array([force.row(self.harmonics.structure) for force in self.modification.nonlinear])
         at = self.harmonics.field @ rows.T
         return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 
     def _base_change(
-        self, R: Array, omega: Array, unknowns: Unknowns, time_s: Array, ports: Array, into: Array
+        self, R: Array, omega: Array, baseline: BaselineParameters, time_s: Array, ports: Array, into: Array
     ) -> Array:
         """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
-        change = self.model.displacement_sensitivity(R, omega, unknowns.base, ports, into)
+        change = self.model.displacement_sensitivity(R, omega, baseline.base, ports, into)
         more_E, more_G = self.moduli_factors
         left = self.normal_left(time_s)
-        blocks = unknowns.base.blocks(unknowns.base.joints)
+        blocks = baseline.base.blocks(baseline.base.joints)
         for names, factor in ((("log_E", "loss_E"), more_E * left), (("log_G", "loss_G"), more_G * np.ones_like(left))):
             for name in names:
                 change[:, :, blocks[name]] *= factor[:, None, :]
         return change
 
-    def _step_changes(self, unknowns: Unknowns, R: Array, omega: Array) -> tuple[Array, Array]:
+    def _step_changes(self, baseline: BaselineParameters, R: Array, omega: Array) -> tuple[Array, Array]:
         """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
         p, into, moving = self.model.ports, self.driven(R, omega), self.moving
         ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
-        change = self._base_change(R, omega, unknowns, self.step_times, ports, into)
-        change = np.pad(change, [(0, 0), (0, 0), (0, len(unknowns.blocks) - change.shape[2])])
+        change = self._base_change(R, omega, baseline, self.step_times, ports, into)
+        change = np.pad(change, [(0, 0), (0, 0), (0, len(baseline.blocks) - change.shape[2])])
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
-        by_harmonics = self._held.by_softening if self._held and self._held.follows(unknowns.laws) else ()
-        for joint, (softer, lossier) in enumerate(self.local.by_law(unknowns.laws, amplitude)):
+        by_harmonics = self._held.by_softening if self._held and self._held.follows(baseline.laws) else ()
+        for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude)):
             own = self.local.of_joint(joint)
             openings = own
             if by_harmonics:
@@ -313,12 +313,12 @@ class Predictor(ExtendedRig):
                 softer = by_harmonics[joint].astype(complex)
                 softer[:, own] += by_fundamental
             for which, columns, k in (
-                (openings, unknowns.softening(joint), softer),
-                (points + own, unknowns.loss(joint), lossier),
+                (openings, baseline.softening(joint), softer),
+                (points + own, baseline.loss(joint), lossier),
             ):
                 response[:, :, columns] = influence.response[:, :, which] @ k
                 moved[:, :, columns] = influence.motion[:, :, which] @ k
-        moved, response = self.local.follow(unknowns.laws, amplitude, omega, influence, moved, response)
+        moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response)
         return response, moved
 
     def _forced(self, R: Array) -> tuple[Array, int, Array]:

@@ -28,15 +28,15 @@ def heavy_sensors(problem: Problem, base: Fit) -> list[str]:
             other.model_copy(update={"mass": LIGHT_KG}) if other.channel == sensor.channel else other
             for other in model.rig.sensors
         ]
-        believed = replace(model, rig=model.rig.model_copy(update={"sensor": lighter}))
-        rest = Problem(believed, problem.measured)
+        nominal = replace(model, rig=model.rig.model_copy(update={"sensor": lighter}))
+        rest = Problem(nominal, problem.measured)
         without = rest.fit((), iterations=40)
         if base.log_evidence - without.log_evidence < least_gain(problem, base):
             continue
         position = model.rig.position_of(sensor.channel)
         if position is None:
             continue
-        mass = next(change for change in believed.changes if change.cause == "added-mass")
+        mass = next(change for change in nominal.changes if change.cause == "added-mass")
         start = {"mass_kg": sensor.mass - LIGHT_KG, "position_m": position}
         asked = rest.fit(((mass, start),), held=frozenset(["position_m"]), iterations=25)
         value, std = asked.active[0][1]["mass_kg"], asked.std[0]["mass_kg"]
