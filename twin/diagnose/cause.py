@@ -47,9 +47,9 @@ class Parameter:
         Value at which the cause has no effect; NaN for a parameter that places an effect and has none.
     starts : tuple of float
         Where a search begins, the likeliest first.
-    negligible : float
-        Share of the scale below which a strength is no cause, however clearly a long record shows it: the finite
-        elements and the modal damping of the model are themselves no better.
+    tolerance : float
+        Share of the scale that a sound rig's strength differs from `null` by, as a standard deviation: the finite
+        elements, the modal damping and the sensors' calibration are themselves no better, and a long record shows it.
     model_error : float
         Relative error of what is found, beyond what noise makes: of the distance from `null`, or of the value itself
         where that places an effect.  The model's mesh and modes, and for some causes its simplifications; as large as
@@ -62,23 +62,23 @@ class Parameter:
     upper: float
     null: float = float("nan")
     starts: tuple[float, ...] = ()
-    negligible: float = 0.02
+    tolerance: float = 1e-3
     model_error: float = 0.0
 
     def spread(self, value: float, std: float) -> float:
         """Standard deviation of what was found, from that of a fit."""
-        size = value if self.places else value - self.null
+        size = value if self.is_location else value - self.null
         return float(np.hypot(std, self.model_error * size))
 
     @property
-    def places(self) -> bool:
+    def is_location(self) -> bool:
         """Whether the parameter only says where or at which frequency an effect is."""
         return bool(np.isnan(self.null))
 
     @property
     def prior(self) -> tuple[float, float]:
         """Mean and precision in units of the scale: one that places an effect has the variance of an even spread."""
-        if not self.places:
+        if not self.is_location:
             return self.null / self.scale, 1.0
         width = (self.upper - self.lower) / self.scale
         return (self.lower + self.upper) / 2 / self.scale, 12.0 / width**2
@@ -133,7 +133,7 @@ class Cause(ABC):
 
 def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
     """The first parameter that has a null value; None where an effect has no strength."""
-    return next((p for p in parameters if not p.places), None)
+    return next((p for p in parameters if not p.is_location), None)
 
 
 def measured_duration_s(evidence: MeasuredData) -> float:

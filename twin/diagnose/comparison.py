@@ -126,7 +126,7 @@ def _second_noise(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array
 def noise_floors(evidence: MeasuredData, harmonics: HarmonicResiduals) -> dict[int, Array]:
     """The relative errors that a perfect model would have, as :func:`relative_errors`."""
     steps = evidence.steps
-    shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2
+    shared = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
     own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
     floors = {1: np.sqrt(own + shared[:, None]).ravel()}
     out = stands_out(evidence, harmonics)
@@ -152,7 +152,7 @@ def sweeps_beside(evidence: MeasuredData, before: Array, after: Array) -> tuple[
     measured = steps.response[:, :, 0] / steps.force[:, :1]
     noise = np.sqrt(
         steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
-        + (steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2 + steps.unsettled**2)[:, None]
+        + (steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2)[:, None]
     )
     sigma = [np.abs(model / measured - 1) / noise for model in (before, after)]
     out = []

@@ -9,31 +9,35 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.run import Run
 from twin.diagnose.cause import Cause
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
+from twin.diagnose.exclusion import exclusion_limits
 from twin.diagnose.extended import updated_rig_file
-from twin.diagnose.fitted_model import FittedModel
+from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.missing import find_missing_force
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
-from twin.diagnose.search import Search, search_causes
+from twin.diagnose.search import Report, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import sound_data
-from twin.diagnose.successive_halving import Report
-from twin.diagnose.verdict import THRESHOLD, decide, last_stage, named_causes
+from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, common_preload
 from twin.identify.residual_model import ResidualModel
 from twin.identify.rms import rms
+from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 
 __all__ = ["diagnose"]
 
+THRESHOLD = 2.0
+"""Chi2 per degree of freedom, with the errors of sound rigs, that a sound rig seldom exceeds."""
 BEYOND = 1.05
 """Amplitude over the largest one learnt from up to which a law is taken to hold."""
 
@@ -103,7 +107,8 @@ def diagnose(
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
     search = search_causes(evidence, causes, most=most, report=report)
-    verdict = decide(search, findings)
+    posterior = posterior_of(search)
+    verdict = decide(posterior, findings)
     report("measuring the gain on what was held out")
     after = search.base if verdict in ("none", "unknown") else search.model
     gain = None
@@ -116,20 +121,21 @@ def diagnose(
         model = updated_rig_file(evidence, replace(search, model=after))
         save_rig(model, out / extended)
         if verdict == "ambiguous":
-            finalists = last_stage(search).finalists
-            next_test = plan_next_test(runs, search.evidence, finalists, model, out, report=report)
-    causes_named = named_causes(search, findings, verdict)
+            models = (search.model, *rivals_of(posterior))
+            next_test = plan_next_test(runs, search.evidence, models, model, out, report=report)
+    causes_named = named_causes(search, posterior, findings, verdict)
     acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
     if acting & set(DRIFTS) and _waits_left_out(runs):
         notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
-    missing = find_missing_force(evidence, search.baseline_fit, report=report) if verdict == "unknown" else None
+    left = _misfit(evidence, search.base, search.base_harmonics)
+    missing = find_missing_force(evidence, report=report) if verdict == "unknown" else None
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
-            chi2_per_dof=search.base.chi2_per_dof,
-            after=after.chi2_per_dof,
+            chi2_per_dof=sum(left.values()) / max(1, search.base.dof),
+            after=sum(_misfit(search.evidence, after, search.harmonics).values()) / max(1, after.dof),
             threshold=THRESHOLD,
-            where=_where(evidence, search),
+            where=_where(left),
         ),
         causes=causes_named,
         gain=gain,
@@ -142,6 +148,8 @@ def diagnose(
         notes=notes,
         extended_model=extended,
         missing_force=missing,
+        set_95=posterior.set_95,
+        excluded=exclusion_limits(search.evidence, search.stages[-1].scores),
     )
 
 
@@ -172,36 +180,39 @@ def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[Me
     return replace(unseen, steps=unseen.steps.select(inside)), (note,)
 
 
-def _where(evidence: MeasuredData, search: Search) -> tuple[dict[str, Any], ...]:
-    """Shares of the base family's chi2 by run, channel and harmonic, largest first."""
-    residual_model = ResidualModel(evidence, None, search.baseline_fit.harmonics)
-    prediction = residual_model.evaluate(search.base.baseline, sensitivities=False)
+def _misfit(
+    evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals | None
+) -> dict[tuple[str, str, int], float]:
+    """What a model leaves of chi2, by run, channel and harmonic, where it may be wrong by a sound rig's errors only."""
+    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses), harmonics)
+    prediction = residual_model.evaluate(model.baseline, sensitivities=False)
     outputs = len(evidence.channels)
     shares: dict[tuple[str, str, int], float] = {}
 
-    def add(run: str, channel: str, harmonic: int, value: float) -> None:
-        name = (Path(run).name, channel, harmonic)
-        shares[name] = shares.get(name, 0.0) + value
+    def add(run: str, harmonic: int, values: NDArray[Any]) -> None:
+        for channel, value in zip(evidence.channels, values, strict=True):
+            name = (Path(run).name, channel, harmonic)
+            shares[name] = shares.get(name, 0.0) + float(value)
 
     for name, block in prediction.blocks:
         square = prediction.residual[block] ** 2
         if name.startswith("broadband"):
-            per = square.reshape(2, -1, outputs).sum(axis=(0, 1))
-            for channel, value in zip(evidence.channels, per, strict=True):
-                add(evidence.broadband[int(name.split()[1])].run, channel, 1, float(value))
+            add(evidence.broadband[int(name.split()[1])].run, 1, square.reshape(2, -1, outputs).sum(axis=(0, 1)))
         elif name == "steps":
-            per = square.reshape(-1, 2, outputs).sum(axis=1)
-            for state, row in zip(evidence.steps.states, per, strict=True):
-                for channel, value in zip(evidence.channels, row, strict=True):
-                    add(state.run, channel, 1, float(value))
-        elif search.baseline_fit.harmonics is not None:
+            for state, row in zip(evidence.steps.states, square.reshape(-1, 2, outputs).sum(axis=1), strict=True):
+                add(state.run, 1, row)
+        elif harmonics is not None:
             per = square.reshape(2, len(evidence.steps), -1, outputs).sum(axis=0)
             for state, table in zip(evidence.steps.states, per, strict=True):
-                for order, row in zip(search.baseline_fit.harmonics.orders, table, strict=True):
-                    for channel, value in zip(evidence.channels, row, strict=True):
-                        add(state.run, channel, int(order), float(value))
-    total = sum(shares.values()) or 1.0
-    ranked = sorted(shares.items(), key=lambda item: -item[1])[:8]
+                for order, row in zip(harmonics.orders, table, strict=True):
+                    add(state.run, int(order), row)
+    return shares
+
+
+def _where(left: dict[tuple[str, str, int], float]) -> tuple[dict[str, Any], ...]:
+    """The largest shares of chi2."""
+    total = sum(left.values()) or 1.0
+    ranked = sorted(left.items(), key=lambda item: -item[1])[:8]
     return tuple(
         {"run": run, "channel": channel, "harmonic": harmonic, "share": value / total}
         for (run, channel, harmonic), value in ranked

@@ -10,7 +10,6 @@ from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.models import CAUSES
 from twin.diagnose.places import from_told_place, told_place
 from twin.identify.base_fit import fit_base
-from twin.identify.baseline_parameters import LOOSE
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.rebinning import rebinned
@@ -90,7 +89,7 @@ def with_effects(evidence: MeasuredData, *, source: str = "rig") -> MeasuredData
     if not evidence.broadband:
         return evidence
     evidence = replace(evidence, linear=None)
-    baseline, _ = fit_base(evidence.without_steps(), discrepancy_levels=(LOOSE,))
+    baseline, _ = fit_base(evidence.without_steps())
     return rebinned(evidence, ModelModification(), baseline)
 
 

@@ -1,4 +1,4 @@
-"""A model on trial: the base family extended by causes at given values, refitted with its evidence."""
+"""A model on trial: the base family with causes at given values, fitted together, and how probable the data make it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import REWEIGHTED, baseline_bounds
-from twin.identify.baseline_parameters import STIFF, TIGHT, BaselineParameters, DiscrepancyLevel
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.error_model import SOUND, ErrorModel
 from twin.identify.gauss_newton import Solution, minimise
+from twin.identify.linear_fit import LARGEST_STEP
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import Linearisation, Prediction, ResidualModel
@@ -21,18 +23,6 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "fit_model", "modification_of"]
 
 Array = NDArray[Any]
-
-ROUGH = 1.0
-"""Tolerance from which on a fit only ranks rivals, and keeps the weights that it begins with."""
-LARGEST_BASE_STEP = {
-    "log_E": 0.3,
-    "log_G": 0.3,
-    "loss_E": 0.05,
-    "loss_G": 0.3,
-    "log_zeta": 1.0,
-    "frequency_discrepancy": 0.01,
-}
-"""Of the base parameters in one step of a fit."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +43,6 @@ class CauseHypothesis:
         """How it acts in a prediction."""
         return self.cause.modification(evidence, self.label, self.values)
 
-    def nonlinear(self, evidence: MeasuredData) -> bool:
-        """Whether its effect depends on the amplitude of the place where it acts."""
-        modification = self.modification(evidence)
-        return bool(modification.nonlinear or modification.opening)
-
 
 @dataclass(frozen=True)
 class FittedModel:
@@ -65,20 +50,28 @@ class FittedModel:
 
     Attributes
     ----------
-    names : tuple of CauseHypothesis
-        What it names; empty for the base family.
+    hypotheses : tuple of CauseHypothesis
+        The causes in it; empty for the base family.
+    errors : ErrorModel
+        What it was allowed to be wrong by.
     log_evidence : float
         Laplace's approximation of the log marginal likelihood, up to a constant that all models share.
     blocks : tuple of (name, slice)
-        Parts of the residual, as in :class:`~twin.identify.prediction.Prediction`.
+        Parts of the residual, as in :class:`~twin.identify.residual_model.Prediction`.
     """
 
     hypotheses: tuple[CauseHypothesis, ...]
     baseline: BaselineParameters
+    errors: ErrorModel
     solution: Solution
     log_evidence: float
     dof: int
     blocks: tuple[tuple[str, slice], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The causes' names, two at once as ``a + b``; ``none`` without any."""
+        return " + ".join(hypothesis.cause.name for hypothesis in self.hypotheses) or "none"
 
     @property
     def chi2_per_dof(self) -> float:
@@ -96,13 +89,9 @@ class FittedModel:
         counts = {name: sum(p.stop - p.start for part, p in self.blocks if part == name) for name, _ in self.blocks}
         return {name: self.chi2_of(name) / max(1, count) for name, count in counts.items()}
 
-    def weight(self, overdispersion: float) -> float:
-        """Log evidence with chi2 divided by `overdispersion`, the variance by which the best model misses its noise."""
-        return self.log_evidence + 0.5 * self.solution.chi2 * (1 - 1 / max(1.0, overdispersion))
-
 
 def modification_of(evidence: MeasuredData, hypotheses: tuple[CauseHypothesis, ...]) -> ModelModification:
-    """All extensions at once."""
+    """All modifications at once."""
     whole = ModelModification()
     for hypothesis in hypotheses:
         whole = whole.merged(hypothesis.modification(evidence))
@@ -118,10 +107,10 @@ class FitProblem:
     ----------
     start
         Where the base family's unknowns begin.
-    names
+    hypotheses
         Causes with the values to begin from.
-    discrepancy
-        How much the models may be wrong beyond their noise.
+    errors
+        What the model may be wrong by beside the noise.
     held
         Parameter of the last cause that keeps its value.
 
@@ -129,6 +118,8 @@ class FitProblem:
     ----------
     x0 : ndarray, (n,)
         The vector at the start.
+    mean, precision : ndarray, (n,) and (n, n)
+        Of the prior.
     blocks : tuple of (name, slice)
         Parts of the residual that was evaluated last.
     """
@@ -140,10 +131,10 @@ class FitProblem:
         start: BaselineParameters,
         hypotheses: tuple[CauseHypothesis, ...],
         *,
-        discrepancy: DiscrepancyLevel = TIGHT,
+        errors: ErrorModel = SOUND,
         held: str = "",
     ) -> None:
-        self.evidence, self.harmonics, self.start, self.discrepancy = evidence, harmonics, start, discrepancy
+        self.evidence, self.harmonics, self.start, self.errors = evidence, harmonics, start, errors
         self._hypotheses = hypotheses
         self.slots = [
             (i, p)
@@ -157,37 +148,65 @@ class FitProblem:
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
         self._remakes = [hypothesis.modification(evidence).changes_structure for hypothesis in hypotheses]
+        base_mean, base_precision = ResidualModel(evidence).prior(start)
+        self.mean = np.concatenate([base_mean, [p.prior[0] for _, p in self.slots]])
+        self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
+        self.precision[: self.count, : self.count] = base_precision
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper limits of the vector."""
+        own = [(p.lower / p.scale, p.upper / p.scale) for _, p in self.slots]
+        lower, upper = (
+            np.concatenate([baseline_bounds(self.start, side), [limits[side] for limits in own]]) for side in (0, 1)
+        )
+        return lower, upper
+
+    @property
+    def largest_step(self) -> Array:
+        """Largest change of each parameter in one iteration."""
+        base = self.start.base
+        largest = np.full(len(self.x0), np.inf)
+        largest[: self.start.of_laws.start] = base.blocks(base.joints).pack(LARGEST_STEP)
+        for k, (_, p) in enumerate(self.slots, self.count):
+            largest[k] = 0.1 * (p.upper - p.lower) / p.scale if p.is_location else 1.0
+        return largest
 
     def baseline(self, x: Array) -> BaselineParameters:
         """The base family's part."""
         return self.start.with_vector(x[: self.count])
 
-    def hypotheses(self, x: Array) -> tuple[CauseHypothesis, ...]:
-        """The causes with their values."""
+    def hypotheses(self, x: Array, spread: Array | None = None) -> tuple[CauseHypothesis, ...]:
+        """The causes with their values, and with their standard deviations where those of the vector are given."""
         tables: list[dict[str, float]] = [dict(hypothesis.values) for hypothesis in self._hypotheses]
-        for (i, p), value in zip(self.slots, x[self.count :] * self.scales, strict=True):
-            tables[i][p.name] = float(value)
+        errors: list[dict[str, float]] = [{} for _ in self._hypotheses]
+        for k, (i, p) in enumerate(self.slots):
+            tables[i][p.name] = float(x[self.count + k] * p.scale)
+            if spread is not None:
+                errors[i][p.name] = p.spread(tables[i][p.name], float(spread[self.count + k] * p.scale))
         return tuple(
-            replace(hypothesis, values=table) for hypothesis, table in zip(self._hypotheses, tables, strict=True)
+            replace(hypothesis, values=table, std=error)
+            for hypothesis, table, error in zip(self._hypotheses, tables, errors, strict=True)
         )
+
+    def residual_model(self, x: Array) -> ResidualModel:
+        """The model with its causes at their values, and with what is held."""
+        modification = modification_of(self.evidence, self.hypotheses(x))
+        return ResidualModel(self.evidence, modification, self.harmonics, errors=self.errors, held=self._held)
 
     def weigh(self, x: Array) -> None:
         """From now on hold what a fit holds that begins here."""
-        residual_model = ResidualModel(
-            self.evidence,
-            modification_of(self.evidence, self.hypotheses(x)),
-            self.harmonics,
-            discrepancy=self.discrepancy,
-        )
-        self._held = residual_model.linearisation(self.baseline(x))
+        self._held = self.residual_model(x).linearisation(self.baseline(x))
+
+    @property
+    def held(self) -> Linearisation:
+        """What is held since :meth:`weigh`."""
+        assert self._held is not None
+        return self._held
 
     def predict(self, x: Array, *, sensitivities: bool = False) -> Prediction:
         """The whitened residual, with its sensitivities to the base family if they are wanted."""
-        modification = modification_of(self.evidence, self.hypotheses(x))
-        residual_model = ResidualModel(
-            self.evidence, modification, self.harmonics, discrepancy=self.discrepancy, held=self._held
-        )
-        return residual_model.evaluate(self.baseline(x), sensitivities=sensitivities)
+        return self.residual_model(x).evaluate(self.baseline(x), sensitivities=sensitivities)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """The whitened residual and its sensitivities to all parameters."""
@@ -208,81 +227,57 @@ def fit_model(
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     *,
-    discrepancy: DiscrepancyLevel = TIGHT,
+    errors: ErrorModel = SOUND,
     iterations: int = 20,
     tolerance: float = 0.1,
     held: str = "",
 ) -> FittedModel:
-    """Refit the base family together with the causes' parameters.
+    """Fit the base family together with the causes' parameters, at one model error.
 
     Parameters
     ----------
-    start, names, discrepancy, held
+    start, hypotheses, errors, held
         As for :class:`FitProblem`.
     iterations, tolerance
-        Of the Gauss-Newton search.
+        Of each Gauss-Newton search; as many follow each other, with the weights at the last one's end, as gain
+        anything.
     """
     shared = []
     for hypothesis in hypotheses:
         start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
         shared.append(replace(hypothesis, values=values))
-    trial = FitProblem(evidence, harmonics, start, tuple(shared), discrepancy=discrepancy, held=held)
-    parameters, count = [p for _, p in trial.slots], trial.count
-    base_mean, base_precision = ResidualModel(evidence, discrepancy=discrepancy).prior(start)
-    mean = np.concatenate([base_mean, [p.prior[0] for p in parameters]])
-    precision = np.zeros((len(mean), len(mean)))
-    precision[:count, :count] = base_precision
-    for k, p in enumerate(parameters):
-        precision[count + k, count + k] = p.prior[1]
-    base_lower, base_upper = (baseline_bounds(start, side) for side in (0, 1))
-    lower = np.concatenate([base_lower, [p.lower / p.scale for p in parameters]])
-    upper = np.concatenate([base_upper, [p.upper / p.scale for p in parameters]])
-    largest = np.concatenate([_largest_base_steps(start), np.full(len(parameters), 1.0)])
-    for k, p in enumerate(parameters):
-        if p.places:
-            largest[count + k] = 0.1 * (p.upper - p.lower) / p.scale
-    x = trial.x0
-    # With discrepancy the weights hardly depend on the law; rough fits, or those at a held value, are many to choose
-    # from.
-    final = discrepancy in (TIGHT, STIFF) and tolerance < ROUGH and not held
-    for _ in range(REWEIGHTED if final else 1):
-        trial.weigh(x)
+    problem = FitProblem(evidence, harmonics, start, tuple(shared), errors=errors, held=held)
+    x = problem.x0
+    for _ in range(REWEIGHTED):
+        problem.weigh(x)
         solution = minimise(
-            trial.evaluate,
+            problem.evaluate,
             x,
-            mean=mean,
-            precision=precision,
-            bounds=(lower, upper),
+            mean=problem.mean,
+            precision=problem.precision,
+            bounds=problem.bounds,
             iterations=iterations,
             tolerance=tolerance,
-            largest_step=largest,
-            residual_alone=lambda x: trial.predict(x).residual,
+            largest_step=problem.largest_step,
+            residual_alone=lambda x: problem.predict(x).residual,
         )
         x = solution.x
         if solution.gained_little(tolerance):
             break
-    std = np.sqrt(np.diag(solution.covariance))[count:] * trial.scales
-    found = []
-    for i, hypothesis in enumerate(trial.hypotheses(x)):
-        errors = {p.name: p.spread(hypothesis.values[p.name], std[k]) for k, (j, p) in enumerate(trial.slots) if j == i}
-        found.append(replace(hypothesis, std=errors))
+    return fitted(problem, solution)
+
+
+def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
+    """The model of a problem that was solved with what the problem holds."""
     return FittedModel(
-        hypotheses=tuple(found),
-        baseline=trial.baseline(x),
+        hypotheses=problem.hypotheses(solution.x, np.sqrt(np.diag(solution.covariance))),
+        baseline=problem.baseline(solution.x),
+        errors=problem.errors,
         solution=solution,
-        log_evidence=log_evidence(solution, base_precision, parameters),
+        log_evidence=float("nan"),
         dof=len(solution.residual) - _free_count(solution),
-        blocks=trial.blocks,
+        blocks=problem.blocks,
     )
-
-
-def log_evidence(solution: Solution, base_precision: Array, parameters: list[Parameter]) -> float:
-    """Laplace's approximation of the log marginal likelihood, up to a constant that all models share."""
-    A = solution.information
-    value = -0.5 * (solution.chi2 + solution.penalty)
-    value -= 0.5 * (np.linalg.slogdet(A)[1] - np.linalg.slogdet(base_precision)[1])
-    value += 0.5 * sum(np.log(p.prior[1]) for p in parameters)
-    return float(value)
 
 
 def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> float:
@@ -293,16 +288,10 @@ def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> fl
     their rounding is a millionth of a usual strength: a step of that size finds some tenths of the sensitivity to be
     noise, and the fit creeps.
     """
-    along = parameter.places and "position" in parameter.name
-    size = parameter.scale + (0.0 if parameter.places else abs(value - parameter.null))
+    along = parameter.is_location and "position" in parameter.name
+    size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
     step = (1e-3 if along else 3e-4 if remakes else 1e-6) * size
     return -step if value + step > parameter.upper else step
-
-
-def _largest_base_steps(baseline: BaselineParameters) -> Array:
-    steps = np.full(len(baseline.blocks), np.inf)
-    steps[: baseline.of_laws.start] = baseline.base.blocks(baseline.base.joints).pack(LARGEST_BASE_STEP)
-    return steps
 
 
 def _free_count(solution: Solution) -> int:

@@ -137,7 +137,7 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 
 def _wake() -> None:
     """What a fit needs, imported ahead of the first one."""
-    import twin.diagnose.successive_halving  # noqa: F401
+    import twin.diagnose.search  # noqa: F401
 
 
 def become_helper(law_files: Sequence[Path] = ()) -> None:

@@ -7,8 +7,10 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.search import Search
+from twin.identify.error_model import SOUND
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 
@@ -151,6 +153,8 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     extended_model: str = ""
     missing_force: MissingForce | None = None
+    set_95: tuple[str, ...] = ()
+    excluded: tuple[Exclusion, ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -180,6 +184,12 @@ class Diagnosis:
         """The contract's JSON object."""
         return {
             **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
+            "set_95": list(self.set_95),
+            "excluded": [asdict(limit) for limit in self.excluded],
+            "model_error": {
+                "inferred": self.search.model.errors.steps.stiffness,
+                "sound": SOUND.steps.stiffness,
+            },
             "gain": None
             if self.gain is None
             else {

@@ -1,7 +1,10 @@
-"""The score test: how much each cause would gain, to first order, at every place where it could sit.
+"""The score test: what each cause would gain, and how large it may be, at every place where it could sit.
 
-With the residual r and the sensitivities J of the unknowns, whitened and with their prior, a cause whose column is c
-gains (c' M r)^2 / (c' M c + 1 / scale^2), M = 1 - J (J'J + P)^-1 J'.  One product for each cause, no refit.
+From the residual r of a fit and its sensitivities J, whitened and with their prior as further rows, a cause whose
+signature is x, with the unknowns and what sound rigs have of every cause projected out, has the size u / d^2 with the
+standard deviation 1 / d, where
+d^2 = x' x and u = x' r.  With a prior of unit size its log Bayes factor is u^2 / 2 (d^2 + 1) - ln(1 + d^2) / 2.  One
+residual for each cause and place, no fit.
 """
 
 from __future__ import annotations
@@ -17,9 +20,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from twin.diagnose.cause import Cause, Parameter, main_strength
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
+from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import baseline_bounds
-from twin.identify.baseline_parameters import TIGHT, DiscrepancyLevel
 from twin.identify.gauss_newton import not_held_back
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import Linearisation, ResidualModel
@@ -31,53 +34,84 @@ Array = NDArray[Any]
 
 SMALL = 1e-4
 """Strength, over the prior's scale, at which a signature is taken: resonances are sharp."""
+FELT = 0.3
+"""Least size of a direction of the tolerances, in standard deviations of the data."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """First-order gain of one cause at one place.
+    """First order of one cause at one place.
 
     Attributes
     ----------
-    name : CauseHypothesis
+    hypothesis : CauseHypothesis
         With the strength that the first order suggests.
-    gain : float
-        Expected fall of chi2.
-    column : ndarray
-        The cause's whitened signature with the unknowns projected out, of unit length.
+    size, std : float
+        That strength less the one of no effect, as the data alone have it, and its standard deviation; in the
+        parameter's unit.  Infinite where the data say nothing of it.
+    log_bayes : float
+        Expected gain of log evidence.
     """
 
     hypothesis: CauseHypothesis
-    gain: float
+    size: float
+    std: float
+    log_bayes: float
+
+
+@dataclass(frozen=True)
+class _Signature:
+    """Change of the whitened residual with a cause's strength in units of its scale, at one place.
+
+    Where the effect has no strength, what it leaves instead of the residual.
+    """
+
+    hypothesis: CauseHypothesis
+    main: Parameter | None
+    direction: float
     column: Array
 
 
 def score_causes(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    causes: Mapping[str, Cause],
-    *,
-    discrepancy: DiscrepancyLevel = TIGHT,
-) -> list[Score]:
-    """Score every cause, label and starting place against the residual of `model`, best first."""
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, causes: Mapping[str, Cause]
+) -> tuple[list[Score], Tolerances]:
+    """Score every cause, label and starting place against the residual of `model`, best first.
+
+    Returns
+    -------
+    list of Score
+    Tolerances
+        What a sound rig may have of every cause, and what is no sign of any therefore.
+    """
     modification = modification_of(evidence, model.hypotheses)
     # Differences over small strengths are taken with what the model holds: weights, and what its harmonics add.
-    held = ResidualModel(evidence, modification, harmonics, discrepancy=discrepancy).linearisation(model.baseline)
-    residual_model = ResidualModel(evidence, modification, harmonics, discrepancy=discrepancy, held=held)
+    held = ResidualModel(evidence, modification, harmonics, errors=model.errors).linearisation(model.baseline)
+    residual_model = ResidualModel(evidence, modification, harmonics, held=held)
     prediction = residual_model.evaluate(model.baseline)
+    common = (evidence, harmonics, model, held, prediction.residual)
+    found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
+    signatures = [signature for each in found for signature in each]
+    tolerated = [s.column * s.main.tolerance for s in signatures if s.main is not None]
+    columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
     mean, precision = residual_model.prior(model.baseline)
-    # The prior as further rows: a cause may gain by taking over what the unknowns strain to explain.
+    # The priors as further rows: a cause may gain by taking over what the unknowns strain to explain.
     root = np.linalg.cholesky(precision).T
-    r = np.concatenate([prediction.residual, root @ (mean - model.baseline.vector)])
-    J = np.vstack([prediction.jacobian, root])
+    r = np.concatenate([prediction.residual, root @ (mean - model.baseline.vector), np.zeros(columns.shape[1])])
+    J = np.block([[prediction.jacobian, columns], [root, np.zeros((len(root), columns.shape[1]))]])
+    J = np.vstack([J, np.eye(J.shape[1])[len(root) :]])
     # An unknown at its limit, which the residual pushes outwards, cannot take over anything.
     lower, upper = (baseline_bounds(model.baseline, side) for side in (0, 1))
-    J = J[:, not_held_back(model.baseline.vector, J.T @ r, lower, upper)]
-    outside = _Outside(J, cho_factor(J.T @ J))
-    common = (evidence, harmonics, model, discrepancy, held, r, outside)
-    scores = parallel_map(_scores_of, common, [(cause,) for cause in causes.values()])
-    return sorted((score for each in scores for score in each), key=lambda score: -score.gain)
+    pull = J[:, : len(root)].T @ r
+    free = np.append(not_held_back(model.baseline.vector, pull, lower, upper), np.ones(columns.shape[1], bool))
+    outside = _Outside(J[:, free], cho_factor(J[:, free].T @ J[:, free]))
+    scores = [_score(signature, r, len(prediction.residual), outside) for signature in signatures]
+    return sorted(scores, key=lambda score: -score.log_bayes), Tolerances.of(columns, prediction.blocks, held)
+
+
+def _principal(columns: Array) -> Array:
+    """The fewest columns that have the same covariance, but for what no data of this length could tell."""
+    U, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(U[:, size > FELT] * size[size > FELT])
 
 
 @dataclass(frozen=True)
@@ -91,58 +125,50 @@ class _Outside:
         return np.asarray(column - self.J @ cho_solve(self.factor, self.J.T @ column))
 
 
-def _scores_of(
+def _signatures_of(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
     model: FittedModel,
-    discrepancy: DiscrepancyLevel,
-    held: Linearisation | None,
-    r: Array,
-    outside: _Outside,
+    held: Linearisation,
+    residual: Array,
     cause: Cause,
-) -> list[Score]:
-    """Scores of every label and starting place of one cause, with the residual r and the prior's rows behind it."""
-    scores = []
+) -> list[_Signature]:
+    """Signatures of every label and starting place of one cause."""
+    found = []
     for label in cause.labels(evidence):
         parameters = cause.parameters(evidence, label)
+        main = main_strength(parameters)
         for start in _starts(parameters):
             values, strength = _at_small_strength(parameters, start)
             hypothesis = CauseHypothesis(cause, label, values, {})
             modification = modification_of(evidence, (*model.hypotheses, hypothesis))
-            extended = ResidualModel(evidence, modification, harmonics, discrepancy=discrepancy, held=held)
-            changed = extended.evaluate(model.baseline, sensitivities=False).residual
-            changed = np.concatenate([changed, r[len(changed) :]])
-            scores.append(_score(hypothesis, parameters, strength, r, changed, outside))
-    return scores
+            changed = ResidualModel(evidence, modification, harmonics, held=held)
+            after = changed.evaluate(model.baseline, sensitivities=False).residual
+            if not np.isfinite(after).all():
+                continue
+            column = after if main is None else (residual - after) * main.scale / strength
+            found.append(_Signature(hypothesis, main, strength, column))
+    return found
 
 
-def _score(
-    hypothesis: CauseHypothesis,
-    parameters: tuple[Parameter, ...],
-    strength: float,
-    r: Array,
-    changed: Array,
-    outside: _Outside,
-) -> Score:
-    if not np.isfinite(changed).all():
-        return Score(hypothesis, 0.0, np.zeros(len(r)))
-    main = main_strength(parameters)
+def _score(signature: _Signature, r: Array, data: int, outside: _Outside) -> Score:
+    hypothesis, main = signature.hypothesis, signature.main
     if main is None:
-        return Score(hypothesis, float(r @ r - changed @ changed), np.zeros(len(r)))
-    column = outside((r - changed) * main.scale / strength)
-    length2 = float(column @ column)
-    amount = float(column @ r) / (length2 + 1.0)
-    estimate = float(np.clip(main.null + amount * main.scale, main.lower, main.upper))
+        return Score(hypothesis, 0.0, np.inf, 0.5 * float(r[:data] @ r[:data] - signature.column @ signature.column))
+    column = outside(np.concatenate([signature.column, np.zeros(len(r) - data)]))
+    d2, u = float(column @ column), float(column @ r)
     # Bounds matter: a mass that would have to be negative explains nothing.
-    amount = (estimate - main.null) / main.scale
-    gain = 2 * amount * float(column @ r) - amount**2 * (length2 + 1.0)
+    lower, upper = (main.lower - main.null) / main.scale, (main.upper - main.null) / main.scale
+    amount = float(np.clip(u / (d2 + 1.0), lower, upper))
+    log_bayes = amount * u - 0.5 * amount**2 * (d2 + 1.0) - 0.5 * np.log1p(d2)
     # First order is trusted within the prior's scale, and a start at nothing at all would have no slope to follow.
-    least = main.null + np.copysign(1e-3 * main.scale, estimate - main.null or strength)
-    value = least if abs(estimate - main.null) < abs(least - main.null) else estimate
-    value = float(np.clip(value, main.null - main.scale, main.null + main.scale))
-    values = {**hypothesis.values, main.name: float(np.clip(value, main.lower, main.upper))}
+    size = np.copysign(np.clip(abs(amount), 1e-3, 1.0), amount or signature.direction) * main.scale
+    values = {**hypothesis.values, main.name: float(np.clip(main.null + size, main.lower, main.upper))}
     return Score(
-        CauseHypothesis(hypothesis.cause, hypothesis.label, values, {}), gain, column / np.sqrt(length2 + 1e-300)
+        CauseHypothesis(hypothesis.cause, hypothesis.label, values, {}),
+        u / d2 * main.scale if d2 > 0 else 0.0,
+        main.scale / np.sqrt(d2) if d2 > 0 else np.inf,
+        float(log_bayes),
     )
 
 
@@ -150,7 +176,7 @@ def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
     """Every combination of starting values; further strengths keep their first."""
     main = main_strength(parameters)
     names = [p.name for p in parameters]
-    lists = [p.starts if p.places else (p.starts if p is main else p.starts[:1]) for p in parameters]
+    lists = [p.starts if p.is_location else (p.starts if p is main else p.starts[:1]) for p in parameters]
     for combination in product(*lists):
         yield dict(zip(names, combination, strict=True))
 

@@ -1,115 +1,241 @@
-"""The search: score all causes, refit the best, let evidence decide, and add causes while the data pay for them."""
+"""Forward selection: causes are added one by one while the posterior odds are for one more."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from twin.diagnose.acceptance import FALSE, left_by_effects
-from twin.diagnose.baseline_fit import BaselineFit, fit_baseline
-from twin.diagnose.cause import Cause
-from twin.diagnose.fitted_model import FittedModel
-from twin.diagnose.forward_selection import EXPLAINED, ForwardSelection, Stage
-from twin.diagnose.successive_halving import Report
+import numpy as np
+
+from twin.diagnose.cause import Cause, main_strength
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
+from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
+from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, TEMPERATURE, log_weight
+from twin.diagnose.score import Score, score_causes
+from twin.identify.base_fit import fit_base, law_from_steps
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.error_model import SOUND, ErrorModel, continuation
+from twin.identify.harmonics import harmonic_residuals
+from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
+from twin.identify.rebinning import rebinned
+from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Search", "search_causes"]
+__all__ = ["Report", "Search", "Stage", "search_causes"]
 
-LESS = 0.8
-"""Share of chi2 that another beginning must leave at most to be the better one, with no more causes."""
+Report = Callable[[str], None]
+
+RIVALS = 6
+"""Causes, of the best scored, that are fitted."""
+PLACES = 2
+"""Places of each from which a fit begins."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One turn of the selection.
+
+    Attributes
+    ----------
+    before : FittedModel
+        The model without a further cause.
+    scores : tuple of Score
+        Best first.
+    rivals : tuple of FittedModel
+        The models with one more cause that were fitted, most probable first.
+    accepted : bool
+        Whether the first of them is more probable than the model without.
+    unknown : float
+        Log evidence of the more probable of both with errors of any size.
+    """
+
+    before: FittedModel
+    scores: tuple[Score, ...]
+    rivals: tuple[FittedModel, ...]
+    accepted: bool
+    unknown: float
 
 
 @dataclass(frozen=True)
 class Search:
-    """Outcome of a search.
+    """Outcome of a selection.
 
     Attributes
     ----------
-    baseline_fit : BaselineFit
-        The base family as it was fitted before any cause.
     base : FittedModel
-        The base family alone, in the best minimum that was found.
+        The base family alone.
     model : FittedModel
-        The base family with every accepted cause.
+        The base family with the causes that were selected.
     stages : tuple of Stage
+        The last one found no further cause.
     evidence : MeasuredData
-        What `model` was fitted to: broadband runs may have been binned anew against what was found.
-    harmonics : HarmonicResiduals, optional
-        Of the steps, as `model` was fitted to them.
+        The recordings, as they were reduced against what was found.
+    harmonics, base_harmonics : HarmonicResiduals, optional
+        Of the steps, with `model` and with `base`.
     """
 
-    baseline_fit: BaselineFit
     base: FittedModel
     model: FittedModel
     stages: tuple[Stage, ...]
     evidence: MeasuredData
     harmonics: HarmonicResiduals | None
+    base_harmonics: HarmonicResiduals | None
 
 
 def search_causes(
-    evidence: MeasuredData,
-    causes: Mapping[str, Cause],
-    *,
-    most: int = 3,
-    baseline_fit: BaselineFit | None = None,
-    report: Report = lambda text: None,
+    evidence: MeasuredData, causes: Mapping[str, Cause], *, most: int = 3, report: Report = lambda text: None
 ) -> Search:
-    """Find what the base family does not explain.
+    """Select up to `most` causes.
 
     Parameters
     ----------
-    most
-        Largest number of causes at once.
-    baseline_fit
-        Where to begin, if the base family has been fitted already.
+    causes
+        What may be named.
     report
         Told what is being done.
     """
-    if baseline_fit is None:
-        report("fitting moduli, damping and the joint's law")
-        baseline_fit = fit_baseline(evidence)
-    expected_residual_chi2 = left_by_effects(evidence, baseline_fit.harmonics, baseline_fit.base)
-    found = _forward_selection(evidence, causes, baseline_fit, expected_residual_chi2, most, report)
-    for stage in _other_beginnings(found):
-        if found.model.chi2_per_dof < EXPLAINED:
+    report("fitting moduli, damping and the joint's law")
+    start, _ = fit_base(evidence)
+    base = fit_with_errors(evidence, None, start, ())
+    harmonics = base_harmonics = _harmonics(evidence, base)
+    if harmonics is not None:
+        base = fit_with_errors(evidence, harmonics, base.baseline, (), errors=base.errors)
+    model, stages = base, []
+    while True:
+        left = {name: cause for name, cause in causes.items() if name not in {h.cause.name for h in model.hypotheses}}
+        report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
+        scores, tolerances = score_causes(evidence, harmonics, model, left)
+        before = _weighed(evidence, harmonics, model, tolerances)
+        rivals: tuple[FittedModel, ...] = ()
+        if len(model.hypotheses) < most:
+            rivals = _fitted_rivals(evidence, harmonics, before, scores, tolerances, report)
+        accepted = bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
+        best = rivals[0] if accepted else before
+        problem = FitProblem(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
+        unknown = infer_errors(problem, tolerances, free=True)[1]
+        stages.append(Stage(before, tuple(scores), rivals, accepted, unknown))
+        if not accepted:
             break
-        report(f"beginning again with {stage.finalists[0].hypotheses[-1].key}")
-        other = _forward_selection(evidence, causes, baseline_fit, expected_residual_chi2, most, report, first=stage)
-        no_more = len(other.model.hypotheses) <= len(found.model.hypotheses)
-        if other.model.chi2_per_dof < (LESS if no_more else FALSE) * found.model.chi2_per_dof:
-            found = other
-    return found
+        report(f"reducing the recordings anew, with {best.name}")
+        evidence, harmonics = _reduced_anew(evidence, harmonics, best)
+        model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
+    return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
 
 
-def _other_beginnings(found: Search) -> list[Stage]:
-    """The first stage with each other finalist that paid, alone: how they compared holds beside no further cause.
+def _weighed(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: Tolerances
+) -> FittedModel:
+    """The model with its log evidence beside what sound rigs have of every cause."""
+    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=model.errors)
+    errors, log_evidence = infer_errors(problem, tolerances)
+    return replace(model, errors=errors, log_evidence=log_evidence)
 
-    Of two causes that act at once, either may look less like the data than a third one does.
+
+def _harmonics(evidence: MeasuredData, model: FittedModel) -> HarmonicResiduals | None:
+    """Harmonics of the steps less the linear response to the force's own, with the model found so far."""
+    if not len(evidence.steps):
+        return None
+    modification = modification_of(evidence, model.hypotheses)
+    # What local nonlinear forces add is the prediction's matter.
+    return harmonic_residuals(ResidualModel(evidence, replace(modification, nonlinear=())), model.baseline)
+
+
+def _reduced_anew(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel
+) -> tuple[MeasuredData, HarmonicResiduals | None]:
+    """Broadband runs binned, and the force's own harmonics carried to the channels, with the model found so far.
+
+    What was reduced against a model far off also has that model's errors in it.
     """
-    if not found.stages:
-        return []
-    first = found.stages[0]
-    return [replace(first, finalists=(rival,), acceptance=(rival,)) for rival in first.acceptance[1:]]
+    if evidence.broadband:
+        evidence = rebinned(evidence, modification_of(evidence, model.hypotheses), model.baseline)
+    return evidence, _harmonics(evidence, model) if harmonics is not None else None
 
 
-def _forward_selection(
+def _fitted_rivals(
     evidence: MeasuredData,
-    causes: Mapping[str, Cause],
-    baseline_fit: BaselineFit,
-    expected_residual_chi2: float,
-    most: int,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    scores: Sequence[Score],
+    tolerances: Tolerances,
     report: Report,
-    *,
-    first: Stage | None = None,
-) -> Search:
-    forward_selection = ForwardSelection(evidence, causes, baseline_fit, expected_residual_chi2, report)
-    forward_selection.add_causes(most, first=first)
-    return Search(
-        baseline_fit,
-        forward_selection.base,
-        forward_selection.model,
-        tuple(forward_selection.stages),
-        forward_selection.evidence,
-        forward_selection.harmonics,
-    )
+) -> tuple[FittedModel, ...]:
+    """The models with one more cause, of those that the scores promise, the most probable first."""
+    rivals = _screened(evidence, scores)
+    if not rivals:
+        return ()
+    report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
+    common = (evidence, harmonics, model, tolerances)
+    fits = parallel_map(_fit_rival, common, [(rival,) for rival in rivals])
+    best: dict[str, FittedModel] = {}
+    for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
+        best.setdefault(fit.hypotheses[-1].key, fit)
+    return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
+
+
+def _screened(evidence: MeasuredData, scores: Sequence[Score]) -> list[CauseHypothesis]:
+    """The best scored causes at their best places, and those that the base family's own law imitates.
+
+    None where no cause promises to be more probable than none.
+    """
+    by_key: dict[str, list[Score]] = {}
+    for score in scores:
+        by_key.setdefault(score.hypothesis.key, []).append(score)
+    promising = [found for found in by_key.values() if found[0].log_bayes / TEMPERATURE + LOG_ODDS_OF_A_CAUSE > 0]
+    if not promising:
+        return []
+    chosen = [
+        score.hypothesis
+        for found in promising[:RIVALS]
+        for score in found[:PLACES]
+        if not score.hypothesis.cause.tried_at_full_size
+    ]
+    full = [found[0].hypothesis for found in by_key.values() if found[0].hypothesis.cause.tried_at_full_size]
+    return chosen + [_at_full_size(evidence, hypothesis) for hypothesis in full]
+
+
+def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
+    """The same with the strength that such an effect usually has."""
+    main = main_strength(hypothesis.cause.parameters(evidence, hypothesis.label))
+    if main is None:
+        return hypothesis
+    full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
+    return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
+
+
+def _fit_rival(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    tolerances: Tolerances,
+    hypothesis: CauseHypothesis,
+) -> FittedModel:
+    """The model with one more cause, from two beginnings: beside what was fitted without it, and beside no law."""
+    hypotheses = (*model.hypotheses, hypothesis)
+    levels = [level for level in continuation(SOUND) if level.steps.stiffness <= model.errors.steps.stiffness]
+    fits = [_through(evidence, harmonics, model.baseline, hypotheses, tuple(levels) or (SOUND,), tolerances)]
+    modification = modification_of(evidence, hypotheses)
+    if len(evidence.steps) and (modification.nonlinear or modification.opening):
+        # What the law made of an effect that goes by the amplitude, too, leads nowhere.
+        start = law_from_steps(
+            ResidualModel(evidence, modification, harmonics), nominal_parameters(evidence.rig, evidence.preload)
+        )
+        fits.append(_through(evidence, harmonics, start, hypotheses, continuation(SOUND), tolerances))
+    return max(fits, key=lambda fit: fit.log_evidence)
+
+
+def _through(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    levels: tuple[ErrorModel, ...],
+    tolerances: Tolerances,
+) -> FittedModel:
+    """A fit through smaller and smaller model errors."""
+    for level in levels[:-1]:
+        fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=10, tolerance=2.0)
+        start, hypotheses = fit.baseline, fit.hypotheses
+    return fit_with_errors(evidence, harmonics, start, hypotheses, errors=levels[-1], tolerances=tolerances)

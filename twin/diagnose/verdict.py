@@ -1,69 +1,85 @@
-"""From fitted models to an answer: probabilities, rivals, what is honest to say."""
+"""From the selection to an answer: the probability of every hypothesis, and what is honest to say."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
-from twin.diagnose.forward_selection import Stage
+from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.places import told_place
+from twin.diagnose.posterior import LOG_ODDS_OF_UNKNOWN, TEMPERATURE, log_weight, probabilities, smallest_set
 from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search
 from twin.diagnose.signals import Finding
 from twin.identify.measured_data import MeasuredData
 
-__all__ = ["RIVAL", "THRESHOLD", "close_rivals", "decide", "last_stage", "named_causes"]
+__all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
 
-THRESHOLD = 1.0
-"""Chi2 per degree of freedom up to which a model agrees with the data on the whole: what a model may be wrong by is
-allowed for beside the noise, so that clean rigs of several makes stay below 0.8."""
-UNEXPLAINED = 3.0
-"""Chi2 per degree of freedom of the base family beyond which something is wrong, though nothing was found."""
-LEFT = 1.5
-"""Chi2 per number that a model with causes may leave in each part of the evidence: the broadband runs, the steps'
-fundamentals, their harmonics.  In blind cases the right cause left no more than 0.9."""
-LEFT_SHARE = 0.25
-"""Or this share of what the base family had left there: dwells that had not quite settled leave a tenth beside the
-right cause, a wrong one more than half."""
-SHIFTED = 1e-3
-"""Relative error of a natural frequency that a model with causes may put down to no parameter at all.  Right causes
-leave less than 1e-4; a wrong pair left 2.4e-3, and followed the data by it."""
-RIVAL = 5.0
-"""A rival whose log evidence lies no more than this below the best cannot be told from it."""
-SURE = 0.95
+WORTH_A_LINE = 0.01
+"""Least probability of a rival that is told."""
 
 
-def decide(search: Search, findings: list[Finding]) -> Verdict:
-    """The verdict.
+@dataclass(frozen=True)
+class Posterior:
+    """Hypotheses with their probabilities.
 
-    ``unknown`` where a part of the evidence fails with the causes that were found, or without any.
+    Attributes
+    ----------
+    models : tuple of FittedModel
+        Most probable first.
+    probability : ndarray, (m,)
+    unknown : float
+        Of something that is on no list.
     """
-    if not search.model.hypotheses:
-        if search.base.chi2_per_dof > UNEXPLAINED:
-            return "unknown"
-        return "explained" if findings else "none"
-    if _fails(search.model, search.base):
+
+    models: tuple[FittedModel, ...]
+    probability: np.ndarray
+    unknown: float
+
+    @property
+    def set_95(self) -> tuple[str, ...]:
+        """The fewest hypotheses that hold 95 %."""
+        return smallest_set(
+            [*(model.name for model in self.models), "unknown"], np.append(self.probability, self.unknown)
+        )
+
+
+def posterior_of(search: Search) -> Posterior:
+    """Probabilities of the selected model, of its rivals in the stage that chose it, and of something unknown.
+
+    Where nothing was selected, the rivals are those that were tried.
+    """
+    evidence = search.evidence
+    chosen = [stage for stage in search.stages if stage.accepted]
+    stage = chosen[-1] if chosen else search.stages[-1]
+    models = (stage.before, *stage.rivals)
+    weights = [log_weight(evidence, model) for model in models]
+    best = models[int(np.argmax(weights))]
+    unknown = max(weights) + (stage.unknown - best.log_evidence) / TEMPERATURE + LOG_ODDS_OF_UNKNOWN
+    *each, of_unknown = probabilities([*weights, unknown])
+    order = np.argsort(each)[::-1]
+    return Posterior(tuple(models[i] for i in order), np.asarray(each)[order], float(of_unknown))
+
+
+def decide(posterior: Posterior, findings: list[Finding]) -> Verdict:
+    """The verdict: what holds 95 % of the probability by itself, else ``ambiguous``."""
+    if len(posterior.set_95) > 1:
+        return "ambiguous"
+    (name,) = posterior.set_95
+    if name == "unknown":
         return "unknown"
-    last = last_stage(search).finalists
-    return "ambiguous" if _probabilities(last)[0] < SURE and _rivals(last) else "explained"
+    return "none" if name == "none" and not findings else "explained"
 
 
-def _fails(model: FittedModel, base: FittedModel) -> bool:
-    """Whether a part of the evidence is left unexplained, or followed by what is no explanation."""
-    before = base.chi2_per_number
-    shifted = np.max(np.abs(model.baseline.base.frequency_discrepancy)) > SHIFTED
-    return bool(shifted) or any(
-        after > LEFT and after - 1 > LEFT_SHARE * (before[part] - 1) for part, after in model.chi2_per_number.items()
-    )
+def rivals_of(posterior: Posterior) -> tuple[FittedModel, ...]:
+    """Other models in the set that holds 95 %, the most probable first."""
+    return tuple(model for model in posterior.models[1:] if model.name in posterior.set_95 and model.hypotheses)
 
 
-def last_stage(search: Search) -> Stage:
-    """The stage that found the last cause of the model."""
-    key = search.model.hypotheses[-1].key
-    return next(s for s in reversed(search.stages) if s.accepted and s.finalists[0].hypotheses[-1].key == key)
-
-
-def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> tuple[NamedCause, ...]:
+def named_causes(
+    search: Search, posterior: Posterior, findings: list[Finding], verdict: Verdict
+) -> tuple[NamedCause, ...]:
     """All causes worth a line, those in the model and their rivals, most probable first."""
     named = [
         NamedCause(
@@ -79,28 +95,26 @@ def named_causes(search: Search, findings: list[Finding], verdict: Verdict) -> t
         )
         for finding in findings
     ]
-    for hypothesis in search.model.hypotheses:
-        stage = next(s for s in search.stages if s.accepted and s.finalists[0].hypotheses[-1].key == hypothesis.key)
-        contenders = _contenders(stage, search.model)
-        probability = _probabilities(contenders) * (0.3 if verdict == "unknown" else 1.0)
-        named.append(
-            _named(search.evidence, hypothesis, float(probability[0]), tuple(_rivals(contenders)), verdict != "unknown")
-        )
-        for rival, p in list(zip(contenders, probability, strict=True))[1:]:
-            if p > 0.01:
-                named.append(_named(search.evidence, rival.hypotheses[-1], float(p), (hypothesis.cause.name,), False))
-    return tuple(sorted(named, key=lambda cause: (-cause.probability, -cause.in_model)))
-
-
-def _contenders(stage: Stage, model: FittedModel) -> tuple[FittedModel, ...]:
-    """The finalists of a stage without those whose cause a later stage took beside its best: they are no rivals."""
-    taken = {hypothesis.key for hypothesis in model.hypotheses}
-    return (stage.finalists[0], *(c for c in stage.finalists[1:] if c.hypotheses[-1].key not in taken))
+    others = tuple(name for name in posterior.set_95 if name not in (posterior.models[0].name, "none", "unknown"))
+    in_model = {hypothesis.key for hypothesis in search.model.hypotheses}
+    told: set[str] = set()
+    for model, p in zip(posterior.models, posterior.probability, strict=True):
+        source = search.model if {h.key for h in model.hypotheses} == in_model else model
+        if p < WORTH_A_LINE and source is not search.model:
+            continue
+        for number, _ in enumerate(source.hypotheses):
+            key = source.hypotheses[number].key
+            if key not in told:
+                told.add(key)
+                taken = key in in_model and verdict != "unknown"
+                named.append(_named(search.evidence, source, number, float(p), others if taken else (), taken))
+    return tuple(sorted(named, key=lambda cause: (-cause.in_model, -cause.probability)))
 
 
 def _named(
-    evidence: MeasuredData, hypothesis: CauseHypothesis, probability: float, rivals: tuple[str, ...], in_model: bool
+    evidence: MeasuredData, model: FittedModel, number: int, probability: float, rivals: tuple[str, ...], in_model: bool
 ) -> NamedCause:  # fmt: skip
+    hypothesis = model.hypotheses[number]
     parameters: dict[str, Estimate | str | tuple[int, ...]] = dict(hypothesis.label)
     values, std, nodes = told_place(
         evidence, hypothesis.label, *hypothesis.cause.reported(hypothesis.values, hypothesis.std)
@@ -116,31 +130,3 @@ def _named(
         parameters=parameters,
         in_model=in_model,
     )
-
-
-def close_rivals(finalists: tuple[FittedModel, ...]) -> list[FittedModel]:
-    """Models with another cause than the best that explain the data nearly as well, the closest first."""
-    values, best = _tempered(finalists), finalists[0]
-    close = [c for c, v in zip(finalists[1:], values[1:], strict=True) if values[0] - v < RIVAL]
-    return [c for c in close if _label(c) != _label(best)]
-
-
-def _tempered(finalists: tuple[FittedModel, ...]) -> np.ndarray:
-    """Log evidence with chi2 in units of the best model's own misfit."""
-    return np.array([c.weight(finalists[0].chi2_per_dof) for c in finalists])
-
-
-def _probabilities(finalists: tuple[FittedModel, ...]) -> np.ndarray:
-    """Of models evenly probable beforehand."""
-    values = _tempered(finalists)
-    weights = np.exp(values - values.max())
-    return np.asarray(np.clip(weights / weights.sum(), 0.0, 0.999))
-
-
-def _rivals(finalists: tuple[FittedModel, ...]) -> list[str]:
-    """Names of other causes than the first's that explain the data nearly as well."""
-    return list(dict.fromkeys(_label(c) for c in close_rivals(finalists)))
-
-
-def _label(fitted_model: FittedModel) -> str:
-    return fitted_model.hypotheses[-1].cause.name

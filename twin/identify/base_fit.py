@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.baseline_parameters import LOOSE, TIGHT, BaselineParameters, DiscrepancyLevel
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.error_model import SOUND, ErrorModel, continuation
 from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.joint_law import LayerLaw, choose_knots, spline_basis
 from twin.identify.linear_fit import base_bounds
@@ -33,9 +34,8 @@ SOFTENING_OF_A_STEP = (-0.5, 0.98)
 """Least and largest that is looked for, over E'."""
 MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
 """Shares of E' that a law may take off or add."""
-REWEIGHTED = 10
-"""Most fits with one discrepancy, each with the weights that the last one's law gives the steps, until they gain
-nothing."""
+REWEIGHTED = 4
+"""Most fits with one model error, each with the weights at the last one's end, until they gain nothing."""
 TOLERANCE = 0.3
 """Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
 HELD_PRECISION = 1e16
@@ -64,7 +64,7 @@ def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, kno
         nowhere = choose_knots(np.zeros(0), knots)
         return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * base.joints)
     steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
-    omega = residual_model.clock(steps.omega, time)
+    omega = residual_model.clock(steps.complex_omega, time)
     free = residual_model.receptance(omega, base, time, inner=False, points=True)
     around = residual_model.surroundings(free, omega)
     E = residual_model.moduli[0][residual_model.points.joint]
@@ -139,18 +139,16 @@ def fit_base(
     evidence: MeasuredData,
     *,
     start: BaselineParameters | None = None,
-    discrepancy_levels: Sequence[DiscrepancyLevel] = (LOOSE, TIGHT),
+    errors: ErrorModel = SOUND,
     iterations: int = 30,
     held_at_zero: Sequence[int] = (),
 ) -> tuple[BaselineParameters, Solution]:
-    """Fit base parameters and law.
+    """Fit base parameters and law, through model errors from large ones down to `errors`.
 
     Parameters
     ----------
     start
         Where to begin; read off the evidence by default.
-    slacks
-        How much the model may be wrong, one fit after the other.
     held_at_zero
         Places in the unknowns' vector that are not free.
     """
@@ -160,11 +158,11 @@ def fit_base(
         vector = baseline.vector
         vector[held] = 0.0
         baseline = baseline.with_vector(vector)
-    for discrepancy in discrepancy_levels:
-        # With discrepancy the weights hardly depend on the law.
-        for _ in range(REWEIGHTED if discrepancy is TIGHT else 1):
-            here = ResidualModel(evidence, discrepancy=discrepancy).linearisation(baseline)
-            residual_model = ResidualModel(evidence, discrepancy=discrepancy, held=here)
+    bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
+    for level in continuation(errors):
+        for _ in range(REWEIGHTED):
+            here = ResidualModel(evidence, errors=level).linearisation(baseline)
+            residual_model = ResidualModel(evidence, errors=level, held=here)
             mean, precision = residual_model.prior(baseline)
             mean[held], precision[held, held] = 0.0, HELD_PRECISION
 
@@ -174,7 +172,6 @@ def fit_base(
                 prediction = residual_model.evaluate(baseline.with_vector(x))
                 return prediction.residual, prediction.jacobian
 
-            bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
             solution = minimise(
                 evaluate, baseline.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
             )

@@ -1,4 +1,4 @@
-"""What is always unknown of a rig, and how much its model may be wrong while a fit finds its way."""
+"""What is always unknown of a rig: its linear parameters and its joints' laws."""
 
 from __future__ import annotations
 
@@ -11,44 +11,11 @@ from numpy.typing import NDArray
 
 from twin.identify.blocks import Blocks
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_fit import DETUNING_STD, MODULI_STD
 from twin.identify.linear_model import LinearParameters
 
-__all__ = ["LOOSE", "STIFF", "TIGHT", "BaselineParameters", "DiscrepancyLevel"]
+__all__ = ["BaselineParameters"]
 
 Array = NDArray[Any]
-
-
-@dataclass(frozen=True)
-class DiscrepancyLevel:
-    """How much a model may be wrong beyond its noise.
-
-    Sharp resonances make false minima.  A fit that begins with much discrepancy follows the measured resonances
-    whatever is wrong with the model, and is then held to less and less of it.
-
-    Attributes
-    ----------
-    frequency_discrepancy_std : float
-        Prior of the natural frequencies' own relative errors.
-    error_scale : float
-        Factor on the model error of the responses.
-    moduli_std : float
-        Prior of log E' and log G': tighter where the model error is large, because that error is shared by many bins
-        and would else count as many independent witnesses for wrong moduli.
-    law_bend : float
-        Of the second differences of softening and loss over twenty knots, in units of their scales.  A law that bends
-        easily takes in the kinks that a cause should explain, and is a trap; else it is a little too straight.
-    """
-
-    frequency_discrepancy_std: float = DETUNING_STD
-    error_scale: float = 1.0
-    moduli_std: float = MODULI_STD
-    law_bend: float = 0.5
-
-
-TIGHT = DiscrepancyLevel()
-STIFF = DiscrepancyLevel(law_bend=0.1)
-LOOSE = DiscrepancyLevel(0.03, 60.0, 0.01)
 
 
 @dataclass(frozen=True)

@@ -222,7 +222,7 @@ class ForwardModel:
             A balance nearby: what the harmonics added there is added here, too, instead of being found anew.
         """
         time = self.step_times
-        omega = self.clock(self.evidence.steps.omega, time)
+        omega = self.clock(self.evidence.steps.complex_omega, time)
         free = self.receptance(omega, baseline.base, time, inner=inner, points=True)
         around = self.surroundings(free, omega)
         if held is not None:

@@ -229,6 +229,7 @@ class LocalForces:
             Amplitudes to begin from; those without any force by default.
         """
         more = np.zeros_like(around.driven) if more is None else more
+        omega = omega.real  # a motion that still grows has its frequency's forces
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven))[0])
         log_a = _log(start)
@@ -277,7 +278,7 @@ class LocalForces:
         motion, response
             The same changes at a stiffness that is held.
         """
-        growth = self.stiffness(laws, amplitude, omega)[1]
+        growth = self.stiffness(laws, amplitude, omega.real)[1]
         own = np.eye(amplitude.shape[1]) - (influence.motion * growth[:, None, :]).real
         k = growth[:, :, None] * np.linalg.solve(own, motion.real)
         return motion + influence.motion @ k, response + influence.response @ k

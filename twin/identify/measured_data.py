@@ -44,9 +44,9 @@ class Known(Protocol):
 class StepArrays:
     """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS).
 
-    `amplitude_m` is the displacement amplitude at the reference channel; `unsettled` is the relative change of that
-    channel's fundamental within each measurement: what was left of the transient, and so an error that all channels
-    share.
+    `amplitude_m` is the displacement amplitude at the reference channel; `growth` is the rate, 1/s, at which that
+    channel's complex fundamental still changed within each measurement, over itself, and `growth_std` its standard
+    deviation.
     """
 
     omega: Array
@@ -56,11 +56,20 @@ class StepArrays:
     response_variance: Array
     amplitude_m: Array
     time_s: Array
-    unsettled: Array
+    growth: Array
+    growth_std: Array
     states: tuple[SteadyState, ...]
 
     def __len__(self) -> int:
         return len(self.omega)
+
+    @property
+    def complex_omega(self) -> Array:
+        """Frequency at which the rig answers as it did while it still changed, rad/s: i omega + growth, over i.
+
+        To first order in the change, D(i omega + d/dt) q = F with dq/dt = growth q.
+        """
+        return np.asarray(self.omega - 1j * self.growth)
 
     def select(self, keep: Array) -> StepArrays:
         """The steps where `keep` is true."""
@@ -73,7 +82,8 @@ class StepArrays:
             self.response_variance[keep],
             self.amplitude_m[keep],
             self.time_s[keep],
-            self.unsettled[keep],
+            self.growth[keep],
+            self.growth_std[keep],
             picked,
         )
 
@@ -271,6 +281,14 @@ def common_preload(runs: Sequence[Run], rig: Rig) -> str:
     return next(iter(found), rig.preload_name(None))
 
 
+def _clock_error(states: list[SteadyState], force: str) -> float:
+    """Relative error of the sampling clock: all channels turn together by it, and nothing still changes."""
+    turn = np.array([state.drift[force].imag for state in states])
+    weight = np.array([1 / state.drift_std[force] ** 2 for state in states])
+    angle = np.array([state.omega * state.duration_s for state in states])
+    return float(np.sum(weight * turn * angle) / np.sum(weight * angle**2)) if states else 0.0
+
+
 def _measured_sines(run: Run) -> int:
     return sum(stretch.step.frequency_Hz > 0 for sweep in sweeps(run) for stretch in sweep.stretches)
 
@@ -294,5 +312,8 @@ def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], 
     A_var = np.array([[harmonics(s.variance[o.channel], np.inf) for o in outputs] for s in states]).reshape(shape)
     amplitude = np.abs(A[:, reference, 0]) / omega ** outputs[reference].derivative
     time = np.array([state.time_s for state in states])
-    change = np.array([abs(state.change(outputs[reference].channel, force=force)) for state in states])
-    return StepArrays(omega, F, F_var, A, A_var, amplitude, time, change, tuple(states))
+    channel = outputs[reference].channel
+    growth = np.array([state.drift[channel] / state.duration_s for state in states], complex)
+    growth = growth - 1j * omega * _clock_error(states, force)
+    growth_std = np.array([state.drift_std[channel] / state.duration_s for state in states])
+    return StepArrays(omega, F, F_var, A, A_var, amplitude, time, growth, growth_std, tuple(states))

@@ -28,11 +28,13 @@ from twin.identify.linear_model import LinearParameters
 from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.uncertain_base import UncertainBase
-from twin.identify.whitening import LAW_ERROR
 
 __all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
 
 Array = NDArray[Any]
+
+LAW_ERROR = 1e-3
+"""Relative error of a law at a step, since it is a function of one amplitude and the layer's strains are a field."""
 
 LARGEST_ORDER = 4
 ITERATIONS, TOLERANCE = 40, 1e-7

@@ -13,22 +13,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.baseline_parameters import TIGHT, BaselineParameters, DiscrepancyLevel
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
+from twin.identify.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import LayerLaw
-from twin.identify.linear_fit import base_prior, whiten
+from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.local_forces import Balance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_by_softening
-from twin.identify.whitening import COMMON_ERROR, RATIO_ERROR, HarmonicResiduals, step_factor
+from twin.identify.whitening import HarmonicResiduals
 from twin.structure import points_of_joints
 
 __all__ = ["Prediction", "ResidualModel"]
 
 Array = NDArray[Any]
+
+LAW_BEND = 0.5
+"""Prior of the second differences of softening and loss over twenty knots, in units of their scales."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,10 @@ class Linearisation:
 
     Attributes
     ----------
+    broadband_factors : tuple of ndarray, (b, o, o)
+        Cholesky factors of each broadband run's covariance,
     step_factor : ndarray, (s, 2 o, 2 o)
-        Cholesky factors of the steps' covariance.
+        and of the steps'.
     balance : Balance
         Of the moving ports: where to begin, and what harmonics add.
     openings : Openings or None
@@ -52,8 +58,9 @@ class Linearisation:
         contact is lost.
     """
 
+    broadband_factors: tuple[Array, ...]
     step_factor: Array
-    balance: Balance
+    balance: Balance | None
     openings: Openings | None
     harmonics: Array | None
     laws: tuple[LayerLaw, ...]
@@ -67,6 +74,7 @@ class Linearisation:
 
     def balance_with(self, laws: tuple[LayerLaw, ...]) -> Balance:
         """The balance with what the harmonics add, to first order, where the laws are others."""
+        assert self.balance is not None
         if not self.follows(laws):
             return self.balance
         more, points = self.balance.more.copy(), self.by_softening[0].shape[1]
@@ -108,25 +116,17 @@ class ResidualModel(ForwardModel):
         modification: ModelModification | None = None,
         harmonics: HarmonicResiduals | None = None,
         *,
-        discrepancy: DiscrepancyLevel = TIGHT,
+        errors: ErrorModel = SOUND,
         held: Linearisation | None = None,
     ) -> None:
         super().__init__(evidence, modification)
         self.harmonics = harmonics
-        self.discrepancy = discrepancy
+        self.errors = errors
         self._held = held
 
     def prior(self, baseline: BaselineParameters) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
-        nominal, linear = nominal_parameters(self.evidence.rig, self.evidence.preload), self.evidence.linear
-        if linear is not None and self.discrepancy.moduli_std < TIGHT.moduli_std:
-            # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
-            nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
-        mean, base = base_prior(
-            nominal,
-            frequency_discrepancy_std=self.discrepancy.frequency_discrepancy_std,
-            moduli_std=self.discrepancy.moduli_std,
-        )
+        mean, base = base_prior(nominal_parameters(self.evidence.rig, self.evidence.preload))
         phi = self.model.basis.Phi[:, 0]
         size = len(baseline.blocks)
         precision = np.zeros((size, size))
@@ -138,7 +138,7 @@ class ResidualModel(ForwardModel):
             for block, scale in ((baseline.softening(joint), E), (baseline.loss(joint), 0.1 * E / shear_share)):
                 k = block.stop - block.start
                 # The same curvature, however many knots there are.
-                bend = self.discrepancy.law_bend * (19 / max(k - 1, 1)) ** 2
+                bend = LAW_BEND * (19 / max(k - 1, 1)) ** 2
                 second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
                 precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
         return np.concatenate([mean, np.zeros(size - len(mean))]), precision
@@ -155,14 +155,17 @@ class ResidualModel(ForwardModel):
         return Prediction(np.concatenate(residuals), np.vstack(jacobians), tuple(blocks))
 
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
+        held = self._held or self.linearisation(baseline)
         out = [
-            (f"broadband {i}", self._broadband(i, baseline, sensitivities)) for i in range(len(self.evidence.broadband))
+            (f"broadband {i}", self._broadband(i, baseline, factor, sensitivities))
+            for i, factor in enumerate(held.broadband_factors)
         ]
         if len(self.evidence.steps):
-            held = self._held.balance_with(baseline.laws) if self._held else None
-            R, omega, balance = self.step_receptance(baseline, inner=sensitivities or not held, held=held)
-            change = self._step_changes(baseline, R, omega) if sensitivities else None
-            out.append(("steps", self._steps(baseline, R, omega, change)))
+            R, omega, balance = self.step_receptance(
+                baseline, inner=sensitivities, held=held.balance_with(baseline.laws)
+            )
+            change = self._step_changes(baseline, R, omega, held) if sensitivities else None
+            out.append(("steps", self._steps(baseline, R, omega, held.step_factor, change)))
             if self.harmonics is not None:
                 out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
         return out
@@ -171,61 +174,94 @@ class ResidualModel(ForwardModel):
         """Responses per force (b, o) at the bins of a broadband run, unit/N."""
         return self.responses(*self.felt_receptance(data, baseline, inner=False))
 
-    def _broadband(self, index: int, baseline: BaselineParameters, sensitivities: bool) -> tuple[Array, Array]:
+    def _broadband(
+        self, index: int, baseline: BaselineParameters, factor: Array, sensitivities: bool
+    ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
         R, omega = self.felt_receptance(data, baseline, inner=sensitivities)
-        H = self.responses(R, omega)
-        common, ratio = self.discrepancy.error_scale * COMMON_ERROR, self.discrepancy.error_scale * RATIO_ERROR
-        covariance = data.relative_covariance + common**2 + (ratio * data.depth[:, :, None]) ** 2 * np.eye(H.shape[1])
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
-        r, root = whiten(covariance, np.log(data.H / H)).ravel(), np.sqrt(2.0)
+        log_ratio = np.log(data.H / self.responses(R, omega))
+        r, root = np.linalg.solve(factor, log_ratio[:, :, None]).ravel(), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
-            p, into = self.model.ports, self.driven(R, omega)
-            time = np.full(len(omega), data.time_s - self.evidence.origin_s)
-            change = self._base_change(R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
-            change = self.measured_change(change, omega)
-            J = whiten(covariance, change / H[:, :, None]).reshape(len(r), -1)
+            J = np.linalg.solve(factor, self._broadband_change(data, baseline, R, omega)).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
+    def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
+        """D log response / d base parameters (b, o, u)."""
+        p, into = self.model.ports, self.driven(R, omega)
+        time = np.full(len(omega), data.time_s - self.evidence.origin_s)
+        change = self._base_change(R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
+        return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
+
     def _steps(
-        self, baseline: BaselineParameters, R: Array, omega: Array, change: tuple[Array, Array] | None
+        self, baseline: BaselineParameters, R: Array, omega: Array, factor: Array, change: tuple[Array, Array] | None
     ) -> tuple[Array, Array]:
-        steps = self.evidence.steps
-        r = np.log(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
-        if self._held:
-            factor = self._held.step_factor
-        else:
-            factor = self._law_factor((change or self._step_changes(baseline, R, omega))[0], baseline)
+        """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
+        ratio = self._measured_over_predicted(R, omega)
+        r = ratio - 1
         white = np.linalg.solve(factor, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0].ravel()
         if change is None:
             return white, np.zeros((len(white), len(baseline.vector)))
-        J = np.concatenate([change[0].real, change[0].imag], axis=1)
+        J = ratio[:, :, None] * change[0]
+        J = np.concatenate([J.real, J.imag], axis=1)
         return white, np.linalg.solve(factor, J).reshape(len(white), -1)
 
-    def linearisation(self, baseline: BaselineParameters) -> Linearisation | None:
-        """What a fit that begins at these unknowns may hold; None without steps."""
-        if not len(self.evidence.steps):
-            return None
-        R, omega, found = self.step_receptance(baseline)
-        factor = self._law_factor(self._step_changes(baseline, R, omega)[0], baseline)
+    def _measured_over_predicted(self, R: Array, omega: Array) -> Array:
+        steps = self.evidence.steps
+        return np.asarray(steps.response[:, :, 0] / (self.responses(R, omega) * steps.force[:, :1]))
+
+    def covariances(self, baseline: BaselineParameters) -> Covariances:
+        """What the residuals' covariances are made of at these unknowns."""
+        return self._covariances(baseline, self._step_state(baseline))
+
+    def _step_state(self, baseline: BaselineParameters) -> tuple[Array, Array, Balance] | None:
+        return self.step_receptance(baseline) if len(self.evidence.steps) else None
+
+    def _covariances(self, baseline: BaselineParameters, state: tuple[Array, Array, Balance] | None) -> Covariances:
+        def by_stiffness(change: Array) -> Array:
+            return np.asarray(change[:, :, baseline.blocks["frequency_discrepancy"]] / 2)
+
+        runs = []
+        for data in self.evidence.broadband:
+            R, omega = self.felt_receptance(data, baseline, inner=True)
+            runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
+        steps, outputs = self.evidence.steps, len(self.evidence.channels)
+        stiffness, amplitude, ratio = np.zeros((0, outputs, 1)), np.zeros((0, outputs)), np.zeros((0, outputs))
+        if state is not None:
+            R, omega, _ = state
+            stiffness = by_stiffness(self._step_changes(baseline, R, omega)[0])
+            amplitude = self._by_amplitude(baseline, R, omega)
+            ratio = self._measured_over_predicted(R, omega)
+        return Covariances(
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
+        )
+
+    def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
+        """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
+        motion, influence = self.port_motion(R, omega)
+        ones = np.ones((*motion.shape, 1), complex)
+        still = np.zeros((len(motion), len(self.evidence.channels), 1), complex)
+        return self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still)[1][:, :, 0]
+
+    def linearisation(self, baseline: BaselineParameters) -> Linearisation:
+        """What a fit that begins at these unknowns may hold."""
+        state = self._step_state(baseline)
+        made_of = self._covariances(baseline, state)
+        factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
+        if state is None:
+            return Linearisation(*factors, None, None, None, baseline.laws, ())
+        found = state[2]
         if not self.modification.opening:
             odd = self.openings(baseline, found, ODD)
             motion = balance_openings(baseline.laws, odd).motion
             by_softening = tuple(stiffness_by_softening(baseline.laws, odd, motion))
-            return Linearisation(factor, found, None, None, baseline.laws, by_softening)
+            return Linearisation(*factors, found, None, None, baseline.laws, by_softening)
         openings = self.openings(baseline, found, EVEN_TOO)
         harmonics = balance_openings(baseline.laws, openings, self.slaps).motion
-        return Linearisation(factor, found, openings, harmonics, baseline.laws, ())
-
-    def _law_factor(self, J: Array, baseline: BaselineParameters) -> Array:
-        by_law = []
-        for joint, law in enumerate(baseline.laws):
-            by_law.append(J[:, :, baseline.softening(joint)] @ law.softening)
-            by_law.append(J[:, :, baseline.loss(joint)] @ law.loss)
-        return step_factor(self.evidence.steps, by_law, self.discrepancy.error_scale)
+        return Linearisation(*factors, found, openings, harmonics, baseline.laws, ())
 
     def motion_at_forces(self, baseline: BaselineParameters) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
@@ -292,7 +328,9 @@ class ResidualModel(ForwardModel):
                 change[:, :, blocks[name]] *= factor[:, None, :]
         return change
 
-    def _step_changes(self, baseline: BaselineParameters, R: Array, omega: Array) -> tuple[Array, Array]:
+    def _step_changes(
+        self, baseline: BaselineParameters, R: Array, omega: Array, held: Linearisation | None = None
+    ) -> tuple[Array, Array]:
         """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
         p, into, moving = self.model.ports, self.driven(R, omega), self.moving
         ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
@@ -303,7 +341,7 @@ class ResidualModel(ForwardModel):
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
-        by_harmonics = self._held.by_softening if self._held and self._held.follows(baseline.laws) else ()
+        by_harmonics = held.by_softening if held and held.follows(baseline.laws) else ()
         for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude)):
             own = self.local.of_joint(joint)
             openings = own

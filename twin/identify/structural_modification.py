@@ -68,7 +68,7 @@ class PortPairs:
         out = np.empty((len(omega), self.stack, self.stack), complex)
         springs = np.ascontiguousarray(S, complex)
         first = 0 if inner else S.shape[1]
-        _receptance(out, omega, basis.omega, basis.zeta, self.terms, springs, self.places, first)
+        _receptance(out, np.asarray(omega, complex), basis.omega, basis.zeta, self.terms, springs, self.places, first)
         return out
 
 
@@ -91,7 +91,7 @@ def _receptance(
     Real parts of what the lanes hold come first, imaginary parts LANES behind.
     """
     count, springs, last = len(places), S.shape[1], len(omega) - 1
-    w, factors = np.empty(LANES), np.empty((terms.shape[1], 2 * LANES))
+    w, factors = np.empty(LANES, np.complex128), np.empty((terms.shape[1], 2 * LANES))
     R, spring = np.empty((len(terms), 2 * LANES)), np.empty((springs, 2 * LANES))
     column, scaled = np.empty((count, 2 * LANES)), np.empty((count, 2 * LANES))
     for begin in range(0, len(omega), LANES):
@@ -125,12 +125,15 @@ def _factors(factors: Real, w: Real, omega_r: Real, zeta: Real) -> None:
     modes = len(omega_r)
     for m in range(modes):
         for n in range(LANES):
-            a, b = omega_r[m] ** 2 - w[n] * w[n], 2 * zeta[m] * omega_r[m] * w[n]
+            damping = 2 * zeta[m] * omega_r[m]
+            a = omega_r[m] ** 2 - (w[n].real - w[n].imag) * (w[n].real + w[n].imag) - damping * w[n].imag
+            b = damping * w[n].real - 2 * w[n].real * w[n].imag
             square = a * a + b * b
             factors[m, n], factors[m, LANES + n] = a / square, -b / square
     for n in range(LANES):
         factors[modes, n], factors[modes, LANES + n] = 1.0, 0.0
-        factors[modes + 1, n], factors[modes + 1, LANES + n] = w[n] * w[n], 0.0
+        square = w[n] * w[n]
+        factors[modes + 1, n], factors[modes + 1, LANES + n] = square.real, square.imag
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)

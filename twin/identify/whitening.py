@@ -1,26 +1,18 @@
-"""Covariances of measured steps and harmonics, as the factors that whiten their residuals."""
+"""Higher harmonics of the steps as residuals, and the factors that whiten them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.measured_data import StepArrays
 from twin.structure import Structure
 
-__all__ = ["COMMON_ERROR", "LAW_ERROR", "RATIO_ERROR", "HarmonicResiduals", "step_factor"]
+__all__ = ["HarmonicResiduals"]
 
 Array = NDArray[Any]
-
-COMMON_ERROR, RATIO_ERROR = 8e-4, 5e-4
-"""Relative model error of a response that all channels share, and of their ratio: discretisation and truncation."""
-LAW_ERROR, EVEN_LAW_ERROR = 1e-3, 0.5
-"""Relative error of the law at a step, since it is a function of one amplitude and the layer's strains are a field;
-and, for each unit of the response's even harmonics over its fundamental, how much more."""
 
 
 @dataclass(frozen=True)
@@ -61,38 +53,3 @@ class HarmonicResiduals:
         white = np.linalg.solve(self.cholesky, columns).reshape(-1, columns.shape[3])
         white = np.sqrt(2.0) * np.concatenate([white.real, white.imag])
         return white if values.ndim == 4 else white[:, 0]
-
-
-def step_factor(steps: StepArrays, by_law: Sequence[Array], error_scale: float) -> Array:
-    """Cholesky factors of the covariance of the steps' log residuals, real parts above imaginary ones.
-
-    Noise, the force's noise and what had not settled, which all channels share, model error, and the law's own error.
-
-    Parameters
-    ----------
-    by_law : sequence of ndarray, (s, o)
-        Change of the log responses by a unit relative change of each softening and each loss.
-    error_scale
-        Factor on the model error.
-
-    Returns
-    -------
-    ndarray, (s, 2 o, 2 o)
-    """
-    count, outputs = steps.response.shape[:2]
-    relative = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
-    shared = (
-        steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
-        + steps.unsettled**2
-        + (error_scale * COMMON_ERROR) ** 2
-    )
-    circular = shared[:, None, None] + (relative + (error_scale * RATIO_ERROR) ** 2)[:, :, None] * np.eye(outputs)
-    covariance = np.zeros((count, 2 * outputs, 2 * outputs))
-    covariance[:, :outputs, :outputs] = covariance[:, outputs:, outputs:] = circular / 2
-    # Even harmonics come of a joint that opens on one side: its law at the fundamental then heeds more than amplitude.
-    even = np.nan_to_num(np.abs(steps.response[:, :, 1::2] / steps.response[:, :, :1]))
-    law_error = np.hypot(LAW_ERROR, EVEN_LAW_ERROR * np.sqrt(np.sum(even**2, axis=2).mean(axis=1)))[:, None]
-    for change in by_law:
-        error = law_error * np.concatenate([change.real, change.imag], axis=1)
-        covariance += error[:, :, None] * error[:, None, :]
-    return np.asarray(np.linalg.cholesky(covariance))

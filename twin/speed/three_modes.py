@@ -49,7 +49,12 @@ def gauss_newton_three_modes() -> Measured:
     found = free.local.balance(baseline.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    residual_model = ResidualModel(evidence, held=Linearisation(np.array(factor), found, None, None, (), ()))
+    residual_model = ResidualModel(evidence, held=Linearisation((), np.array(factor), found, None, None, (), ()))
+    # Residuals are those of measured over predicted: with the forces that are predicted, changes are of logarithms.
+    R, omega, _ = free.step_receptance(baseline, inner=False)
+    force = evidence.steps.force.copy()
+    force[:, 0] = evidence.steps.response[:, 0, 0] / free.responses(R, omega)[:, 0]
+    residual_model.evidence = replace(evidence, steps=replace(evidence.steps, force=force))
     full = _BandedRig(evidence, np.abs(found.motion))
 
     law = np.arange(len(baseline.blocks))[baseline.of_laws]
@@ -94,7 +99,7 @@ def _sweeps() -> tuple[MeasuredData, BaselineParameters]:
     force[:, 0], response[:, 0, 0] = 1.0, omega**2 * tip
     steps = StepArrays(
         omega, force, np.full(force.shape, 1e-8), response, np.full(response.shape, 1e-8), tip,
-        np.zeros(len(omega)), np.zeros(len(omega)), (),
+        np.zeros(len(omega)), np.zeros(len(omega)), np.zeros(len(omega)), (),
     )  # fmt: skip
     evidence = MeasuredData(
         rig=rig, preload=rig.preload_name(None), model=model, outputs=outputs, force="force", reference=0,

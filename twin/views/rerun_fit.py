@@ -41,7 +41,7 @@ def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[flo
         for o, channel in enumerate(sweep.channels):
             table[channel, 1, sweep.sweep] = _rms(sweep.residual_before[:, o]), _rms(sweep.residual_after[:, o])
     search, models = diagnosis.search, list(compared_models(diagnosis).values())
-    parts = ((models[0], search.baseline_fit.harmonics), (models[-1], search.harmonics))
+    parts = ((models[0], search.base_harmonics), (models[-1], search.harmonics))
     sizes = [_harmonic_sizes(search.evidence, model, harmonics) for model, harmonics in parts if harmonics is not None]
     if len(sizes) < 2 or search.harmonics is None or sizes[0].shape != sizes[1].shape:
         return table

@@ -35,7 +35,7 @@ def evidence(by_hand, dense, omega):
 
 def values_of(parameters):
     """Strengths at their null, places where a search begins."""
-    return {p.name: (p.starts[0] if p.places else p.null) for p in parameters}
+    return {p.name: (p.starts[0] if p.is_location else p.null) for p in parameters}
 
 
 def every(evidence):
@@ -100,7 +100,7 @@ def test_parameters_begin_inside_their_limits(evidence):
             assert p.scale > 0
             assert p.starts, (cause.name, p.name)
             assert all(p.lower <= start <= p.upper for start in p.starts), (cause.name, p.name)
-            if not p.places:
+            if not p.is_location:
                 assert p.lower <= p.null <= p.upper, (cause.name, p.name)
 
 
@@ -117,7 +117,7 @@ def test_extensions_that_remake_the_structure_say_so(evidence):
 
 def test_every_cause_but_a_sign_has_a_strength_that_may_vanish(evidence):
     without = {
-        cause.name for cause, label in every(evidence) if all(p.places for p in cause.parameters(evidence, label))
+        cause.name for cause, label in every(evidence) if all(p.is_location for p in cause.parameters(evidence, label))
     }
     assert without == {"channel-polarity"}
 

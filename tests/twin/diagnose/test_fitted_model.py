@@ -141,7 +141,7 @@ def test_sensitivities_to_a_cause_are_those_of_central_differences(fitted_record
     evidence, harmonics, baseline = fitted_recordings
     cause, label = CAUSES[name], next(iter(CAUSES[name].labels(evidence)))
     values = {
-        p.name: p.starts[len(p.starts) // 2] if p.places else p.null + 0.1 * (p.starts[0] - p.null)
+        p.name: p.starts[len(p.starts) // 2] if p.is_location else p.null + 0.1 * (p.starts[0] - p.null)
         for p in cause.parameters(evidence, label)
     }
     trial = FitProblem(evidence, harmonics, baseline, (CauseHypothesis(cause, label, values, {}),))

@@ -34,7 +34,7 @@ class GroundStop(Cause):
         return (
             # Stops may be a bolt's head or a cable's foam; the softest makes harmonics that nothing else does.
             Parameter(
-                name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(200.0,), negligible=2e-4
+                name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(200.0,), tolerance=1e-5
             ),
             Parameter(name="gap_m", scale=largest, lower=0.005 * largest, upper=2 * largest, starts=gaps),
             *position(evidence, label, 5),

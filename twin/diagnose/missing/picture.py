@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnose.acceptance import LEAST_SHARE
-from twin.diagnose.baseline_fit import FOLLOWS, BaselineFit
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
 from twin.diagnose.missing.terms import TERMS, Term
+from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.places import along_beam, place_at
-from twin.diagnose.search import Search, search_causes
-from twin.diagnose.successive_halving import LEAST_GAIN, Report
-from twin.diagnose.thinned_data import thinned_data
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight
+from twin.diagnose.search import Report, Search, search_causes
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
@@ -27,8 +25,8 @@ __all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
 Array = NDArray[Any]
 
 MOST_TERMS = 3
-GOOD = 1.0
-"""Chi2 per degree of freedom at which no further term is asked for."""
+FOLLOWS = 4.0
+"""Chi2 per degree of freedom, with a sound rig's errors, up to which a model follows the data."""
 LEAST_FUNDAMENTAL = 0.01
 """Of the largest force within a period, below which its phase says nothing."""
 MOST_LEFT = 0.05
@@ -125,27 +123,23 @@ class MissingForce:
         }
 
 
-def find_missing_force(
-    evidence: MeasuredData, baseline_fit: BaselineFit, *, report: Report = lambda text: None
-) -> MissingForce | None:
+def find_missing_force(evidence: MeasuredData, *, report: Report = lambda text: None) -> MissingForce | None:
     """Ask the data for a force at one place that the base family lacks.
 
     None where no force of these terms at any one place takes a share of the misfit away: what is wrong is then none.
 
     Parameters
     ----------
-    baseline fit
-        The base family as fitted.
     report
         Told what is being done.
     """
     if not evidence.rig.layout().passable:
         return None  # its place is sought along one line of beams
     report("looking for a missing force")
-    search = search_causes(evidence, {LocalForce.name: LocalForce()}, most=1, baseline_fit=baseline_fit, report=report)
+    search = search_causes(evidence, {LocalForce.name: LocalForce()}, most=1, report=report)
     if not search.model.hypotheses:
         return None
-    model = _with_further_terms(search, report)
+    model = _at_sound_errors(search, _with_further_terms(search, report))
     report("moving the force along the structure")
     places, left = _along_the_structure(search, model)
     hypothesis = model.hypotheses[-1]
@@ -158,14 +152,19 @@ def find_missing_force(
             for term in law_of(hypothesis.label)
         ),
         levels=_at_each_level(search.evidence, model),
-        before=baseline_fit.base.chi2_per_dof,
+        before=_at_sound_errors(search, search.base).chi2_per_dof,
         after=model.chi2_per_dof,
     )
 
 
+def _at_sound_errors(search: Search, model: FittedModel) -> FittedModel:
+    """The model as it fits where it may be wrong by no more than a sound rig's: what it leaves then is missing."""
+    return fit_model(search.evidence, search.harmonics, model.baseline, model.hypotheses, iterations=10, tolerance=0.3)
+
+
 def _along_the_structure(search: Search, model: FittedModel) -> tuple[Array, Array]:
     """Chi2 per degree of freedom with the same terms at each place, all else refitted, beginning from a neighbour's."""
-    evidence, harmonics = thinned_data(search.evidence, search.harmonics)
+    evidence, harmonics = search.evidence, search.harmonics
     hypothesis = model.hypotheses[-1]
     here = hypothesis.values["position_m"]
     places = np.array(along_beam(evidence, hypothesis.label, PLACES)[::-1])
@@ -200,21 +199,16 @@ def _moved(evidence: MeasuredData, hypothesis: CauseHypothesis, position_m: floa
 def _with_further_terms(search: Search, report: Report) -> FittedModel:
     """The model with as many terms at its place as the data pay for."""
     best, evidence, harmonics = search.model, search.evidence, search.harmonics
-    thinner, thin_harmonics = thinned_data(evidence, harmonics)
-    while len(law_of(best.hypotheses[-1].label)) < MOST_TERMS and best.chi2_per_dof > GOOD:
+    while len(law_of(best.hypotheses[-1].label)) < MOST_TERMS:
         report(f"asking whether {best.hypotheses[-1].label['law']} is all")
         hypotheses = [_with_term(best.hypotheses[-1], term, evidence) for term in TERMS.values()]
         tried = [
-            fit_model(thinner, thin_harmonics, best.baseline, (hypothesis,), iterations=6, tolerance=2.0)
+            fit_with_errors(evidence, harmonics, best.baseline, (hypothesis,), errors=best.errors, tolerance=2.0)
             for hypothesis in hypotheses
             if hypothesis is not None
         ]
-        top = max(tried, key=lambda trial: trial.log_evidence)
-        further = fit_model(evidence, harmonics, top.baseline, top.hypotheses, tolerance=0.3)
-        overdispersion = further.chi2_per_dof
-        if further.weight(overdispersion) - best.weight(overdispersion) < LEAST_GAIN:
-            break
-        if further.solution.chi2 > (1 - LEAST_SHARE) * best.solution.chi2:
+        further = max(tried, key=lambda trial: trial.log_evidence)
+        if log_weight(evidence, further) + LOG_ODDS_OF_A_CAUSE <= log_weight(evidence, best):
             break
         best = further
     return best

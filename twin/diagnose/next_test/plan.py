@@ -15,8 +15,8 @@ from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
 from twin.diagnose.next_test.separation import enough, separation
+from twin.diagnose.posterior import TEMPERATURE
 from twin.diagnose.result import NextSensor, NextTest
-from twin.diagnose.verdict import RIVAL, close_rivals
 from twin.identify.measured_data import MeasuredData
 from twin.procedures import save_procedure
 from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
@@ -25,6 +25,8 @@ from twin.rigs import Rig
 __all__ = ["plan_next_test"]
 
 PROCEDURE = "next.toml"
+RIVAL = 5.0
+"""Gain of log evidence by which a rival is told from the best."""
 TRIED = 3
 """Proposals that are rehearsed, the best first, until one may be run."""
 FAR = 100.0
@@ -50,7 +52,7 @@ class _Valued:
 def plan_next_test(
     runs: Sequence[Run],
     evidence: MeasuredData,
-    finalists: tuple[FittedModel, ...],
+    models: tuple[FittedModel, ...],
     extended: Rig,
     out: Path,
     *,
@@ -65,8 +67,8 @@ def plan_next_test(
     ----------
     runs
         The recordings, for the forces that were used.
-    finalists
-        Models of the last stage, best first.
+    models
+        Those that the recordings cannot tell apart, the most probable first.
     extended
         The rig with the best model, on which the proposal is rehearsed.
     out
@@ -74,13 +76,13 @@ def plan_next_test(
     report
         Told what is being done.
     """
-    rivals = close_rivals(finalists)
+    best, *rivals = models
     if not rivals:
         return None
     report("looking for the test that tells the rivals apart")
-    names = [model.hypotheses[-1].cause.name for model in (finalists[0], *rivals)]
-    sensor = best_sensor_place(evidence, finalists[0], rivals, margin=RIVAL)
-    ranked = _ranked(runs, evidence, finalists[0], rivals)
+    names = [model.name for model in models]
+    sensor = best_sensor_place(evidence, best, rivals, margin=RIVAL)
+    ranked = _ranked(runs, evidence, best, rivals)
     if not ranked:
         return None
     for valued in ranked[:TRIED]:
@@ -117,17 +119,16 @@ def _ranked(
         modification.layer_drift_per_s or modification.beam_drift_per_s
         for modification in (modification_of(evidence, model.hypotheses) for model in (best, *rivals))
     )
-    overdispersion = best.chi2_per_dof
     valued = []
     for proposal in propose(runs, evidence, best, drifting=drifting):
         if_best = predict_test_data(evidence, best, proposal)
         promises = []
         for rival in rivals:
-            gap = best.weight(overdispersion) - rival.weight(overdispersion)
+            gap = (best.log_evidence - rival.log_evidence) / TEMPERATURE
             if_rival = predict_test_data(evidence, rival, proposal)
             # What the recordings say for the best must be made up for if the rival is true.
             for predicted_data, other, ahead in ((if_best, rival, -gap), (if_rival, best, gap)):
-                found = separation(predicted_data, other, overdispersion=overdispersion)
+                found = separation(predicted_data, other)
                 promises.append(_Valued(proposal=proposal, separation=found, needed=enough(RIVAL + ahead)))
         valued.append(min(promises, key=lambda promise: promise.share))
     return sorted(valued, key=lambda v: (0.0, v.proposal.rig_time_s) if v.share >= 1 else (1.0, -v.share))

@@ -211,6 +211,7 @@ def _shape(
         response_variance=steps.response_variance[nearest] / longer,
         amplitude_m=X,
         time_s=time,
-        unsettled=steps.unsettled[nearest],
+        growth=np.zeros(len(omega)),
+        growth_std=steps.growth_std[nearest] / longer**1.5,
         states=tuple(steps.states[i] for i in nearest),
     )

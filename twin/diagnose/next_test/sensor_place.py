@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.next_test.separation import enough, separation
+from twin.diagnose.posterior import TEMPERATURE
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_model import Output
 from twin.identify.measured_data import MeasuredData
@@ -60,15 +61,14 @@ def best_sensor_place(
     """
     if not evidence.broadband or not rivals:
         return None
-    overdispersion = max(best.chi2_per_dof, 1.0)
     found = []
     for place in _fitted_models(evidence):
         predicted_data = [_predict_test_data(evidence, truth, place) for truth in (best, *rivals)]
         promises = []
         for rival, if_rival in zip(rivals, predicted_data[1:], strict=True):
-            gap = best.weight(overdispersion) - rival.weight(overdispersion)
+            gap = (best.log_evidence - rival.log_evidence) / TEMPERATURE
             for there, other, ahead in ((predicted_data[0], rival, -gap), (if_rival, best, gap)):
-                promises.append((separation(there, other, overdispersion=overdispersion), enough(margin + ahead)))
+                promises.append((separation(there, other), enough(margin + ahead)))
         gain, needed = min(promises, key=lambda promise: promise[0] / promise[1])
         found.append(SensorPlace(place=place, separation=gain, needed=needed))
     return max(found, key=lambda one: one.separation / one.needed, default=None)

@@ -11,6 +11,7 @@ import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.next_test.predicted_data import Imagined
+from twin.diagnose.posterior import TEMPERATURE
 
 __all__ = ["SURE", "enough", "separation"]
 
@@ -18,15 +19,11 @@ SURE = 1.28
 """Standard deviations that a test must have in hand, for nine in ten to part the models."""
 
 
-def separation(predicted_data: Imagined, rival: FittedModel, *, overdispersion: float) -> float:
-    """Expected gain of log evidence over a rival if the test is as predicted.
-
-    Parameters
-    ----------
-    overdispersion
-        Variance by which the models miss their noise: at least 1.
-    """
-    trial = FitProblem(predicted_data.evidence, predicted_data.harmonics, rival.baseline, rival.hypotheses)
+def separation(predicted_data: Imagined, rival: FittedModel) -> float:
+    """Expected gain of log evidence over a rival if the test is as predicted."""
+    trial = FitProblem(
+        predicted_data.evidence, predicted_data.harmonics, rival.baseline, rival.hypotheses, errors=rival.errors
+    )
     trial.weigh(trial.x0)
     r, J = trial.evaluate(trial.x0)
     r = r - predicted_data.left
@@ -34,7 +31,7 @@ def separation(predicted_data: Imagined, rival: FittedModel, *, overdispersion: 
         return 0.0
     follows = J.T @ r
     left = float(r @ r - follows @ np.linalg.solve(J.T @ J + rival.solution.information, follows))
-    return 0.5 * max(left, 0.0) / max(overdispersion, 1.0)
+    return 0.5 * max(left, 0.0) / TEMPERATURE
 
 
 def enough(gap: float) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.diagnose.posterior import SURE
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
@@ -21,7 +22,6 @@ from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
 from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
-from twin.diagnose.verdict import SURE
 from twin.identify.rms import rms
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig

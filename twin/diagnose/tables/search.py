@@ -12,7 +12,6 @@ from scipy.special import logsumexp
 from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.model import Active, Change
-from twin.diagnose.verdict import RIVAL
 from twin.identify.rms import rms
 
 __all__ = [
@@ -30,6 +29,8 @@ __all__ = [
 Array = NDArray[np.float64]
 Report = Callable[[str], None]
 
+RIVAL = 5.0
+"""A rival whose log evidence lies no more than this below the best cannot be told from it."""
 LEAST_GAIN = 5.0
 """Log evidence that a cause must gain: about a dozen are tried, and chance favours one of them now and then."""
 NEEDED_GAIN = 3.0
@@ -136,7 +137,7 @@ def least_gain(problem: Problem, current: Fit) -> float:
 
 def leave_one_out(problem: Problem, fit: Fit) -> Array:
     """Relative error of each frequency as the same model predicts it from all others."""
-    place = next((p for change, _ in fit.active[-1:] for p in change.parameters if p.places), None)
+    place = next((p for change, _ in fit.active[-1:] for p in change.parameters if p.is_location), None)
     starts = [fit.active]
     if place is not None:
         # Begun at the place that all frequencies give alone, a fit might not leave it, which would not be leaving out.
@@ -191,8 +192,8 @@ def rivals_of(stage: Stage) -> tuple[str, ...]:
 def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tuple[Fit, float] | None:
     """The best fit with one more change, and its log evidence; a place is searched along its range."""
     first = {p.name: p.starts[0] if p.starts else p.null for p in change.parameters}
-    nothing = {p.name: p.null for p in change.parameters if not p.places}
-    place = next((p for p in change.parameters if p.places), None)
+    nothing = {p.name: p.null for p in change.parameters if not p.is_location}
+    place = next((p for p in change.parameters if p.is_location), None)
     choices = [first] if place is None else [{**first, place.name: x} for x in place.starts]
     held = frozenset() if place is None else frozenset([place.name])
 

@@ -61,12 +61,12 @@ class System:
         self.precision = np.array([b.log_std**-2 for b in self.base] + [precision for _, precision in priors])
         limits = [(-np.inf, np.inf)] * len(self.base) + [(p.lower / p.scale, p.upper / p.scale) for _, p in self.slots]
         self.bounds = (np.array([low for low, _ in limits]), np.array([high for _, high in limits]))
-        strengths = [p for _, p in self.slots if not p.places]
+        strengths = [p for _, p in self.slots if not p.is_location]
         self.truncation = sum(
             float(np.log(norm.cdf((p.upper - p.null) / p.scale) - norm.cdf((p.lower - p.null) / p.scale)))
             for p in strengths
         )
-        steps = [0.1 * (p.upper - p.lower) / p.scale if p.places else 1.0 for _, p in self.slots]
+        steps = [0.1 * (p.upper - p.lower) / p.scale if p.is_location else 1.0 for _, p in self.slots]
         self.largest_step = np.array([0.5] * len(self.base) + steps)
 
     def start(self, moduli: Mapping[str, float]) -> Array:
@@ -91,7 +91,7 @@ class System:
             matrices = self.model.matrices(active)
             moved = []
             for k, (_, p) in enumerate(self.slots):
-                step = 1e-4 * (p.upper - p.lower if p.places else p.scale)
+                step = 1e-4 * (p.upper - p.lower if p.is_location else p.scale)
                 step = -step if x[n + k] * p.scale + step > p.upper else step
                 y = x.copy()
                 y[n + k] += step / p.scale

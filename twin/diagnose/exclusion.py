@@ -1,0 +1,66 @@
+"""What the data rule out: the largest size of each cause that a rig with these recordings could hide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from twin.diagnose.cause import main_strength
+from twin.diagnose.places import told_place
+from twin.diagnose.score import Score
+from twin.identify.measured_data import MeasuredData
+
+__all__ = ["Exclusion", "exclusion_limits"]
+
+ONE_SIDED_95 = 1.645
+"""Standard deviations that 95 % of a normal distribution lie below."""
+
+
+@dataclass(frozen=True)
+class Exclusion:
+    """The limit of one cause.
+
+    Attributes
+    ----------
+    cause, parameter : str
+        The parameter is the one that says how strong the effect is, and the limit its distance from no effect.
+    limit_95 : float or None
+        None where the data cannot limit it.
+    where : dict
+        Label and place where it hides best.
+    """
+
+    cause: str
+    parameter: str
+    limit_95: float | None
+    where: dict[str, Any]
+
+
+def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[Exclusion, ...]:
+    """The limit of every cause that was scored, at the place where it hides best."""
+    largest: dict[str, Exclusion] = {}
+    for score in scores:
+        hypothesis = score.hypothesis
+        parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
+        main = main_strength(parameters)
+        if main is None:
+            continue
+        rising, falling = main.upper > main.null, main.lower < main.null
+        size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
+        largest_size = max(main.upper - main.null, main.null - main.lower)
+        limit = _within(size + ONE_SIDED_95 * score.std, largest_size)
+        known = largest.get(hypothesis.cause.name)
+        if known and (known.limit_95 is None or (limit is not None and limit <= known.limit_95)):
+            continue
+        values = {p.name: hypothesis.values[p.name] for p in parameters if p.is_location}
+        where, _, _ = told_place(evidence, hypothesis.label, values, {})
+        largest[hypothesis.cause.name] = Exclusion(
+            hypothesis.cause.name, main.name, limit, {**hypothesis.label, **where}
+        )
+    return tuple(largest[name] for name in sorted(largest))
+
+
+def _within(limit: float, largest: float) -> float | None:
+    """A limit, or None where an effect of any size could hide."""
+    return limit if limit < largest else None

@@ -1,0 +1,214 @@
+"""How probable the data make a fitted model, and how wrong it must be taken to be for that.
+
+The marginal likelihood is Laplace's: a Gaussian integral over all parameters about the fit, of the linearised residuals
+with whatever covariance.  So it is known as a function of the model error without another fit, and the model error is
+where it is largest, with what sound rigs need as its prior (type-II maximum likelihood).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.optimize import minimize
+
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.error_model import SOUND, Covariances, Discrepancy, ErrorModel, log_determinant, log_prior
+from twin.identify.gauss_newton import not_held_back
+from twin.identify.measured_data import MeasuredData
+from twin.identify.residual_model import Linearisation
+from twin.identify.whitening import HarmonicResiduals
+
+__all__ = ["Tolerances", "fit_with_errors", "infer_errors"]
+
+Array = NDArray[Any]
+
+GRID = tuple(np.geomspace(0.1, 1e3, 9))
+"""Errors over a sound rig's from which the likeliest are looked for."""
+REFITTED = 3
+"""Most fits, each with the errors that the last one inferred."""
+CLOSE = np.log(1.5)
+"""Change of the logarithm of an error below which a fit need not be repeated."""
+KINDS = tuple((kind, name) for kind in ("broadband", "steps") for name in ("stiffness", "ratio"))
+
+
+@dataclass(frozen=True)
+class _Linearised:
+    """Residuals with their sensitivities, not whitened: (f, k, 1 + n), the residuals first.
+
+    A complex number counts as two.
+    """
+
+    columns: Array
+
+    def gram(self, factor: Array) -> Array:
+        """Their products (1 + n, 1 + n) with covariances whose Cholesky factors these are."""
+        white = np.linalg.solve(factor, self.columns).reshape(-1, self.columns.shape[2])
+        if not np.iscomplexobj(white):
+            return np.asarray(white.T @ white)
+        return np.asarray(2 * (white.real.T @ white.real + white.imag.T @ white.imag))
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Directions of the residuals in which sound rigs differ from any model, each with a standard normal amount.
+
+    No rig is exactly the nominal one: sensors, masses, dampers are a little off, and the mesh is coarse.  What that
+    does to the data is known from the causes' signatures, and integrated over.
+
+    Attributes
+    ----------
+    broadband : tuple of ndarray, (b, o, k)
+    steps : ndarray, (s, 2 o, k)
+        Not whitened.
+    rest : ndarray, (r, k)
+        Of the harmonics, whitened.
+    """
+
+    broadband: tuple[Array, ...]
+    steps: Array
+    rest: Array
+
+    @classmethod
+    def of(cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Tolerances:
+        """From whitened columns (r, k)."""
+        return cls(*_unwhitened(columns, dict(blocks), held))
+
+
+def _unwhitened(rows: Array, blocks: dict[str, slice], held: Linearisation) -> tuple[tuple[Array, ...], Array, Array]:
+    """Columns of rows (r, k) of a whitened residual: of broadband runs, of steps, and the whitened rest."""
+    k, broadband = rows.shape[1], []
+    for number, factor in enumerate(held.broadband_factors):
+        real, imaginary = np.split(rows[blocks[f"broadband {number}"]], 2)
+        white = (real + 1j * imaginary) / np.sqrt(2)
+        broadband.append(factor @ white.reshape(*factor.shape[:2], k))
+    steps = rows[blocks["steps"]] if "steps" in blocks else rows[:0]
+    rest = rows[blocks["harmonics"]] if "harmonics" in blocks else rows[:0]
+    return tuple(broadband), held.step_factor @ steps.reshape(*held.step_factor.shape[:2], k), rest
+
+
+class _Marginal:
+    """Log marginal likelihood of a model as a function of its errors, about a fit."""
+
+    def __init__(self, problem: FitProblem, tolerances: Tolerances | None) -> None:
+        x = problem.x0
+        problem.weigh(x)
+        residual, jacobian = problem.evaluate(x)
+        self._made_of: Covariances = problem.residual_model(x).covariances(problem.baseline(x))
+        rows = np.column_stack([residual, jacobian])
+        broadband, steps, rest = _unwhitened(rows, dict(problem.blocks), problem.held)
+        count = 0
+        if tolerances is not None:
+            count = tolerances.rest.shape[1]
+            broadband = tuple(np.dstack(pair) for pair in zip(broadband, tolerances.broadband, strict=True))
+            steps, rest = np.dstack([steps, tolerances.steps]), np.hstack([rest, tolerances.rest])
+        self._broadband, self._steps = [_Linearised(columns) for columns in broadband], _Linearised(steps)
+        self._rest = rest.T @ rest
+        self._away = np.append(x - problem.mean, np.zeros(count))
+        self._precision = block_diag(problem.precision, np.eye(count))
+        self._bounds = tuple(
+            np.append(limit, np.full(count, side))
+            for limit, side in zip(problem.bounds, (-np.inf, np.inf), strict=True)
+        )
+        self._x = np.append(x, np.zeros(count))
+        self._known: dict[tuple[str, object], tuple[Array, float]] = {}
+
+    def _block(self, kind: str, errors: ErrorModel) -> tuple[Array, float]:
+        """Products of one kind of data, and the log determinant of its covariance."""
+        key = (kind, getattr(errors, kind))
+        if key not in self._known:
+            gram, determinant = np.zeros_like(self._rest), 0.0
+            if kind == "steps" and len(self._steps.columns):
+                factor = self._made_of.step_factor(errors.steps)
+                gram, determinant = self._steps.gram(factor), log_determinant(factor)
+            elif kind == "broadband":
+                for block, factor in zip(
+                    self._broadband, self._made_of.broadband_factors(errors.broadband), strict=True
+                ):
+                    gram, determinant = gram + block.gram(factor), determinant + 2 * log_determinant(factor)
+            self._known[key] = gram, determinant
+        return self._known[key]
+
+    def __call__(self, errors: ErrorModel) -> float:
+        grams, determinants = zip(*(self._block(kind, errors) for kind in ("broadband", "steps")), strict=True)
+        gram = self._rest + sum(grams)
+        A = gram[1:, 1:] + self._precision
+        pull = gram[1:, 0] - self._precision @ self._away
+        free = not_held_back(self._x, pull, *self._bounds)
+        cost = gram[0, 0] + self._away @ self._precision @ self._away
+        cost -= pull[free] @ np.linalg.solve(A[np.ix_(free, free)], pull[free])
+        volume = np.linalg.slogdet(A)[1] - np.linalg.slogdet(self._precision)[1]
+        return float(-0.5 * (cost + volume + sum(determinants)))
+
+
+def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bool = False) -> tuple[ErrorModel, float]:
+    """The likeliest model error about a fit, and the model's log evidence with it.
+
+    Parameters
+    ----------
+    problem
+        At a fit, see :attr:`FitProblem.x0`.
+    tolerances
+        What sound rigs have of every cause; left out with None.
+    free
+        Whether the errors of stiffness may have any size: what a model deserves that lacks something.
+    """
+    marginal, errors = _Marginal(problem, tolerances), problem.errors
+
+    def value(trial: ErrorModel) -> float:
+        return marginal(trial) + log_prior(trial, free=free)
+
+    for kind in ("broadband", "steps"):
+        sound = getattr(SOUND, kind)
+
+        def cost(log_sizes: Array, kind: str = kind, errors: ErrorModel = errors) -> float:
+            return -value(_with_sizes(errors, kind, log_sizes))
+
+        # Errors of stiffness and of ratios can stand for each other: two maxima, of which a climb finds either.
+        own = np.log([sound.stiffness, sound.ratio])
+        grid = [own + np.log([a, b]) for a in GRID for b in GRID]
+        best = min(grid, key=cost)
+        found = minimize(cost, best, method="Nelder-Mead", options={"xatol": 0.1, "fatol": 0.1, "maxfev": 60})
+        errors = _with_sizes(errors, kind, found.x)
+    return errors, value(errors)
+
+
+def _with_sizes(errors: ErrorModel, kind: str, log_sizes: Array) -> ErrorModel:
+    stiffness, ratio = np.exp(log_sizes)
+    return replace(errors, **{kind: Discrepancy(float(stiffness), float(ratio))})
+
+
+def fit_with_errors(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    *,
+    errors: ErrorModel = SOUND,
+    tolerances: Tolerances | None = None,
+    tolerance: float = 0.1,
+) -> FittedModel:
+    """Fit a model and infer its error, in turn; with its log evidence."""
+    for _ in range(REFITTED):
+        model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
+        start, hypotheses = model.baseline, model.hypotheses
+        problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)
+        inferred, log_evidence = infer_errors(problem, tolerances)
+        model = replace(model, errors=inferred, log_evidence=log_evidence)
+        if _distance(inferred, errors) < CLOSE:
+            break
+        errors = inferred
+    return model
+
+
+def _distance(one: ErrorModel, two: ErrorModel) -> float:
+    """Largest difference of logarithms, of errors that matter: those below a sound rig's do not."""
+    return max(
+        abs(float(np.log(max(a, sound) / max(b, sound))))
+        for kind, name in KINDS
+        for a, b, sound in [[getattr(getattr(errors, kind), name) for errors in (one, two, SOUND)]]
+    )

@@ -1,0 +1,60 @@
+"""Posterior probabilities of all hypotheses, and the fewest that hold 95 % of it: the one rule of every verdict.
+
+A hypothesis' weight is its log evidence plus its prior odds.  ``none`` is the base family with the errors of sound
+rigs, ``unknown`` the best model with errors of any size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twin.diagnose.fitted_model import FittedModel
+from twin.identify.measured_data import MeasuredData
+
+__all__ = [
+    "LOG_ODDS_OF_A_CAUSE",
+    "LOG_ODDS_OF_UNKNOWN",
+    "SURE",
+    "TEMPERATURE",
+    "log_weight",
+    "probabilities",
+    "smallest_set",
+]
+
+LOG_ODDS_OF_A_CAUSE = float(np.log(0.01))
+"""Of each cause beforehand, against none: of a hundred measured rigs some thirty have one of thirty-odd causes."""
+LOG_ODDS_OF_UNKNOWN = float(np.log(0.03))
+"""Of something that is on no list."""
+TEMPERATURE = 3.0
+"""Factor by which differences of log evidence overstate what they say, since models are approximate."""
+SURE = 0.95
+
+
+def log_weight(evidence: MeasuredData, model: FittedModel) -> float:
+    """Logarithm of a model's posterior odds: its causes' prior odds, each shared out among its labels, and evidence."""
+    prior = sum(
+        LOG_ODDS_OF_A_CAUSE - float(np.log(len(hypothesis.cause.labels(evidence)))) for hypothesis in model.hypotheses
+    )
+    return model.log_evidence / TEMPERATURE + prior
+
+
+def probabilities(log_weights: Sequence[float]) -> np.ndarray:
+    """Of hypotheses with these logarithms of posterior odds."""
+    likely = np.exp(np.asarray(log_weights) - np.max(log_weights))
+    return np.asarray(likely / likely.sum())
+
+
+def smallest_set(names: Sequence[str], probability: np.ndarray) -> tuple[str, ...]:
+    """The fewest names that together hold 95 %, the most probable first."""
+    total: dict[str, float] = {}
+    for name, p in zip(names, probability, strict=True):
+        total[name] = total.get(name, 0.0) + float(p)
+    chosen, held = [], 0.0
+    for name, p in sorted(total.items(), key=lambda item: -item[1]):
+        chosen.append(name)
+        held += p
+        if held >= SURE:
+            break
+    return tuple(chosen)

@@ -1,0 +1,162 @@
+"""What is not the parameters' doing: noise, and the model's own errors, as covariances of the residuals.
+
+A model is wrong in its dynamic stiffness, not in its response: a relative error of a mode's stiffness changes the
+response little away from the resonance and much within its width.  So the error of a response is that of each mode's
+stiffness times the response's sensitivity to it, which all channels share, beside a small error of every channel
+against the others.  How large both are is inferred with the parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.broadband import BinnedResponse
+from twin.identify.measured_data import StepArrays
+
+__all__ = ["SOUND", "Covariances", "Discrepancy", "ErrorModel", "continuation", "log_determinant", "log_prior"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """Model error of one kind of data.
+
+    Attributes
+    ----------
+    stiffness : float
+        Relative error of a mode's dynamic stiffness, drawn anew at every frequency.
+    ratio : float
+        Relative error of one channel's response against the others'.
+    """
+
+    stiffness: float
+    ratio: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorModel:
+    """Model error of the steps' fundamentals and of the broadband runs."""
+
+    steps: Discrepancy
+    broadband: Discrepancy
+
+    def at_least(self, stiffness: float, ratio: float) -> ErrorModel:
+        """The same, nowhere smaller than this."""
+        return ErrorModel(
+            steps=Discrepancy(max(self.steps.stiffness, stiffness), max(self.steps.ratio, ratio)),
+            broadband=Discrepancy(max(self.broadband.stiffness, stiffness), max(self.broadband.ratio, ratio)),
+        )
+
+    def with_value(self, kind: str, name: str, value: float) -> ErrorModel:
+        """The same but for one number."""
+        return replace(self, **{kind: replace(getattr(self, kind), **{name: value})})
+
+
+SOUND = ErrorModel(steps=Discrepancy(2e-6, 2.5e-5), broadband=Discrepancy(5e-5, 6e-5))
+"""What sound rigs need: medians over clean campaigns of the bench and of programs that share no code with it."""
+SPREAD = np.log(3.0)
+"""Standard deviation of the logarithm of each: sound rigs lie within a factor of three."""
+ANY = 1e4
+"""Largest stiffness error of a model that lacks something, over a sound rig's: a resonance is then a per cent off."""
+CONTINUATION = (1e-2, 1e-3, 1e-4, 1e-5)
+"""Stiffness errors, and ratio errors a tenth of them at least, through which a fit comes to its minimum: with large
+ones it follows the resonances wherever they are, and each smaller one asks the parameters to explain more of them."""
+
+
+def continuation(errors: ErrorModel) -> tuple[ErrorModel, ...]:
+    """Model errors of successive fits, the last one `errors` themselves."""
+    larger = [size for size in CONTINUATION if size > errors.steps.stiffness]
+    return (*(errors.at_least(size, 0.1 * size) for size in larger), errors)
+
+
+def log_prior(errors: ErrorModel, *, free: bool = False) -> float:
+    """Log density of the errors' logarithms.
+
+    Parameters
+    ----------
+    free
+        Whether those of stiffness may have any size up to :data:`ANY`, over a sound rig's.
+    """
+    total = 0.0
+    for kind in ("steps", "broadband"):
+        for name in ("stiffness", "ratio"):
+            ratio = getattr(getattr(errors, kind), name) / getattr(getattr(SOUND, kind), name)
+            if free and name == "stiffness":
+                total -= np.log(np.log(ANY))
+            else:
+                total -= 0.5 * (np.log(ratio) / SPREAD) ** 2 + np.log(np.sqrt(2 * np.pi) * SPREAD)
+    return float(total)
+
+
+@dataclass(frozen=True)
+class Covariances:
+    """What the covariances of a model's residuals are made of, at parameters that are held.
+
+    Attributes
+    ----------
+    broadband : tuple of BinnedResponse
+    broadband_by_stiffness : tuple of ndarray, (b, o, m)
+        D log response / d log stiffness of each mode.
+    steps : StepArrays
+    by_stiffness : ndarray, (s, o, m)
+        The same of the steps.
+    by_amplitude : ndarray, (s, o)
+        D log response / d log amplitude of the reference channel, by which the joint's law goes: its noise is in the
+        prediction, too.
+    reference : int
+        Number of that channel.
+    ratio : ndarray, (s, o)
+        Measured over predicted response, by which the steps' residuals are multiplied.
+    """
+
+    broadband: tuple[BinnedResponse, ...]
+    broadband_by_stiffness: tuple[Array, ...]
+    steps: StepArrays
+    by_stiffness: Array
+    by_amplitude: Array
+    reference: int
+    ratio: Array
+
+    def broadband_factors(self, errors: Discrepancy) -> tuple[Array, ...]:
+        """Cholesky factors (b, o, o) of the covariance of each run's log responses."""
+        found = []
+        for data, by_stiffness in zip(self.broadband, self.broadband_by_stiffness, strict=True):
+            ratio = (errors.ratio * data.depth[:, :, None]) ** 2 * np.eye(by_stiffness.shape[1])
+            found.append(np.linalg.cholesky(data.relative_covariance + ratio + _outer(by_stiffness, errors.stiffness)))
+        return tuple(found)
+
+    def step_factor(self, errors: Discrepancy) -> Array:
+        """Cholesky factors (s, 2 o, 2 o) of the covariance of the steps' residuals, real parts above imaginary ones."""
+        steps, outputs = self.steps, self.ratio.shape[1]
+        own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
+        through = np.tile(np.eye(2 * outputs), (len(steps), 1, 1))
+        through[:, :outputs, self.reference] -= self.by_amplitude.real
+        through[:, outputs:, self.reference] -= self.by_amplitude.imag
+        noise = through * (np.concatenate([own, own], axis=1) / 2)[:, None, :] @ np.swapaxes(through, 1, 2)
+        # A mode's dynamic stiffness changes with frequency as with its stiffness, twice as much over the frequency.
+        by_growth = 2 * self.by_stiffness.sum(axis=2, keepdims=True) / steps.omega[:, None, None]
+        force = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
+        shared = _outer(self.by_stiffness, errors.stiffness) + force[:, None, None]
+        shared = shared + _outer(by_growth * steps.growth_std[:, None, None], 1.0)
+        covariance = noise + _real(shared + errors.ratio**2 * np.eye(outputs)) / 2
+        turn = _real(self.ratio[:, :, None] * np.eye(outputs))
+        return np.asarray(np.linalg.cholesky(turn @ covariance @ np.swapaxes(turn, 1, 2)))
+
+
+def _outer(columns: Array, size: float) -> Array:
+    return size**2 * np.einsum("fom,fpm->fop", columns, columns.conj())
+
+
+def _real(values: Array) -> Array:
+    """Complex matrices (f, o, o) as they act on real parts above imaginary ones."""
+    return np.block([[values.real, -values.imag], [values.imag, values.real]])
+
+
+def log_determinant(factor: Array) -> float:
+    """Log determinant of covariances from their Cholesky factors (f, n, n)."""
+    return float(2 * np.log(np.einsum("fii->fi", factor).real).sum())
