@@ -228,7 +228,7 @@ def fit_model(
     hypotheses: tuple[CauseHypothesis, ...],
     *,
     errors: ErrorModel = SOUND,
-    iterations: int = 20,
+    iterations: int = 12,
     tolerance: float = 0.1,
     held: str = "",
 ) -> FittedModel:

@@ -29,7 +29,7 @@ Array = NDArray[Any]
 
 GRID = tuple(np.geomspace(0.1, 1e3, 9))
 """Errors over a sound rig's from which the likeliest are looked for."""
-REFITTED = 3
+REFITTED = 2
 """Most fits, each with the errors that the last one inferred."""
 CLOSE = np.log(1.5)
 """Change of the logarithm of an error below which a fit need not be repeated."""
@@ -190,7 +190,7 @@ def fit_with_errors(
     *,
     errors: ErrorModel = SOUND,
     tolerances: Tolerances | None = None,
-    tolerance: float = 0.1,
+    tolerance: float = 0.3,
 ) -> FittedModel:
     """Fit a model and infer its error, in turn; with its log evidence."""
     for _ in range(REFITTED):

@@ -28,9 +28,9 @@ __all__ = ["Report", "Search", "Stage", "search_causes"]
 Report = Callable[[str], None]
 
 RIVALS = 6
-"""Causes, of the best scored, that are fitted."""
-PLACES = 2
-"""Places of each from which a fit begins."""
+"""Most causes that are fitted in one turn."""
+WORTH_A_FIT = 0.2
+"""Least expected gain of log evidence over the best one's: fits gain up to four times what the first order promises."""
 
 
 @dataclass(frozen=True)
@@ -162,38 +162,46 @@ def _fitted_rivals(
     tolerances: Tolerances,
     report: Report,
 ) -> tuple[FittedModel, ...]:
-    """The models with one more cause, of those that the scores promise, the most probable first."""
-    rivals = _screened(evidence, scores)
-    if not rivals:
-        return ()
-    report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
+    """The models with one more cause, of those that the scores promise, the most probable first.
+
+    Where none of them is as exact as sound rigs' models are, fits begin from elsewhere, too.
+    """
     common = (evidence, harmonics, model, tolerances)
-    fits = parallel_map(_fit_rival, common, [(rival,) for rival in rivals])
+    fits: list[FittedModel] = []
+    for begin, rivals in ((_beside_the_law, _promising(scores)), (_beside_no_law, _elsewhere(evidence, scores))):
+        if not rivals or any(fit.errors.is_sound for fit in fits):
+            break
+        report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
+        fits += parallel_map(begin, common, [(rival,) for rival in rivals])
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
 
 
-def _screened(evidence: MeasuredData, scores: Sequence[Score]) -> list[CauseHypothesis]:
-    """The best scored causes at their best places, and those that the base family's own law imitates.
-
-    None where no cause promises to be more probable than none.
-    """
-    by_key: dict[str, list[Score]] = {}
+def _promising(scores: Sequence[Score]) -> list[CauseHypothesis]:
+    """The best scored causes at their best place; none where no cause promises to be more probable than none."""
+    best: dict[str, Score] = {}
     for score in scores:
-        by_key.setdefault(score.hypothesis.key, []).append(score)
-    promising = [found for found in by_key.values() if found[0].log_bayes / TEMPERATURE + LOG_ODDS_OF_A_CAUSE > 0]
-    if not promising:
-        return []
-    chosen = [
-        score.hypothesis
-        for found in promising[:RIVALS]
-        for score in found[:PLACES]
-        if not score.hypothesis.cause.tried_at_full_size
-    ]
-    full = [found[0].hypothesis for found in by_key.values() if found[0].hypothesis.cause.tried_at_full_size]
-    return chosen + [_at_full_size(evidence, hypothesis) for hypothesis in full]
+        best.setdefault(score.hypothesis.key, score)
+    least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, WORTH_A_FIT * max((s.log_bayes for s in scores), default=0.0))
+    return [score.hypothesis for score in best.values() if score.log_bayes > least][:RIVALS]
+
+
+def _elsewhere(evidence: MeasuredData, scores: Sequence[Score]) -> list[CauseHypothesis]:
+    """Further beginnings: causes that go by the amplitude, at full size, for the law imitates what they do at first."""
+    best: dict[str, Score] = {}
+    for score in scores:
+        best.setdefault(score.hypothesis.key, score)
+    promising = {hypothesis.key for hypothesis in _promising(scores)}
+    found = []
+    for key, score in best.items():
+        modification = score.hypothesis.modification(evidence)
+        if score.hypothesis.cause.tried_at_full_size:
+            found.append(_at_full_size(evidence, score.hypothesis))
+        elif key in promising and (modification.nonlinear or modification.opening):
+            found.append(score.hypothesis)
+    return found[:RIVALS]
 
 
 def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
@@ -205,25 +213,31 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
     return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
 
 
-def _fit_rival(
+def _beside_the_law(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
     model: FittedModel,
     tolerances: Tolerances,
     hypothesis: CauseHypothesis,
 ) -> FittedModel:
-    """The model with one more cause, from two beginnings: beside what was fitted without it, and beside no law."""
-    hypotheses = (*model.hypotheses, hypothesis)
+    """The model with one more cause, from what was fitted without it."""
     levels = [level for level in continuation(SOUND) if level.steps.stiffness <= model.errors.steps.stiffness]
-    fits = [_through(evidence, harmonics, model.baseline, hypotheses, tuple(levels) or (SOUND,), tolerances)]
-    modification = modification_of(evidence, hypotheses)
-    if len(evidence.steps) and (modification.nonlinear or modification.opening):
-        # What the law made of an effect that goes by the amplitude, too, leads nowhere.
-        start = law_from_steps(
-            ResidualModel(evidence, modification, harmonics), nominal_parameters(evidence.rig, evidence.preload)
-        )
-        fits.append(_through(evidence, harmonics, start, hypotheses, continuation(SOUND), tolerances))
-    return max(fits, key=lambda fit: fit.log_evidence)
+    hypotheses = (*model.hypotheses, hypothesis)
+    return _through(evidence, harmonics, model.baseline, hypotheses, tuple(levels) or (SOUND,), tolerances)
+
+
+def _beside_no_law(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    tolerances: Tolerances,
+    hypothesis: CauseHypothesis,
+) -> FittedModel:
+    """The same from the law that the steps ask for beside the cause: what it was without it may lead nowhere."""
+    hypotheses = (*model.hypotheses, hypothesis)
+    residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics)
+    start = law_from_steps(residual_model, nominal_parameters(evidence.rig, evidence.preload))
+    return _through(evidence, harmonics, start, hypotheses, continuation(SOUND), tolerances)
 
 
 def _through(
@@ -236,6 +250,6 @@ def _through(
 ) -> FittedModel:
     """A fit through smaller and smaller model errors."""
     for level in levels[:-1]:
-        fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=10, tolerance=2.0)
+        fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=6, tolerance=2.0)
         start, hypotheses = fit.baseline, fit.hypotheses
     return fit_with_errors(evidence, harmonics, start, hypotheses, errors=levels[-1], tolerances=tolerances)

@@ -52,6 +52,12 @@ class ErrorModel:
             broadband=Discrepancy(max(self.broadband.stiffness, stiffness), max(self.broadband.ratio, ratio)),
         )
 
+    @property
+    def is_sound(self) -> bool:
+        """Whether no error of the steps is larger than one in six of sound rigs needs."""
+        pairs = ((self.steps.stiffness, SOUND.steps.stiffness), (self.steps.ratio, SOUND.steps.ratio))
+        return all(mine < sound * np.exp(SPREAD) for mine, sound in pairs)
+
     def with_value(self, kind: str, name: str, value: float) -> ErrorModel:
         """The same but for one number."""
         return replace(self, **{kind: replace(getattr(self, kind), **{name: value})})

@@ -35,8 +35,8 @@ class CubicStiffness(Cause):
         unit = 0.2 / largest**3
         return (
             Parameter(
-                name="stiffness_N_per_m3", scale=10 * unit, lower=-200 * unit, upper=2e4 * unit, null=0.0, tolerance=1e-4,
-                starts=(unit,), model_error=0.9,
+                name="stiffness_N_per_m3", scale=10 * unit, lower=-200 * unit, upper=2e4 * unit, null=0.0,
+                tolerance=1e-4, starts=(unit,), model_error=0.9,
             ),
             *position(evidence, label, 8, model_error=0.2),
         )  # fmt: skip
