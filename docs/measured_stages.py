@@ -39,7 +39,11 @@ class Stage:
 
 
 def _number(value: float | None, digits: int = 3) -> str:
-    return "-" if value is None else f"{value:.{digits}g}"
+    """To so many digits; thousands as people write them."""
+    if value is None:
+        return "-"
+    told = f"{value:.{digits}g}"
+    return f"{float(told):,.0f}" if 100 <= abs(value) < 1e6 else told
 
 
 def _percent(value: float | None) -> str:
@@ -51,14 +55,9 @@ def _span(values: Sequence[float]) -> str:
 
 
 def _parameters(values: dict[str, Any]) -> str:
-    """Plain values, or those with a standard deviation."""
-    told = []
-    for name, value in values.items():
-        if isinstance(value, dict):
-            told.append(f"{name} {_number(value['value'], 4)} ± {_number(value['std'], 1)}")
-        else:
-            told.append(f"{name} {value if isinstance(value, str) else _number(value, 4)}")
-    return ", ".join(told)
+    return ", ".join(
+        f"{name} {value if isinstance(value, str) else _number(value, 4)}" for name, value in values.items()
+    )
 
 
 def _held_out(found: dict[str, Any]) -> str:
@@ -68,18 +67,15 @@ def _held_out(found: dict[str, Any]) -> str:
     return f"{_percent(held['before'])} -> {_percent(held['after'])}, noise {_percent(held['noise_floor'])}"
 
 
-def _first(found: dict[str, Any]) -> str:
-    if not found["causes"]:
-        return str(found["verdict"])
-    cause = found["causes"][0]
-    return f"{cause['cause']} ({_parameters(cause['parameters'])})"
-
-
 def _diagnosis(found: dict[str, Any]) -> Table:
     return [
-        ("verdict", "first cause", "held-out error, before -> after", "s"),
-        (found["verdict"], _first(found), _held_out(found), f"{found['seconds']:.0f}"),
+        ("verdict", "answer", "held-out error, before -> after", "s"),
+        (found["verdict"], found["answer"], _held_out(found), f"{found['seconds']:.0f}"),
     ]
+
+
+def _diagnosis_line(found: dict[str, Any]) -> str:
+    return f"{found['answer']}  Held-out error {_held_out(found)}"
 
 
 def _demo(answer: dict[str, Any]) -> Table:
@@ -89,8 +85,7 @@ def _demo(answer: dict[str, Any]) -> Table:
 
 
 def _demo_line(answer: dict[str, Any]) -> str:
-    found, hidden = answer["found"], answer["hidden"]
-    return f"hidden {_parameters(hidden['parameters'])}; found {_first(found)}; held-out error {_held_out(found)}"
+    return f"hidden: {_parameters(answer['hidden']['parameters'])}.  {_diagnosis_line(answer['found'])}"
 
 
 def _study(answer: dict[str, Any]) -> Table:
@@ -246,8 +241,7 @@ STAGES: dict[str, Stage] = {
     "brake-reuss": Stage(
         title="Brake-Reuss beam, measured sweeps",
         command="diagnose tests/data/brake-reuss/response_control.csv --rig brake-reuss --out brake-reuss",
-        table=_diagnosis, figure="Brake-Reuss beam, measured sweeps", line=lambda found: f"{found['verdict']}; "
-        f"{_first(found)}; error {_held_out(found)}",
+        table=_diagnosis, figure="Brake-Reuss beam, measured sweeps", line=_diagnosis_line,
     ),
     "friction-damper": Stage(
         title="Friction damper, three clamp tensions, one law",
