@@ -251,10 +251,10 @@ STAGES: dict[str, Stage] = {
     "clean-rigs": _of_campaigns(
         "Rigs with nothing hidden", "--cause none --seeds 2 --first-seed 2701", "rigs with nothing hidden, blind"
     ),
-    "few-causes": _of_campaigns(
-        "Some causes, hidden blind",
-        "--cause added-mass --cause channel-gain --cause joint-slap --seeds 1 --first-seed 2605",
-        "a mass, a gain and a slap, hidden blind",
+    "gain-and-slap": _of_campaigns(
+        "A wrong gain, and a slapping joint, each hidden by itself",
+        "--cause channel-gain --cause joint-slap --seeds 1 --first-seed 2605",
+        "a wrong gain and a slapping joint, hidden blind",
     ),
     "faults": Stage(
         title="Faults of instruments and wires", command="faults --tries 2", table=_faults,
