@@ -1,4 +1,4 @@
-"""Draw the README's pictures from the recordings of a demonstration; those of reports need Chromium.
+"""Draw the pictures of the README and the guides from a demonstration's recordings; those of reports need Chromium.
 
 twin demo --seed 7 --cause added-mass --out demo-pictures
 python docs/make_pictures.py demo-pictures
@@ -20,29 +20,22 @@ from twin.demo import BROADBAND, HELD_OUT, SWEEPS
 
 
 def main(folder: Path, pictures: Path) -> None:
-    """Diagnose what lies in `folder`, rehearse the shipped procedures, identify the rig from that, and draw it."""
+    """Diagnose what lies in `folder`, rehearse a shipped procedure, and draw both."""
     rig = twin.load_rig("steel-lap-joint")
     learn = [folder / name for name in (BROADBAND, SWEEPS)]
     found = rig.diagnose(learn, held_out=folder / HELD_OUT)
-    rehearsed = [rig.rehearse(name, rounds=0) for name in ("steel-random", "steel-sweeps")]
-    model = rig.identify([one.recording for one in rehearsed])
-    figures = {
-        "sweeps": found.plot_sweeps(),
-        "held-out": found.plot_held_out(),
-        "broadband": found.plot_broadband(),
-        "law": found.plot_law(),
-    }
     pictures.mkdir(exist_ok=True)
-    for name, figure in figures.items():
-        figure.savefig(pictures / f"{name}.png", dpi=90, facecolor="white")
+    found.plot_sweeps().savefig(pictures / "sweeps.png", dpi=90, facecolor="white")
     with tempfile.TemporaryDirectory() as temporary:
         reports = {
             "report-diagnosis": (
                 found,
                 f"twin diagnose {BROADBAND} {SWEEPS} --held-out {HELD_OUT} --rig steel-lap-joint",
             ),
-            "report-identification": (model, "twin identify random/run.mcap sweeps/run.mcap --rig steel-lap-joint"),
-            "report-rehearsal": (rehearsed[1], "twin rehearse steel-sweeps --rounds 0 --rig steel-lap-joint"),
+            "report-rehearsal": (
+                rig.rehearse("steel-sweeps", rounds=0),
+                "twin rehearse steel-sweeps --rounds 0 --rig steel-lap-joint",
+            ),
         }
         pages = {Path(temporary) / f"{name}.html": pictures / f"{name}.png" for name in reports}
         for page, (result, command) in zip(pages, reports.values(), strict=True):

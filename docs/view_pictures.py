@@ -1,4 +1,4 @@
-"""Draw the README's pictures of the views in rerun, live and recorded, by a viewer without a screen.
+"""Draw the guides' pictures of the views in rerun, live and recorded, by a viewer without a screen.
 
 twin demo --seed 7 --cause added-mass --out demo-pictures
 python docs/view_pictures.py demo-pictures
@@ -12,14 +12,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from recordings import read_run
 from twin.bench import open_bench
 from twin.commands.viewing import Watch, known_branches
-from twin.demo import SWEEPS
 from twin.procedures import StepResult, load_procedure
 from twin.rehearsal import NominalRig, rehearse
 from twin.rigs import load_rig
-from twin.views import save_run
 from twin.views.live import LiveView
 from twin.views.live_about import LiveAbout
 from twin.views.rerun_mode import SLOW_MOTION
@@ -30,15 +27,11 @@ LIVE_STEP = 105
 
 
 def draw_views(folder: Path, pictures: Path) -> None:
-    """Pictures of the view that a demonstration left in `folder`, of its sweeps, and of a rehearsal as it runs."""
+    """Pictures of the view that a demonstration left in `folder`, and of a rehearsal as it runs."""
     pictures.mkdir(exist_ok=True)
     with headless_viewer(file=folder / "run.rrd") as viewer:
         save_picture(viewer, pictures / "view-diagnosis.png", at=(SLOW_MOTION, 0.4))
     with tempfile.TemporaryDirectory() as temporary:
-        view = Path(temporary) / "sweeps.rrd"
-        save_run(read_run(folder / SWEEPS), view)
-        with headless_viewer(file=view) as viewer:
-            save_picture(viewer, pictures / "view-run.png")
         _draw_live(Path(temporary) / "run.mcap", pictures / "view-live.png")
 
 

@@ -76,7 +76,8 @@ def test_folders_use_what_lies_below_them(folder):
 
 OF_A_CAUSE = {
     "effect.py": {"bench", "causes", "joint", "rigs", "structure"},
-    "draw.py": {"causes", "rigs"},
+    "draws.py": {"causes", "rigs"},
+    "dice.py": {"rigs"},
     "model.py": {"causes", "diagnose", "identify", "joint", "rigs", "structure"},
     "finding.py": {"causes", "diagnose", "identify"},
     "__init__.py": {"causes"},

@@ -25,11 +25,6 @@ class Conversing(Instrument):
         self._faults = faults or LinkFaults()
 
     @property
-    def sessions(self) -> Sequence[Session]:
-        """Its conversations, one a port."""
-        return self._sessions
-
-    @property
     def stalled(self) -> bool:
         """Whether a fault keeps it from sending."""
         return self._faults.stalled

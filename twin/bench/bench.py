@@ -17,7 +17,6 @@ from twin.bench.effects import apply_effects
 from twin.bench.generator import Generator
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
-from twin.bench.march_numpy import march_numpy
 from twin.bench.marching import LANES, coefficients, march
 from twin.bench.plan import JointPlan, Plan
 from twin.bench.shaker import Shaker
@@ -57,11 +56,10 @@ class Bench:
         noise: bool,
         converter: bool,
         internal_rate_Hz: float,
-        kernel: Literal["numba", "numpy"],
     ) -> None:
         self._plan = plan
         self._rng = np.random.default_rng(seed)
-        self._noise, self._converter, self._kernel = noise, converter, kernel
+        self._noise, self._converter = noise, converter
         self._internal_rate = internal_rate_Hz
         self._built = build(plan, drive=drive)
         self._instruments = list(plan.instruments.values())
@@ -170,9 +168,8 @@ class Bench:
         steps = out.shape[1] * self._substeps
         voltage = self._generator.samples(steps)
         internal = np.empty((steps, len(self._instruments)))
-        kernel = march if self._kernel == "numba" else march_numpy
         e = self._elements
-        failures = kernel(
+        failures = march(
             self._step_s, self._decay, self._Gamma, self._C, self._D, self._built.locals, self._built.auxiliaries,
             e.kind, e.coordinate, e.auxiliary, e.scale, e.parameters, e.state,
             self._w, self._y, self._u, voltage, internal,
@@ -295,7 +292,6 @@ def open_bench(
     converter: bool = True,
     layout: Layout | None = None,
     internal_rate_Hz: float = INTERNAL_RATE_Hz,
-    kernel: Literal["numba", "numpy"] = "numba",
 ) -> Bench:
     """Set up a rig as a source of samples.
 
@@ -326,8 +322,6 @@ def open_bench(
         again.
     internal_rate_Hz
         Least number of physical steps a second.
-    kernel
-        Compiled, or the plain numpy twin (some hundred times slower).
 
     Raises
     ------
@@ -378,5 +372,4 @@ def open_bench(
         noise=noise,
         converter=converter,
         internal_rate_Hz=internal_rate_Hz,
-        kernel=kernel,
     )

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, MutableMapping
 from typing import Any
 
 from twin.bench.plan import Plan
-from twin.causes import Registered
+from twin.causes import Registered, from_folders
 from twin.rigs import Effect
 
 __all__ = ["EFFECTS", "apply_effects"]
@@ -22,7 +22,7 @@ def _effect(module: Any, name: str) -> Callable[..., None]:
     return function
 
 
-EFFECTS: MutableMapping[str, Callable[..., None]] = Registered("effect", _effect)
+EFFECTS: MutableMapping[str, Callable[..., None]] = Registered("effect", from_folders("effect", _effect))
 """Every cause by its contract name; each takes the plan, and its parameters by name."""
 
 

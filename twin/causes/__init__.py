@@ -1,7 +1,7 @@
-"""Hidden causes, one a folder: what each does on the bench, how a diagnosis models it, how large it usually is."""
+"""Hidden causes, one a folder: what each does on the bench, and how a diagnosis models it."""
 
 from twin.causes.dice import Dice
 from twin.causes.outside import OutsideCause, load_causes
-from twin.causes.registry import DRAWS, FINDINGS, NAMES, Registered
+from twin.causes.registry import DRAWS, FINDINGS, NAMES, Registered, from_folders
 
-__all__ = ["DRAWS", "FINDINGS", "NAMES", "Dice", "OutsideCause", "Registered", "load_causes"]
+__all__ = ["DRAWS", "FINDINGS", "NAMES", "Dice", "OutsideCause", "Registered", "from_folders", "load_causes"]

@@ -38,7 +38,7 @@ def command(names: tuple[str, ...], frequencies_only: bool, as_json: bool) -> No
     results = {}
     for name in chosen:
         with working(f"{name}: fitting the measured frequencies", usual_s=USUAL_s[name]):
-            results[name] = reproduce(name)
+            results[name] = reproduce(name, sweeps=not frequencies_only)
     if as_json:
         print_json({name: asdict(result) for name, result in results.items()})
         return

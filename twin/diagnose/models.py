@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import MutableMapping
 from typing import Any
 
-from twin.causes import Registered
+from twin.causes import Registered, from_folders
 from twin.diagnose.cause import Cause
 
 __all__ = ["CAUSES", "DRIFTS"]
@@ -18,7 +18,7 @@ def _model(module: Any, name: str) -> Cause:
     return cause
 
 
-CAUSES: MutableMapping[str, Cause] = Registered("model", _model)
+CAUSES: MutableMapping[str, Cause] = Registered("model", from_folders("model", _model))
 """All that have a forward model."""
 
 DRIFTS = ("preload-loss", "temperature-drift")

@@ -18,7 +18,7 @@ from twin.identify.modal_prediction import predict_held
 from twin.identify.robust_curve import RobustCurve, fit_robust_curve
 from twin.rigs.modal import LevelFit, ModalLaw, ModalRig
 
-__all__ = ["Sweep", "identify_backbone", "split_levels"]
+__all__ = ["Sweep", "identify_backbone"]
 
 Array = NDArray[np.float64]
 KNOTS = 33
@@ -61,19 +61,6 @@ class _Fit:
     frequency_Hz: Array
     damping: Array
     rms: Array
-
-
-def split_levels(
-    level: Sequence[object], frequency_Hz: Array, force_N: Array, acceleration_m_per_s2: Array, phase_rad: Array
-) -> list[Sweep]:
-    """Sweeps of a table with one row a step, in the order of their amplitudes."""
-    names = np.array([str(name) for name in level])
-    sweeps = []
-    for name in dict.fromkeys(names.tolist()):
-        rows = names == name
-        columns = (frequency_Hz, force_N, acceleration_m_per_s2, phase_rad)
-        sweeps.append(Sweep(name, *(np.asarray(column, float)[rows] for column in columns)))
-    return sorted(sweeps, key=lambda sweep: sweep.amplitude)
 
 
 def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", channel: str = "acc1") -> ModalRig:

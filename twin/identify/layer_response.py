@@ -79,11 +79,6 @@ class LayerResponse:
         S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
         return update_receptance(self.R, slice(0, p.soft.stop), S)
 
-    def drive_receptance(self, dE: Array, dG: Array, ports: slice) -> Array:
-        """Displacement of `ports` per drive force, (f, q)."""
-        R, _ = self._updated(dE, dG)
-        return np.asarray(R[:, ports, self.residual_model.model.ports.drive])
-
     def by_drive(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """The layer's strains (f, r), normal ones first, and the outputs' displacements (f, o) per drive force."""
         R, into = self._updated(dE, dG)

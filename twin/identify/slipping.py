@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from twin.identify.elimination import COMPILED, eliminate
 
@@ -21,7 +20,6 @@ __all__ = [
     "room_to_slide",
     "slide",
     "slipping_harmonics",
-    "slipping_harmonics_numpy",
 ]
 
 Array = NDArray[Any]
@@ -106,53 +104,9 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     return out
 
 
-def slipping_harmonics_numpy(amplitude: Any, k: float, slip_force: float, compliance: Array) -> Array:
-    """Plain numpy twin of :func:`slipping_harmonics`."""
-    a = np.atleast_1d(np.asarray(amplitude, float))
-    C = np.broadcast_to(compliance, (len(a), len(RIPPLES)))
-    c, rippled = common_spring(C), np.zeros(len(a), complex)
-    softer, rest = k / (1 + k * c), C - c[:, None]
-    orders = np.array([1, *RIPPLES])
-    for _ in range(PASSES):
-        y = np.array([_beyond_numpy(*one, slip_force) for one in zip(a, c, rippled, softer, strict=True)])
-        alone = np.vstack(
-            [jenkins_harmonics([v], one, slip_force, orders[-1]) for v, one in zip(y, softer, strict=True)]
-        )
-        F = _rippling_numpy(y, softer, slip_force, alone[:, orders - 1], rest)
-        rippled = F[:, 0] - alone[:, 0]
-    slip = y - c * F[:, 0]
-    return np.asarray(F * (np.conj(slip) / np.maximum(np.abs(slip), 1e-300))[:, None] ** orders)
-
-
 def common_spring(compliance: Array) -> Array:
     """Spring (s,) that compliances (s, 3) have in common: their middle, since one may lie near a resonance."""
     return np.maximum(np.sort(compliance.real, axis=1)[:, len(RIPPLES) // 2], 0.0)
-
-
-def _beyond_numpy(a: float, c: float, rippled: complex, softer: float, slip_force: float) -> float:
-    """Amplitude beyond the common spring at which the slip's is a."""
-
-    def miss(y: float) -> float:
-        return float(np.abs(y - c * (jenkins_harmonics([y], softer, slip_force, 1)[0, 0] + rippled)) - a)
-
-    low, high = _bracket(a, c, abs(rippled), softer)
-    return low if c == 0.0 else float(brentq(miss, low, high, xtol=1e-15 * a, rtol=1e-14))
-
-
-def _rippling_numpy(y: Array, k: Array, slip_force: float, alone: Array, compliance: Array) -> Array:
-    orders = np.array([1, *RIPPLES])
-    t = _sticks_until(y[:, None], k[:, None], slip_force)[1]
-    integrals = _turned(np.arange(-orders[-1], 2 * orders[-1] + 1), t)
-
-    def integral(n: Array) -> Array:
-        return integrals[:, n + orders[-1]]
-
-    ripples = orders[1:]
-    start, stiffness = integral(orders)[:, :, None], k[:, None, None] / np.pi
-    by_ripple = stiffness * (integral(orders[:, None] - ripples) - start)
-    by_conjugate = stiffness * (integral(orders[:, None] + ripples) - start)
-    both = np.concatenate([by_ripple + by_conjugate, 1j * (by_ripple - by_conjugate)], axis=2)
-    return _balanced(alone, both, compliance)
 
 
 @COMPILED
@@ -172,7 +126,7 @@ def _first(y: float, k: float, slip_force: float) -> complex:
 
 @COMPILED
 def _beyond(a: float, c: float, rippled: complex, k: float, slip_force: float) -> float:
-    """What :func:`_beyond_numpy` returns, by false position (Illinois)."""
+    """Amplitude beyond the common spring at which the slip's is a, by false position (Illinois)."""
     low, high = _bracket(a, c, abs(rippled), k)
     if c == 0.0:
         return low
@@ -269,7 +223,10 @@ def _by_ripples(a: float, k: float, slip_force: float, alone: Array, both: Array
 
 @COMPILED
 def _balance(alone: Array, both: Array, compliance: Array, J: Array, X: Array) -> None:
-    """What :func:`_balanced` returns, in place of `alone`; J (6, 6) and X (6,) are room for it."""
+    """Add to `alone` what the ripples X = -C (F + A X + B X*) that the harmonics make do to them.
+
+    J (6, 6) and X (6,) are room for that, in real and imaginary parts.
+    """
     count = len(RIPPLES)
     for i in range(count):
         C = compliance[i]
@@ -284,19 +241,6 @@ def _balance(alone: Array, both: Array, compliance: Array, J: Array, X: Array) -
     for i in range(1 + count):
         for j in range(2 * count):
             alone[i] += both[i, j] * X[j]
-
-
-def _balanced(alone: Array, both: Array, compliance: Array) -> Array:
-    """Harmonics with the ripples X = -C (F + A X + B X*) that they make, in real and imaginary parts."""
-    moved = compliance[:, :, None] * both[:, 1:]
-    count = len(RIPPLES)
-    moved[:, :, :count] += np.eye(count)
-    moved[:, :, count:] += 1j * np.eye(count)
-    given = -compliance * alone[:, 1:]
-    X = np.linalg.solve(
-        np.concatenate([moved.real, moved.imag], axis=1), np.concatenate([given.real, given.imag], axis=1)[:, :, None]
-    )
-    return np.asarray(alone + (both @ X)[:, :, 0])
 
 
 def _sticks_until(a: Array, k: Array | float, slip_force: float) -> tuple[Array, Array]:

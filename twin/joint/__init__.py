@@ -4,7 +4,7 @@ from twin.joint.cubic import Cubic
 from twin.joint.describing import describing_function
 from twin.joint.drag import QuadraticDrag
 from twin.joint.functions import FunctionLaw, law_of_functions
-from twin.joint.iwan import iwan, iwan_backbone, iwan_stiffness
+from twin.joint.iwan import iwan, iwan_backbone
 from twin.joint.jenkins import jenkins_stiffness
 from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
@@ -15,7 +15,7 @@ from twin.joint.polynomial import Polynomial
 from twin.joint.registry import known_laws, law_named, load_laws
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
-from twin.joint.slap import PiecewiseLinearContact, mayer_gaul, one_sided
+from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.sliders import ParallelJenkins, jenkins
 from twin.joint.table import Table, table_from_stiffness
 
@@ -37,7 +37,6 @@ __all__ = [
     "describing_function",
     "iwan",
     "iwan_backbone",
-    "iwan_stiffness",
     "jenkins",
     "jenkins_stiffness",
     "known_laws",
@@ -48,7 +47,6 @@ __all__ = [
     "masing",
     "masing_of_points",
     "masing_stiffness",
-    "mayer_gaul",
     "one_sided",
     "softening_of_knots",
     "table_from_stiffness",

@@ -12,11 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from twin.joint.law import Series, Stiffness
-from twin.joint.masing import masing_stiffness
+from twin.joint.law import Series
 from twin.joint.sliders import ParallelJenkins
 
-__all__ = ["iwan", "iwan_backbone", "iwan_stiffness"]
+__all__ = ["iwan", "iwan_backbone"]
 
 
 def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, chi: float = 0.0) -> ParallelJenkins:
@@ -48,13 +47,3 @@ def iwan_backbone(x: Series, stiffness_N_per_m: float, slip_force_N: float, *, c
     x_1 = slip_force_N / stiffness_N_per_m * (chi + 2.0) / (chi + 1.0)
     inside = np.minimum(np.asarray(x, float), x_1)
     return np.asarray(stiffness_N_per_m * inside * (1.0 - (inside / x_1) ** (chi + 1.0) / (chi + 2.0)))
-
-
-def iwan_stiffness(
-    amplitude: Series | float, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0
-) -> Stiffness:
-    """Describing function with infinitely many sliders.
-
-    For chi = 0 and A < x_1 the loop is parabolic: ``k (1 - A/(2 x_1) + j 2 A/(3 pi x_1))``.
-    """
-    return masing_stiffness(amplitude, lambda x: iwan_backbone(x, stiffness_N_per_m, slip_force_N, chi=chi))

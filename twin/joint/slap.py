@@ -14,7 +14,7 @@ import numpy as np
 from twin.joint.kinds import HINGES
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["PiecewiseLinearContact", "mayer_gaul", "one_sided"]
+__all__ = ["PiecewiseLinearContact", "one_sided"]
 
 
 @dataclass(frozen=True)
@@ -65,11 +65,3 @@ class PiecewiseLinearContact:
 def one_sided(stiffness_N_per_m: float, gap_m: float) -> PiecewiseLinearContact:
     """One spring that engages where e > gap."""
     return PiecewiseLinearContact((stiffness_N_per_m,), (gap_m,), (1,))
-
-
-def mayer_gaul(c1: float, c2: float, c3: float, g0: float) -> PiecewiseLinearContact:
-    """Minus the contact pressure of the paper's equation 3 as a restoring force of the opening, c3 > c2 > c1 > 0.
-
-    Below g0 the slope is c1, below 0 it is c2, below -g0 it is c3; nothing holds above g0.
-    """
-    return PiecewiseLinearContact((c1, c2 - c1, c3 - c2), (g0, 0.0, -g0), (-1, -1, -1))

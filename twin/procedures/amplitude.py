@@ -103,8 +103,8 @@ class SlowHold:
     """Holds a response, which follows the voltage with the resonance's time constant tau.
 
     At resonance x = ln |X| obeys x' = (ln V - x)/tau, and the law ln V = P e + I (integral of e), e = ln target - x,
-    places both poles nearly critically damped at half of a = (1 + P)/tau.  Away from it the amplitude beats, and
-    that gain would be unstable: P fades and I falls to 0.5/tau, below which the beat stays damped.
+    places both poles nearly critically damped at half of a = (1 + P)/tau.  Away from it the amplitude beats at the
+    beat frequency, where that gain would be unstable: P fades, and I falls to 0.5/tau, below which the beat is damped.
 
     Parameters
     ----------

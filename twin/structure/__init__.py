@@ -3,7 +3,7 @@
 from twin.structure.assembly import assemble
 from twin.structure.drawn import BeamLine, DrawnPart, beam_lines, drawn_parts, drawn_position, point_of
 from twin.structure.layer_points import LayerPoints, layer_points, points_of_joints
-from twin.structure.modes import Modes, eigenvalue_sensitivity, normal_modes, rigid_motions
+from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.node_field import NodeField
 from twin.structure.structure import JointOperators, Structure
 
@@ -19,7 +19,6 @@ __all__ = [
     "beam_lines",
     "drawn_parts",
     "drawn_position",
-    "eigenvalue_sensitivity",
     "layer_points",
     "normal_modes",
     "point_of",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-__all__ = ["Modes", "eigenvalue_sensitivity", "normal_modes", "rigid_motions"]
+__all__ = ["Modes", "normal_modes", "rigid_motions"]
 
 MOST_RIGID = 6
 RIGID = 1e-4
@@ -42,20 +42,3 @@ def rigid_motions(omega: NDArray[np.float64]) -> int:
     """How many of rising natural frequencies are those of motions that nothing holds: six at most, of one body."""
     elastic = omega[min(MOST_RIGID, len(omega) - 1)]
     return int(np.count_nonzero(omega[:MOST_RIGID] < RIGID * elastic))
-
-
-def eigenvalue_sensitivity(Phi: NDArray[np.float64], B: NDArray[np.float64]) -> NDArray[np.float64]:
-    """d(omega_r^2)/dp for a stiffness that changes as dK/dp = B' B: the square of B phi_r, summed over its rows.
-
-    Parameters
-    ----------
-    Phi : ndarray, (n, m)
-        Mass-normalised mode shapes.
-    B : ndarray, (r, n)
-        Low-rank factor of dK/dp.
-
-    Returns
-    -------
-    ndarray, (m,)
-    """
-    return np.sum((B @ Phi) ** 2, axis=0)

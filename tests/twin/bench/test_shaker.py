@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from march_numpy import march_numpy
 
 from recordings.streams import Excitation
 from twin.bench import no_law, open_bench
+from twin.bench.marching import march
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
@@ -95,10 +97,11 @@ def test_the_coil_pushes_with_the_force_factor_of_its_place():
 
 
 @pytest.mark.parametrize("drive", [LIMITED, {**LIMITED, "amplifier": "current"}], ids=["voltage", "current"])
-def test_compiled_and_plain_march_agree_in_all_limits(drive):
+def test_compiled_and_plain_march_agree_in_all_limits(drive, monkeypatch):
     samples = []
-    for kernel in ("numba", "numpy"):
-        bench = open_bench(rig(**drive), sample_rate_Hz=RATE, noise=False, converter=False, kernel=kernel)
+    for kernel in (march, march_numpy):
+        monkeypatch.setattr("twin.bench.bench.march", kernel)
+        bench = open_bench(rig(**drive), sample_rate_Hz=RATE, noise=False, converter=False)
         bench.set_output(Excitation(kind="random", amplitude_V=3.0, seed=3))
         samples.append(bench.read(64).samples)
     for name in samples[0]:

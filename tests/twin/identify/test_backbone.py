@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 
 from recordings.errors import InputError
 from twin.identify import backbone
-from twin.identify.backbone import Sweep, identify_backbone, split_levels
+from twin.identify.backbone import Sweep, identify_backbone
 from twin.identify.drive_table import write_response
 from twin.identify.modal_prediction import modal_receptance, predict_forced, predict_held
-from twin.identify.modal_table import identify_sweep_table
+from twin.identify.modal_table import identify_sweep_table, read_sweeps
 from twin.identify.robust_curve import fit_robust_curve
 from twin.lab import load_rig
 from twin.rigs.modal import ModalLaw, load_modal_rig, save_modal_rig
@@ -22,9 +22,7 @@ TABLE = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.c
 
 @pytest.fixture(scope="module")
 def beam():
-    d = np.genfromtxt(TABLE, delimiter=",", names=True)
-    columns = (d["frequency_Hz"], d["force_N"], d["acceleration_m_per_s2"], d["phase_rad"])
-    return identify_backbone(split_levels(d["level"].astype(int), *columns), name="brake-reuss")
+    return identify_backbone(sorted(read_sweeps(TABLE), key=lambda sweep: sweep.amplitude), name="brake-reuss")
 
 
 def law(**change):

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from eigenvalue_sensitivity import eigenvalue_sensitivity
 from scipy.stats import chi2
 
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import MODULI_STD, base_bounds, base_prior, fit_linear, whiten
 from twin.identify.linear_model import LinearParameters, nominal_parameters
 from twin.rigs import load_rig
-from twin.structure import eigenvalue_sensitivity, normal_modes
+from twin.structure import normal_modes
 
 FREQUENCIES = np.unique(
     np.concatenate([np.geomspace(6, 950, 60), *(f * (1 + np.linspace(-0.02, 0.02, 21)) for f in (26.45, 156.9, 470.7))])

@@ -8,6 +8,7 @@ import pytest
 from twin.joint import (
     Cubic,
     Linear,
+    PiecewiseLinearContact,
     Polynomial,
     QuadraticDrag,
     RunningLoss,
@@ -16,16 +17,19 @@ from twin.joint import (
     describing_function,
     iwan,
     iwan_backbone,
-    iwan_stiffness,
     jenkins,
     masing,
     masing_stiffness,
-    mayer_gaul,
     one_sided,
     table_from_stiffness,
 )
 
 AMPLITUDE = np.array([0.3, 0.9, 1.0, 1.7, 4.0])
+
+
+def iwan_stiffness(amplitude, stiffness, slip_force, chi=0.0):
+    """With infinitely many sliders."""
+    return masing_stiffness(amplitude, lambda x: iwan_backbone(x, stiffness, slip_force, chi=chi))
 
 
 @pytest.mark.parametrize(
@@ -37,7 +41,7 @@ AMPLITUDE = np.array([0.3, 0.9, 1.0, 1.7, 4.0])
         (Saturating(2.0, 100.0), 1e-12),
         (one_sided(5.0, 0.7), 1e-6),
         (one_sided(5.0, -0.7), 1e-6),
-        (mayer_gaul(1.0, 3.0, 9.0, 0.5), 1e-6),
+        (PiecewiseLinearContact((1.0, 2.0, 6.0), (0.5, 0.0, -0.5), (-1, -1, -1)), 1e-6),
         (jenkins(2.0, 1.5), 1e-5),
         (iwan(2.0, 1.5, sliders=7), 1e-5),
         (RunningLoss(5.0, np.linspace(0.0, 2.0, 11)), 1e-6),

@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.joint import Cubic, Linear, Polynomial, QuadraticDrag, RunningLoss, Saturating, Table, iwan, mayer_gaul
+from twin.joint import (
+    Cubic,
+    Linear,
+    PiecewiseLinearContact,
+    Polynomial,
+    QuadraticDrag,
+    RunningLoss,
+    Saturating,
+    Table,
+    iwan,
+)
 from twin.joint.kernel import evaluate, remember
 
 STEPS = 2.0 * np.sin(np.linspace(0, 9, 700)) * np.linspace(0.2, 1.0, 700)
@@ -13,7 +23,7 @@ LAWS = [
     Linear(3.0),
     Cubic(2.0),
     Saturating(2.0, 0.8, -0.5),
-    mayer_gaul(1.0, 3.0, 9.0, 0.5),
+    PiecewiseLinearContact((1.0, 2.0, 6.0), (0.5, 0.0, -0.5), (-1, -1, -1)),
     iwan(2.0, 1.5, sliders=5),
     Polynomial((-1.0, 0.5), (0.3, 0.2), stick=0.05),
     Polynomial((-1.0, 0.5), (0.3, 0.2)),

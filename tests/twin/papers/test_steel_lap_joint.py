@@ -25,6 +25,10 @@ def printed():
     return json.loads(stream.getvalue())["steel-lap-joint"]
 
 
+def test_frequencies_only_leaves_the_sweeps_out(printed):
+    assert printed["residual_percent"] == {}
+
+
 def test_shipped_table_is_that_of_the_shipped_rig():
     study, rig = load_study("steel-lap-joint"), load_rig("steel-lap-joint")
     for preload, condition in study.condition.items():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twin.bench.force_factor import ForceFactor
-from twin.joint import Cubic, Linear, Polynomial, RunningLoss, Saturating, Table, iwan, mayer_gaul
+from twin.joint import Cubic, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, Table, iwan
 from twin.response.aft import (
     alternate,
     alternate_numpy,
@@ -20,7 +20,7 @@ H, SAMPLES = 5, 512
 LAWS = [
     Cubic(2.0),
     Saturating(2.0, 0.8, -0.5),
-    mayer_gaul(1.0, 3.0, 9.0, 0.5),
+    PiecewiseLinearContact((1.0, 2.0, 6.0), (0.5, 0.0, -0.5), (-1, -1, -1)),
     iwan(2.0, 1.5, sliders=5),
     Polynomial((-1.0, 0.5), (0.3, 0.2), stick=0.3),
     Table.of(np.tanh, limit_m=3.0),

@@ -1,5 +1,7 @@
 """The membrane with drilling rotations: patch tests, and the zero-thickness interface as its limit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,7 +77,9 @@ def test_a_membrane_that_grows_thin_becomes_the_interface():
 
 def test_floating_structure_with_a_membrane_keeps_its_rigid_body_modes():
     rig = load_rig("steel-lap-joint")
-    floating = with_layer_element(assemble(rig, layout=rig.layout().hung_free(), sensor_masses=False), membrane_layer)
+    floating = with_layer_element(
+        assemble(rig, layout=replace(rig.layout(), supports=()), sensor_masses=False), membrane_layer
+    )
     frequency = normal_modes(floating.M, floating.stiffness(3.9e8, 7.6e7), 5).frequency_Hz
     assert np.all(frequency[:3] < 2e-2)
     assert frequency[3] > 50

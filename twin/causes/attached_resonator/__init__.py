@@ -1,1 +1,0 @@
-"""Something loose that resonates by itself: a cable, a bracket, a dangling connector."""

@@ -1,1 +1,0 @@
-"""The clamp's foundation moves with the drive force."""

@@ -1,1 +1,0 @@
-"""A channel's sensitivity is wrong: a mistyped calibration, a gain switch."""

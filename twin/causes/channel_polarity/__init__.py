@@ -1,1 +1,0 @@
-"""A channel is wired or mounted the wrong way round."""

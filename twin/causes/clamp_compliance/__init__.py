@@ -1,1 +1,0 @@
-"""The clamp turns under the beam's root moment."""

@@ -1,1 +1,0 @@
-"""A part of one channel leaks into another."""

@@ -1,1 +1,0 @@
-"""A mass between force cell and beam: a stud, wax, the cell's own live side."""

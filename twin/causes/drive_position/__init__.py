@@ -1,1 +1,0 @@
-"""The shaker drives the beam at another place than was written down."""

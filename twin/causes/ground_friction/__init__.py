@@ -1,1 +1,0 @@
-"""Dry friction against the surroundings: a cable that drags, a probe that touches."""

@@ -1,1 +1,0 @@
-"""The joint's linear stiffness is far from what was assumed: another torque, another surface."""

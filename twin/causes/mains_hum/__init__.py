@@ -1,1 +1,0 @@
-"""Hum of the mains on a channel."""

@@ -1,1 +1,0 @@
-"""A sensor resonates on its mount: wax gone soft, a loose stud, a magnet base."""

@@ -1,1 +1,0 @@
-"""The bolt loses preload while the test runs."""

@@ -1,1 +1,0 @@
-"""A converter coarser than assumed, or a range chosen far too large."""

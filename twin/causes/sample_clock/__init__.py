@@ -1,1 +1,0 @@
-"""The converter's clock is off, so that every frequency is."""

@@ -1,1 +1,0 @@
-"""A sensor sits at another place than was written down."""

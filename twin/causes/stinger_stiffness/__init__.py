@@ -1,1 +1,0 @@
-"""The stinger holds the beam at the drive point, and the force cell does not see it."""

@@ -1,1 +1,0 @@
-"""The structure warms up while the test runs."""

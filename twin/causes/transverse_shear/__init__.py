@@ -1,1 +1,0 @@
-"""A beam so thick or so soft in shear that Euler and Bernoulli do not hold."""
