@@ -18,8 +18,6 @@ __all__ = ["command"]
 
 REPORT, VIEW, RESULT = "report.html", "view.rrd", "result.json"
 HELD_OUT = "--held-out"
-USUAL_s, USUAL_TABLE_s = 30.0, 10.0
-"""What a diagnosis of recordings takes on two cores (10 s of a clean rig, 15 to 40 s of another), and one of tables."""
 
 
 class _HeldOutRuns(click.Command):
@@ -78,7 +76,7 @@ def command(
     tables = are_tables([*runs, *held_out])
     again = _again(runs, held_out, rig_name, preloads, out)
     rig = load_rig(rig_name)
-    with staged_folder(out) as folder, working("reading", usual_s=USUAL_TABLE_s if tables else USUAL_s) as begin:
+    with staged_folder(out) as folder, working("reading") as begin:
         found = rig.diagnose(
             runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
         )
