@@ -117,6 +117,7 @@ def _line(result: CaseResult) -> str:
     if result.found["gain"]:
         held = result.found["gain"]["held_out"]
         text += f", held-out error {held['before']:.2g} before, {held['after']:.2g} after"
+    text += "" if result.found.get("explains", True) else ", not explained"
     return f"{text}, {result.found['seconds']:.0f} s"
 
 

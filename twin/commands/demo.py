@@ -44,7 +44,8 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
     """Serve a virtual steel rig, drive it over a serial line and CAN, record, identify, and find what is wrong.
 
     A cause is drawn and hidden in the rig that the instruments serve.  The client knows the instruments' addresses and
-    the rig file as an experimenter believes it; the diagnosis sees the recordings and that file alone.
+    the rig file as an experimenter believes it; the diagnosis sees the recordings and that file alone.  Ends with
+    status 1 where it leaves them unexplained, as twin diagnose does.
     """
     seed = secrets.randbelow(10_000) if seed is None else seed
     out = _folder(out if out is not None else Path(f"demo-{seed}"), cause, overwrite=overwrite)
@@ -62,7 +63,7 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
     if as_json:
         print_json(result)
     tell_result(result, out)
-    return 0
+    return int(not result["found"]["explains"])
 
 
 def _folder(out: Path, cause: str | None, *, overwrite: bool) -> Path:

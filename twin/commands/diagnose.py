@@ -58,7 +58,7 @@ def command(
     held_out: tuple[Path, ...],
     out: Path,
     as_json: bool,
-) -> None:
+) -> int:
     """Say what the model of RIG gets wrong about the measured RUNs.
 
     RUNs are recordings (.mcap) or tables (.csv), not both at once.  A table of natural frequencies has the columns
@@ -68,6 +68,9 @@ def command(
     name and the channel's are taken.
 
     What RIG says is not found again: with the extended.toml of an earlier diagnosis only what is new is.
+
+    Ends with status 1 where the data stay unexplained: a verdict of unknown or ambiguous, or an error on what was held
+    out that is still several times its noise or has grown.
     """
     from twin.diagnose import usual_processes
     from twin.lab import load_rig
@@ -88,6 +91,7 @@ def command(
         print_json(data)
     else:
         _tell(data, out, [RESULT, data["extended_model"], REPORT, *([] if tables else [VIEW])])
+    return int(not data["explains"])
 
 
 def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloads: Sequence[str], out: Path) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.search import Search
+from twin.diagnose.shortfall import explains, shortfall, told_with
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 
@@ -153,9 +154,19 @@ class Diagnosis:
     missing_force: MissingForce | None = None
 
     @property
+    def shortfall(self) -> str:
+        """What the model leaves unexplained; empty where that is nothing."""
+        return shortfall(self.verdict, self.misfit, self.gain)
+
+    @property
     def sentence(self) -> str:
-        """The answer in one sentence."""
+        """The answer in one sentence, behind one on what it leaves unexplained."""
+        return told_with(self._answer(), self.shortfall)
+
+    def _answer(self) -> str:
         named = [c for c in self.causes if c.in_model]
+        if self.verdict == "none" and self.shortfall:
+            return "No cause on the list was named."
         if self.verdict == "none":
             return "The model agrees with the data to within their noise; nothing needs to be named."
         if self.verdict == "unknown":
@@ -180,6 +191,7 @@ class Diagnosis:
         """The contract's JSON object."""
         return {
             **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
+            "explains": explains(self.verdict, self.shortfall),
             "gain": None
             if self.gain is None
             else {

@@ -144,8 +144,8 @@ def diagnosis(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Diagnosis:
         gain=Gain(
             0.054,
             0.0077,
-            0.0005,
-            by_harmonic={1: HeldOutError(0.054, 0.0077, 0.0005, count=82)},
+            0.005,
+            by_harmonic={1: HeldOutError(0.054, 0.0077, 0.005, count=82)},
             runs=("heldout.mcap",),
             sweeps=("3N-up",),
         ),
