@@ -104,7 +104,7 @@ class SlowHold:
 
     At resonance x = ln |X| obeys x' = (ln V - x)/tau, and the law ln V = P e + I (integral of e), e = ln target - x,
     places both poles nearly critically damped at half of a = (1 + P)/tau.  Away from it the amplitude beats at the
-    beat frequency, where that gain would be unstable: P fades and I falls to 0.5/tau, below which the beat stays damped.
+    beat frequency, where that gain would be unstable: P fades and I falls to 0.5/tau, below which it stays damped.
 
     Parameters
     ----------
