@@ -6,9 +6,11 @@ import errno
 import importlib
 import io
 import os
+import re
 import shlex
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import click
@@ -209,14 +211,42 @@ def test_verbose_says_what_was_done_when_and_where_an_error_came_from(tmp_path, 
     assert shown.splitlines()[-1].startswith("twin: ")
 
 
-def test_work_of_unknown_length_tells_the_time_that_it_usually_still_takes(monkeypatch):
+def test_work_of_unknown_length_tells_stage_and_time_and_no_estimate(monkeypatch):
     screen = Console(file=io.StringIO(), force_terminal=True, width=100)
     monkeypatch.setattr(output, "console", screen)
-    with output.working("fitting", usual_s=90.0) as say:
+    with output.working("fitting") as say:
         say("scoring causes")
     shown = screen.file.getvalue()
     assert "scoring causes" in shown
-    assert "about 90 s left" in shown
+    assert "0:00:00" in shown
+    assert "left" not in shown
+
+
+def test_counted_steps_tell_what_is_left_at_their_pace(monkeypatch):
+    screen = Console(file=io.StringIO(), force_terminal=True, width=100, no_color=True)
+    monkeypatch.setattr(output, "console", screen)
+    with output.progress_bar() as bar:
+        task = bar.add_task("sweeping", total=3)
+        for _ in range(2):
+            bar.advance(task)
+            time.sleep(0.01)
+        bar.refresh()
+    assert re.search(r"about 0:00:0\d left", screen.file.getvalue())
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_a_pipe_gets_a_line_for_each_stage_that_lasts(monkeypatch, quiet):
+    piped = Console(file=io.StringIO(), width=100, quiet=quiet)
+    monkeypatch.setattr(output, "console", piped)
+    monkeypatch.setattr(output, "_verbose", False)
+    monkeypatch.setattr(output, "SAID_AFTER_s", 0.05)
+    with output.working("reading") as say:
+        time.sleep(0.1)
+        say("over at once")
+        say("scoring causes")
+        time.sleep(0.1)
+    told = [line.split(" s  ")[1] for line in piped.file.getvalue().splitlines()]
+    assert told == ([] if quiet else ["reading", "scoring causes"])
 
 
 def test_a_full_disk_is_one_line(monkeypatch, capsys):

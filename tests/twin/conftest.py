@@ -1,13 +1,29 @@
-"""A campaign on the bench, recorded once for all tests that identify."""
+"""A campaign on the bench, recorded once for all tests that identify, and steady states without a recording."""
 
 import numpy as np
 import pytest
 
 from recordings import RunWriter
 from twin.bench import open_bench
+from twin.identify.sine_fit import SteadyState
 from twin.procedures import DirectAcquisition, Random, SteppedSine, run_procedure
 from twin.procedures.tables import Measure
 from twin.rigs import load_rig
+
+
+@pytest.fixture(scope="session")
+def make_state():
+    """Makes a steady state of 1 N with nothing measured, but for the fields that are given."""
+
+    def make(**fields):
+        nothing = {
+            "run": "sweeps.mcap", "sweep": "1N-up", "index": 0, "position": 0, "frequency_Hz": 26.0,
+            "target_channel": "force", "target_amplitude": 1.0, "time_s": 0.0, "amplitude": {}, "variance": {},
+            "drift": {}, "drift_std": {}, "lost": 0, "overloaded": 0, "duration_s": 1.0,
+        }  # fmt: skip
+        return SteadyState(**{**nothing, **fields})
+
+    return make
 
 
 @pytest.fixture(scope="session")

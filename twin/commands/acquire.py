@@ -14,7 +14,7 @@ import click
 from recordings.errors import InputError
 from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say
+from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say, stage
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -195,6 +195,7 @@ def _run(procedure: Procedure, acquisition: RigAcquisition, sink: _CountingSink,
     steps, single_s = planned_steps(procedure), None
     if steps == 1 and isinstance(procedure, (Dwell, Random)):  # the only step's time is what is left
         single_s = procedure.duration + (procedure.settle.seconds or 0.0)
+    stage(f"running the procedure: {steps} steps")
     with progress_bar() as bar:
         task = bar.add_task("starting", total=single_s or steps)
         passed = 0.0
@@ -235,6 +236,7 @@ def _record(acquisition: Acquisition, sink: RunSink, seconds: float | None) -> t
     start_ns: int | None = None
     try:
         acquisition.start()
+        stage("recording")
         with progress_bar() as bar:
             task = bar.add_task("recording", total=seconds)
             while True:

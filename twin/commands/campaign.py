@@ -10,7 +10,7 @@ import click
 from recordings.errors import InputError
 from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json, progress_bar, say, write_json
+from twin.commands.output import console, json_option, print_json, progress_bar, say, stage, write_json
 from twin.commands.outside import causes_option
 
 if TYPE_CHECKING:
@@ -80,6 +80,7 @@ def command(
         plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
     except ValueError as error:
         raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
+    stage(f"diagnosing {len(plans)} cases")
     with progress_bar() as progress:
         task = progress.add_task(f"{len(plans)} cases", total=len(plans))
 
@@ -116,6 +117,7 @@ def _line(result: CaseResult) -> str:
     if result.found["gain"]:
         held = result.found["gain"]["held_out"]
         text += f", held-out error {held['before']:.2g} before, {held['after']:.2g} after"
+    text += "" if result.found.get("explains", True) else ", not explained"
     return f"{text}, {result.found['seconds']:.0f} s"
 
 

@@ -17,8 +17,6 @@ __all__ = ["command"]
 
 LISTED = 20
 """Problems printed for people; --json has them all."""
-CHECKING_s_per_B = 1e-8
-"""Measured on one core."""
 
 
 @click.command(name="check")
@@ -44,11 +42,11 @@ def command(run: Path, out: Path | None, as_json: bool) -> int:
     from recordings.check import check_run
     from recordings.recover import recover
 
-    with working(f"checking {run.name}", usual_s=_usual_s(run)):
+    with working(f"checking {run.name}"):
         report = check_run(run)
     recovered = None
     if out:
-        with working(f"recovering {run.name}", usual_s=2 * _usual_s(run)):
+        with working(f"recovering {run.name}"):
             recovered = recover(run, out)
     if as_json:
         print_json({**asdict(report), "recovered": asdict(recovered) if recovered else None})
@@ -59,10 +57,6 @@ def command(run: Path, out: Path | None, as_json: bool) -> int:
         elif not report.sound:
             next_step(f"twin check {run} --recover {run.with_name(run.stem + '-whole.mcap')}")
     return 0 if report.sound else 1
-
-
-def _usual_s(run: Path) -> float:
-    return 0.5 + run.stat().st_size * CHECKING_s_per_B if run.is_file() else 0.5
 
 
 def _check_table(path: Path, as_json: bool) -> None:

@@ -16,10 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["command", "formats"]
 
-READING_s_per_MB = {".mcap": 0.02, ".uff": 0.07, ".unv": 0.07, ".csv": 0.1, ".mat": 0.03, ".blf": 0.3}
-WRITING_s_per_MB = {".mcap": 0.02, ".uff": 0.1, ".unv": 0.1, ".csv": 0.3, ".mat": 0.12, ".blf": 0.3}
-"""Of the file that is read; for the time left, measured on one core."""
-
 
 @click.command(name="convert")
 @click.argument("source", metavar="IN", type=click.Path(path_type=Path))
@@ -48,7 +44,7 @@ def command(
     from recordings.convert import convert
 
     notes: list[str] = []
-    with working(f"converting {source.name}", usual_s=_usual_s(source, target)):
+    with working(f"converting {source.name}"):
         if frf:
             notes = _write_responses(source, target, sweep, resolution, overwrite)
         elif sweep is not None:
@@ -68,12 +64,6 @@ def formats() -> tuple[Format, ...]:
     from recordings.convert import FORMATS, Format
 
     return (*FORMATS, Format(suffix=".blf", name="BLF", read=read_blf, write=write_blf))
-
-
-def _usual_s(source: Path, target: Path) -> float:
-    size_MB = source.stat().st_size * 1e-6 if source.is_file() else 0.0
-    rate = READING_s_per_MB.get(source.suffix.lower(), 0.1) + WRITING_s_per_MB.get(target.suffix.lower(), 0.1)
-    return 0.5 + size_MB * rate
 
 
 def _write_responses(source: Path, target: Path, sweep: str | None, resolution_Hz: float, overwrite: bool) -> list[str]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json, progress_bar, say
+from twin.commands.output import console, json_option, print_json, progress_bar, say, stage
 
 if TYPE_CHECKING:
     from twin.commands.fault_trials import Outcome
@@ -61,6 +61,7 @@ def command(tries: int, only: str | None, seed: int, as_json: bool) -> int:
         task = bar.add_task("", total=tries * len(trials))
         for name, attempt in trials:
             bar.update(task, description=name)
+            stage(f"trying {name}")
             outcomes = []
             for number in range(tries):
                 outcomes.append(_in_a_folder(attempt, seed + number))

@@ -44,7 +44,7 @@ def command(loops: tuple[Path, ...], cutoff: float, as_json: bool) -> None:
         raise InputError(loops[0], "", f"the loops' names are not unique: {', '.join(names)}", "rename the files")
     if cutoff >= min(loop.sample_rate for loop in read) / 2:
         raise InputError("--cutoff", "", f"{cutoff:g} Hz is not below half of the sample rate")
-    with working("fitting three laws", usual_s=10.0):
+    with working("fitting three laws"):
         found = identify_friction(read, cutoff_Hz=cutoff)
     result = _result(found, names)
     if as_json:

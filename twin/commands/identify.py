@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-USUAL_s = 20.0
-"""What recordings take on two cores."""
-
 
 @click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
@@ -63,7 +60,7 @@ def command(
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
-    with working("reading", usual_s=USUAL_s) as begin:
+    with working("reading") as begin:
         model = rig.identify(runs, preload=preload, report=begin)
         begin("writing the model" + (" and the report" if page else ""))
         _write(model, out, page, _again(runs, rig_name, preload, out))

@@ -85,7 +85,7 @@ def _found(
     records = broadband_records(recorded, channels=[force, *channels])
     if not records:
         raise InputError(run, "/procedure", "holds no broadband stretch", "run a procedure of kind random")
-    with working("fitting modes", usual_s=8.0):
+    with working("fitting modes"):
         try:
             return force, channels, modes_of_record(records[0], force=force, channels=channels, band_Hz=band)
         except ValueError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,8 +14,15 @@ from typing import Any
 import click
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
-from rich.progress_bar import ProgressBar
+from rich.progress import (
+    BarColumn,
+    Progress,
+    Task,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 __all__ = [
@@ -26,6 +34,7 @@ __all__ = [
     "printable",
     "progress_bar",
     "say",
+    "stage",
     "standard_output",
     "verbose",
     "working",
@@ -34,6 +43,9 @@ __all__ = [
 
 console = Console(stderr=True, highlight=False, markup=False)
 """Progress, warnings and tables for people.  No markup: names from a stranger's file have brackets as they like."""
+
+SAID_AFTER_s = 0.9
+"""A stage that is over sooner gets no line where no bar is shown: who gave a bad file reads of that alone."""
 
 _verbose = False
 
@@ -124,24 +136,32 @@ def next_step(text: str) -> None:
     say(f"next: {text}")
 
 
+def stage(text: str) -> None:
+    """Say what begins now where no bar shows it: standard error is no terminal, or ``--verbose`` was asked for."""
+    if _verbose or not console.is_terminal:
+        say(text)
+
+
 def progress_bar() -> Progress:
-    """A progress bar with the time left, on standard error, for work whose steps are counted."""
+    """A bar on standard error with the time that has passed; where steps are counted, with what is left at their pace.
+
+    A task without a total shows no share and no estimate: nobody knows them.
+    """
     return Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(),
-        console=console, transient=True, disable=_unseen(),
+        TextColumn("{task.description}", markup=False), BarColumn(bar_width=30), TaskProgressColumn(),
+        TimeElapsedColumn(), _LeftColumn(),
+        console=console, transient=True, disable=console.quiet or not console.is_terminal,
     )  # fmt: skip
 
 
 @contextmanager
-def working(text: str, *, usual_s: float) -> Iterator[Callable[[str], None]]:
-    """A bar for work whose steps nobody can count beforehand, with the time that it usually still takes.
+def working(text: str) -> Iterator[Callable[[str], None]]:
+    """A bar for work whose steps nobody can count beforehand; where none shows, a line for each stage.
 
     Parameters
     ----------
     text
         What is done first.
-    usual_s
-        Seconds that such work usually takes.
 
     Yields
     ------
@@ -149,47 +169,37 @@ def working(text: str, *, usual_s: float) -> Iterator[Callable[[str], None]]:
         Say what is done now; with ``--verbose`` each is a line that stays.
     """
     started = time.perf_counter()
-    bar = Progress(
-        TextColumn("{task.description}", markup=False), _ShareColumn(usual_s), _LeftColumn(usual_s),
-        console=console, transient=True, disable=_unseen(),
-    )  # fmt: skip
-    with bar:
-        task = bar.add_task(text)
+    waiting = threading.Timer(0.0, stage)
+    with progress_bar() as bar:
+        task = bar.add_task(text, total=None)
 
         def begin(what: str) -> None:
-            if _verbose:
-                say(f"{time.perf_counter() - started:6.1f} s  {what}")
+            nonlocal waiting
+            waiting.cancel()
+            line = f"{time.perf_counter() - started:6.1f} s  {what}"
             bar.update(task, description=what)
+            if _verbose:
+                say(line)
+            else:
+                waiting = threading.Timer(SAID_AFTER_s, stage, [line])
+                waiting.daemon = True
+                waiting.start()
 
-        begin(text)
-        yield begin
-        if _verbose:
-            begin("done")
-
-
-def _unseen() -> bool:
-    return console.quiet or not console.is_terminal
-
-
-class _ShareColumn(ProgressColumn):
-    """A bar that fills as the usual time passes, and never quite."""
-
-    def __init__(self, usual_s: float) -> None:
-        super().__init__()
-        self._usual_s = usual_s
-
-    def render(self, task: Task) -> ProgressBar:
-        share = 1 - math.exp(-2 * (task.elapsed or 0.0) / self._usual_s)
-        return ProgressBar(total=1.0, completed=share, width=30)
+        try:
+            begin(text)
+            yield begin
+            if _verbose:
+                begin("done")
+        finally:
+            waiting.cancel()
 
 
-class _LeftColumn(ProgressColumn):
-    """What is left of the usual time."""
-
-    def __init__(self, usual_s: float) -> None:
-        super().__init__()
-        self._usual_s = usual_s
+class _LeftColumn(TimeRemainingColumn):
+    """What is left at the pace so far; empty until there is one."""
 
     def render(self, task: Task) -> Text:
-        left_s = self._usual_s - (task.elapsed or 0.0)
-        return Text(f"about {left_s:.0f} s left" if left_s > 1 else "takes longer than usual")
+        return (
+            Text("")
+            if task.time_remaining is None
+            else Text("about ").append_text(super().render(task)).append(" left")
+        )

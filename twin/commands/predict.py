@@ -34,7 +34,7 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
 
     if not out.absolute().parent.is_dir():
         raise InputError(out, "", "its folder does not exist")
-    with working("predicting", usual_s=6.0):
+    with working("predicting"):
         rig = load_rig(model)
         asked = read_drive(drive)
         predicted = rig.predict(

@@ -16,7 +16,7 @@ import click
 
 from recordings.errors import InputError
 from twin.commands.laws import laws_option, laws_words
-from twin.commands.output import json_option, next_step, plain, print_json, say, write_json
+from twin.commands.output import json_option, next_step, plain, print_json, say, stage, write_json
 from twin.commands.outside import causes_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
@@ -130,6 +130,7 @@ class _Job:
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
+        stage("predicting the branches")
         branches = known_branches(rig, preload, asked)
         nominal = NominalRig.of(rig, preload=preload, branches=branches)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rich.progress import Progress, TaskID
 
 from recordings.errors import InputError
-from twin.commands.output import console, progress_bar
+from twin.commands.output import console, progress_bar, stage
 from twin.commands.stopping import deaf
 
 if TYPE_CHECKING:
@@ -63,6 +63,7 @@ class Meter:
 
         self._title = self._text = title
         self._done, self._total = 0, planned_steps(procedure)
+        stage(f"{title}: {self._total} steps")
 
     def step(self, _: object) -> None:
         """One step more is measured."""

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-USUAL_s = 1.0
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 TOLD = 10
 """Natural frequencies that are told at least, as far as there are so many."""
@@ -53,7 +52,7 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     if is_modal_rig(rig) or is_beam_rig(rig):
         raise InputError(rig, "kind", "has no parts and sensors to show", "give a rig of format 1 or 2")
     loaded = load_rig(rig)
-    with working(f"assembling {loaded.name}", usual_s=USUAL_s):
+    with working(f"assembling {loaded.name}"):
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
         frequencies = modelled.modes.frequency_Hz[:TOLD].tolist()
         warnings = implausible(modelled)

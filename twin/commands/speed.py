@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import json_option, print_json, progress_bar, say
+from twin.commands.output import json_option, print_json, progress_bar, say, stage
 
 __all__ = ["command"]
 
@@ -34,6 +34,7 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
         task = bar.add_task("", total=len(only or every))
         for name in only or every:
             bar.update(task, description=name)
+            stage(f"measuring {name}")
             try:
                 results[name] = every[name]().table()
             except MissingRivalError as error:

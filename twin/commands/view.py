@@ -18,8 +18,6 @@ from twin.commands.output import console, json_option, print_json, say, working
 __all__ = ["command"]
 
 RESULT = "result.json"
-USUAL_s = 5.0
-"""What reading and drawing a run of some minutes takes."""
 LARGEST_RESULT = 200_000_000
 """Bytes; a larger result.json is nobody's."""
 
@@ -114,7 +112,7 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
     if recording.suffix.lower() == ".csv":
         save_table(read_table(recording), out)
         return out
-    with working(f"reading {recording.name}", usual_s=USUAL_s) as begin:
+    with working(f"reading {recording.name}") as begin:
         run = read_run(recording)
         begin("reducing and drawing")
         save_run(run, out, rehearsal=rehearsal)

@@ -11,6 +11,7 @@ from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.search import Search
 from twin.identify.error_model import SOUND
+from twin.diagnose.shortfall import explains, shortfall, told_with
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 
@@ -157,9 +158,19 @@ class Diagnosis:
     excluded: tuple[Exclusion, ...] = ()
 
     @property
+    def shortfall(self) -> str:
+        """What the model leaves unexplained; empty where that is nothing."""
+        return shortfall(self.verdict, self.misfit, self.gain)
+
+    @property
     def sentence(self) -> str:
-        """The answer in one sentence."""
+        """The answer in one sentence, behind one on what it leaves unexplained."""
+        return told_with(self._answer(), self.shortfall)
+
+    def _answer(self) -> str:
         named = [c for c in self.causes if c.in_model]
+        if self.verdict == "none" and self.shortfall:
+            return "No cause on the list was named."
         if self.verdict == "none":
             return "The model agrees with the data to within their noise; nothing needs to be named."
         if self.verdict == "unknown":
@@ -190,6 +201,7 @@ class Diagnosis:
                 "inferred": self.search.model.errors.steps.stiffness,
                 "sound": SOUND.steps.stiffness,
             },
+            "explains": explains(self.verdict, self.shortfall),
             "gain": None
             if self.gain is None
             else {

@@ -20,6 +20,7 @@ from twin.identify.linear_model import LinearModel, Output, build_linear_model, 
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import in_directions_of
+from twin.identify.settled import still_changing
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Place, Rig, nearest_preload, recorded_preload
@@ -27,9 +28,6 @@ from twin.rigs import Place, Rig, nearest_preload, recorded_preload
 __all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data"]
 
 Array = NDArray[Any]
-
-UNSETTLED_SIGMA, UNSETTLED_SHARE = 8.0, 2e-3
-"""A step whose fundamental changes by more than both within its measurement is not used as a steady state."""
 
 
 class Known(Protocol):
@@ -237,7 +235,8 @@ def gather_data(
             first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"
         )
     reference = reference_output(model)
-    settled = [state for state in states if not _unsettled(state, outputs[reference].channel, force)]
+    changing = still_changing(states, [outputs[reference].channel], force=force)
+    settled = [state for state, moves in zip(states, changing, strict=True) if not moves]
     return MeasuredData(
         rig=rig,
         preload=preload,
@@ -247,7 +246,7 @@ def gather_data(
         reference=reference,
         broadband=tuple(binned),
         steps=_arrays(settled, force, outputs, reference),
-        unsettled=tuple(state for state in states if _unsettled(state, outputs[reference].channel, force)),
+        unsettled=tuple(state for state, moves in zip(states, changing, strict=True) if moves),
         linear=fit,
         runs=tuple(runs),
         dropped=sum(_measured_sines(run) for run in runs) - len(states),
@@ -291,11 +290,6 @@ def _clock_error(states: list[SteadyState], force: str) -> float:
 
 def _measured_sines(run: Run) -> int:
     return sum(stretch.step.frequency_Hz > 0 for sweep in sweeps(run) for stretch in sweep.stretches)
-
-
-def _unsettled(state: SteadyState, channel: str, force: str) -> bool:
-    change, std = abs(state.change(channel, force=force)), state.drift_std[channel]
-    return change > UNSETTLED_SIGMA * std and change > UNSETTLED_SHARE
 
 
 def _arrays(states: list[SteadyState], force: str, outputs: tuple[Output, ...], reference: int) -> StepArrays:

@@ -95,6 +95,15 @@ class SteadyState:
         """
         return self.drift[channel] - 1j * self.drift[force].imag
 
+    def change_sigma(self, channel: str, *, force: str) -> float:
+        """:meth:`change` in standard deviations, each of its parts in its own.
+
+        The turn of phase has the noise of both channels.  Where the force is small that of its cell is by far the
+        larger one.
+        """
+        change, own, other = self.change(channel, force=force), self.drift_std[channel], self.drift_std[force]
+        return float(np.hypot(change.real / own, change.imag / np.hypot(own, other)))
+
 
 def steady_states(
     run: Run, *, channels: Sequence[str] | None = None, lines: Mapping[str, Line] | None = None

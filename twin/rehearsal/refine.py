@@ -6,6 +6,7 @@ import bisect
 import math
 from collections.abc import Sequence
 
+from twin.identify.resonances import same_resonance
 from twin.procedures import SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.rehearsal.rehearsal import Rehearsal
@@ -22,40 +23,50 @@ SMALLEST_CHANGE = 0.1
 def finer_grid(rehearsal: Rehearsal, places_Hz: Sequence[tuple[float, float]]) -> dict[str, object]:
     """The change of a stepped sine's grid that resolves what lies in some intervals of frequency.
 
-    Fixed frequencies stay and get more between them; an adaptive grid is made to look more closely.
+    Fixed frequencies stay and get more between them; an adaptive grid is made to look more closely.  About several
+    resonances an adaptive grid would do so between them too: there its widest steps stay, with more about each peak.
     """
     procedure = rehearsal.procedure
     assert isinstance(procedure, SteppedSine)
-    if procedure.grid is not None and procedure.grid.kind == "adaptive":
-        return {"grid": _more_careful(rehearsal, procedure, places_Hz)}
     frequencies = fixed_frequencies(procedure)
     added: set[float] = set()
+    if procedure.grid is not None and procedure.grid.kind == "adaptive":
+        if all(len(rehearsal.bands(steps)) == 1 for steps in rehearsal.sweeps().values()):
+            return {"grid": _more_careful(rehearsal, procedure, places_Hz)}
+        peaks_Hz = {summary.peak_frequency_Hz for summary in rehearsal.summaries()}
+        places_Hz = [*places_Hz, *((peak, peak) for peak in sorted(peaks_Hz))]
     for low_Hz, high_Hz in places_Hz:
         added |= _around(rehearsal, frequencies, low_Hz, high_Hz)
     return {"grid": None, "frequencies": sorted({*frequencies, *added})}
 
 
-def resonance_between(rehearsal: Rehearsal, here: StepResult, there: StepResult, channel: str) -> float:
-    """Where the real part of force over displacement, of one degree of freedom linear in w2, vanishes between steps."""
-    w2, stiffness = [], []
-    for step in (here, there):
-        w2.append(step.frequency_Hz**2)
-        receptance = rehearsal.receptance(step, channel)
-        stiffness.append((1 / receptance).real if receptance else math.inf)
+def resonance_between(rehearsal: Rehearsal, steps: Sequence[StepResult], index: int) -> float:
+    """Frequency, Hz, between step `index` and the next where the real part of force over displacement vanishes.
+
+    Of one degree of freedom that part is linear in the square of the frequency.
+    """
+    between = slice(index, index + 2)
+    frequency_Hz = [step.frequency_Hz for step in steps[between]]
+    w2 = [f**2 for f in frequency_Hz]
+    stiffness = [(1 / one).real if one else math.inf for one in rehearsal.receptances(steps)[between]]
     if not all(map(math.isfinite, stiffness)) or stiffness[0] == stiffness[1]:
-        return 0.5 * (here.frequency_Hz + there.frequency_Hz)
+        return 0.5 * sum(frequency_Hz)
     at = w2[0] + (w2[1] - w2[0]) * stiffness[0] / (stiffness[0] - stiffness[1])
     return math.sqrt(min(max(at, min(w2)), max(w2)))
 
 
 def _around(rehearsal: Rehearsal, frequencies: Sequence[float], low_Hz: float, high_Hz: float) -> set[float]:
-    """Round frequencies about an interval, wider apart the farther out, up to the next known ones."""
+    """Round frequencies about an interval, wider apart the farther out, up to the next known ones.
+
+    Where those belong to another resonance, the gap between the two is left alone.
+    """
     half_Hz = rehearsal.half_width_Hz(0.5 * (low_Hz + high_Hz))
     first, last = low_Hz - REACH * half_Hz, high_Hz + REACH * half_Hz
     below = bisect.bisect_left(frequencies, first) - 1
     above = bisect.bisect_right(frequencies, last)
-    bottom = frequencies[max(below, 0)]
-    top = frequencies[min(above, len(frequencies) - 1)]
+    bottom, top = frequencies[max(below, 0)], frequencies[min(above, len(frequencies) - 1)]
+    bottom = bottom if same_resonance(bottom, first) else first
+    top = top if same_resonance(top, last) else last
     added: set[float] = set()
     for sign, begin, end in ((1.0, low_Hz, top), (-1.0, high_Hz, bottom)):
         frequency = begin

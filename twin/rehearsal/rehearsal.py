@@ -8,13 +8,18 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, quantity
 from recordings.run import Channel
 from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.settling import USUAL_DAMPING_RATIO
+from twin.rehearsal.bands import band_numbers
 
 __all__ = ["Caution", "Rehearsal", "SweepSummary"]
+
+NEAR = 0.02
+"""Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +67,7 @@ class Caution:
 
 @dataclass(frozen=True, kw_only=True)
 class SweepSummary:
-    """One sweep at a glance; the resonance is a fit of one degree of freedom, NaN where there is none.
+    """One sweep about one resonance at a glance; that is a fit of one degree of freedom, NaN where there is none.
 
     The peak is the largest response; where the response is held, the largest response per force.
     """
@@ -129,6 +134,38 @@ class Rehearsal:
         }
         return max(sizes, key=lambda name: sizes[name], default=None)
 
+    def bands(self, steps: Sequence[StepResult]) -> list[list[int]]:
+        """Places of a sweep's steps about each resonance, the lowest resonance first; one if the frequency stays."""
+        frequency_Hz = np.array([step.frequency_Hz for step in steps])
+        if len(np.unique(frequency_Hz)) < 2:
+            return [list(range(len(steps)))]
+        H = np.array([[abs(self.transfer(step, name)) for step in steps] for name in self.response_channels])
+        largest = np.maximum(H.max(axis=1, keepdims=True), np.finfo(float).tiny)
+        numbers = band_numbers(frequency_Hz, np.sum(H / largest, axis=0))
+        return [[int(i) for i in np.flatnonzero(numbers == number)] for number in range(numbers.max() + 1)]
+
+    def receptances(self, steps: Sequence[StepResult]) -> NDArray[np.complex128]:
+        """Receptance of each step of a sweep, at the channel that moves most about the step's own resonance."""
+        found = np.zeros(len(steps), complex)
+        for band, channel in self._about_resonances(steps):
+            found[band] = [self.receptance(steps[i], channel) for i in band]
+        return found
+
+    def near_resonance(self, steps: Sequence[StepResult]) -> NDArray[np.bool_]:
+        """Whether each step of a sweep lies near enough to its resonance to tell something of it."""
+        near = np.zeros(len(steps), bool)
+        for band, channel in self._about_resonances(steps):
+            size = np.array([abs(self.transfer(steps[i], channel)) for i in band])
+            near[band] = size > NEAR * size.max()
+        return near
+
+    def _about_resonances(self, steps: Sequence[StepResult]) -> Iterator[tuple[list[int], str]]:
+        """Each of :meth:`bands` with the response that moves most in it."""
+        for band in self.bands(steps):
+            channel = self.response_channel([steps[i] for i in band])
+            if channel is not None:
+                yield band, channel
+
     def transfer(self, step: StepResult, channel: str) -> complex:
         """Response over force, or the response itself where there is no force channel."""
         response = step.phasors.get(channel, 0j)
@@ -141,11 +178,12 @@ class Rehearsal:
         return complex(self.transfer(step, channel) / iw ** quantity(self.channels[channel].quantity).derivative)
 
     def summaries(self) -> Iterator[SweepSummary]:
-        """Each sine sweep at a glance."""
-        for sweep, steps in self.sweeps().items():
-            channel = self.response_channel(steps)
-            if channel is None:
-                continue
+        """Each sine sweep at a glance, about each of its resonances."""
+        for sweep, steps, channel in (
+            (sweep, [whole[i] for i in band], channel)
+            for sweep, whole in self.sweeps().items()
+            for band, channel in self._about_resonances(whole)
+        ):
             sizes = [abs(step.phasors.get(channel, 0j)) for step in steps]
             peak = int(np.argmax([abs(self.transfer(s, channel)) for s in steps] if self._response_is_held else sizes))
             yield SweepSummary(

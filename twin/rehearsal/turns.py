@@ -21,17 +21,23 @@ MOST_TRANSIENT = 0.2
 
 
 def phase_steps(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[float]:
-    """By how many degrees the largest response turns from each step to the next; 0 where that says nothing."""
-    channel = rehearsal.response_channel(steps)
-    if channel is None or rehearsal.procedure.procedure != "stepped-sine" or len({s.frequency_Hz for s in steps}) < 2:
+    """By how many degrees the largest response turns from each step to the next; 0 where that says nothing.
+
+    The step from one resonance to the next is such a place.
+    """
+    if rehearsal.procedure.procedure != "stepped-sine" or len({s.frequency_Hz for s in steps}) < 2:
         return []
-    H = np.array([rehearsal.transfer(step, channel) for step in steps])
-    seen = abs(H) > 0.02 * abs(H).max()
+    H, near = rehearsal.receptances(steps), rehearsal.near_resonance(steps)
+    within = [False] * (len(steps) - 1)
+    for band in rehearsal.bands(steps):
+        for i in range(min(band), max(band)):
+            within[i] = True
     # a transient has a phase of its own: nothing is to be learnt from it about grid or jumps
     still = [transient_left(rehearsal, step, None) < MOST_TRANSIENT for step in steps]
     turns = np.degrees(abs(np.angle(H[1:] * np.conj(H[:-1]))))
     return [
-        float(turns[i]) if (seen[i] or seen[i + 1]) and still[i] and still[i + 1] else 0.0 for i in range(len(turns))
+        float(turn) if within[i] and (near[i] or near[i + 1]) and still[i] and still[i + 1] else 0.0
+        for i, turn in enumerate(turns)
     ]
 
 

@@ -189,9 +189,9 @@ def _sweep_charts(
             chart.line(f"{sweep.name}/line", x, y, colour, width=1.0, legend=False)
             chart.points(f"{sweep.name}/steps", x, y, colour, legend=False)
             chart.tell(sweep.name, colour, "point")
-        for level, frequency, size in branches:
+        for i, (level, frequency, size) in enumerate(branches):
             colour = level_colour(levels.index(level)) if level in levels else INK
-            chart.line(f"branch/{level}", frequency, size, colour, width=1.5, dashed=True, legend=False)
+            chart.line(f"branches/{i}", frequency, size, colour, width=1.5, dashed=True, legend=False)
             chart.tell("predicted branches", INK, "dashed")
         chart.close()
         views.append(chart.view())

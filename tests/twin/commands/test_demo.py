@@ -89,8 +89,7 @@ def test_runs_are_measured_through_instruments_and_tell_nothing_of_the_truth(tmp
     }
     monkeypatch.setattr(twin.demo, "broadband", lambda: broadband().model_copy(update={"duration": 5.0}))
     monkeypatch.setattr(twin.demo, "planned_sweeps", lambda rig, resonance_Hz: short)
-    usual_s = {"serve": 1.0, "broadband": 1.0, "sweeps": 1.0}
-    with Stages(usual_s) as stages, ServedRig(hidden / "truth.toml", folder=hidden, seed=1) as served:
+    with Stages() as stages, ServedRig(hidden / "truth.toml", folder=hidden, seed=1) as served:
         served.wait_ready()
         runs = _measure(served.instruments, RIG, out, stages)
     assert sorted(path.name for path in out.iterdir()) == ["broadband.mcap", "held-out.mcap", "run.mcap"]

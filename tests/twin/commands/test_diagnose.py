@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -107,7 +108,8 @@ def test_wrong_input_is_one_line_and_leaves_nothing(case, folder, capsys):
     before = sorted(path.name for path in folder.iterdir())
     status, printed, said = run(capsys, *arguments, "--out", "out", "--json")
     assert (status, printed) == (2, "")
-    assert len(said.strip().splitlines()) == 1, said
+    refusal = [line for line in said.splitlines() if not re.match(r" +\d+\.\d s  ", line)]  # a stage that lasted
+    assert len(refusal) == 1, said
     assert told in said
     assert sorted(path.name for path in folder.iterdir()) == before
 
@@ -128,9 +130,8 @@ def test_sweeps_become_a_folder_with_result_report_and_model(tmp_path, capsys):
     out = tmp_path / "deep" / "out"
     status, printed, _ = run(capsys, SWEEPS, *REUSS, "--out", out, "--json")
     data = json.loads(printed)
-    assert status == 0
     assert data == json.loads((out / "result.json").read_text())
-    assert data["verdict"] == "unknown"
+    assert (status, data["verdict"], data["explains"]) == (1, "unknown", False)
     assert data["gain"]["sweeps"] == ["1", "2", "3", "4", "5", "6"]
     assert {"misfit", "causes", "next_test", "extended_model", "seconds"} <= set(data)
     assert load_modal_rig(out / data["extended_model"]).law is not None
@@ -144,7 +145,7 @@ def test_frequencies_become_a_folder_whose_model_is_accepted_again(folder, capsy
     (folder / "keep").mkdir()
     (folder / "keep" / "notes.txt").write_text("mine")
     status, printed, said = run(capsys, "beam.csv", *COMPOSITE, "--out", "keep")
-    assert (status, printed) == (0, "")
+    assert (status, printed) == (1, "")  # other causes would do
     assert "transverse-shear" in said
     data = json.loads((folder / "keep" / "result.json").read_text())
     assert data["causes"][0]["cause"] == "transverse-shear"

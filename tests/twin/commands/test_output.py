@@ -21,7 +21,7 @@ def screen(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     """What standard error shows of a wide terminal without colours."""
     file = io.StringIO()
     plain = Console(file=file, force_terminal=True, no_color=True, width=200, markup=False, highlight=False)
-    for module in ("output", "diagnose", "stages"):
+    for module in ("output", "diagnose"):
         monkeypatch.setattr(f"twin.commands.{module}.console", plain)
     return file
 
@@ -53,8 +53,8 @@ def test_a_diagnosis_of_such_channels_and_sweeps_is_told(screen: io.StringIO, tm
 
 
 def test_a_bar_shows_such_a_name(screen: io.StringIO) -> None:
-    with Stages({"one": 1.0}) as stages:
+    with Stages() as stages:
         stages.begin("one", NAME)
-    with output.working(NAME, usual_s=1.0) as begin:
+    with output.working(NAME) as begin:
         begin(NAME)
     assert "up[/x] [red]" in screen.getvalue()

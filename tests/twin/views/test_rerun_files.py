@@ -137,10 +137,12 @@ def test_predicted_branches_lie_over_the_sweeps(run: Run, tmp_path: Path) -> Non
     frequency = list(np.linspace(23, 26, 30))
     amplitude = [2.0 * abs(sdof_receptance(f)) * (2 * np.pi * f) ** 2 for f in frequency]
     branch = {"force_N": 2.0, "frequency_Hz": frequency, "folds_Hz": [], "response": {"acc1": {"amplitude": amplitude}}}
+    again = {**branch, "frequency_Hz": [25.0, 26.0], "response": {"acc1": {"amplitude": amplitude[-2:]}}}
     path = tmp_path / "rehearsed.rrd"
-    save_run(run, path, rehearsal={"branches": [branch], "warnings": []})
+    save_run(run, path, rehearsal={"branches": [branch, again], "warnings": []})
     found = columns(path)
-    (dashes,) = found["/sweeps/acc1/branch/2 N"]["LineStrips2D:strips"]
+    assert "/sweeps/acc1/branches/1" in found  # another resonance has a curve of its own at the same force
+    (dashes,) = found["/sweeps/acc1/branches/0"]["LineStrips2D:strips"]
     top = max(value_at(found["/sweeps/acc1/axes/y"], y) for dash in dashes for _, y in dash)
     assert top == pytest.approx(1e3 * max(abs(sdof_receptance(f)) for f in frequency), rel=0.02)
 
@@ -161,8 +163,8 @@ def test_sweeps_about_two_resonances_have_charts_of_their_own(
         (dots,) = found[f"/sweeps/{number}/acc1/{sweeps[0].name}/steps"]["Points2D:positions"]
         x = [value_at(found[f"/sweeps/{number}/acc1/axes/x"], float(at[0]), axis=0) for at in dots]
         assert sorted(x) == pytest.approx(sorted(sweeps[0].frequency_Hz), rel=1e-3)
-    assert "/sweeps/2/acc1/branch/2 N" in found
-    assert "/sweeps/1/acc1/branch/2 N" not in found
+    assert "/sweeps/2/acc1/branches/0" in found
+    assert "/sweeps/1/acc1/branches/0" not in found
     assert {"/sweeps/1/acc1", "/sweeps/2/acc1"} <= set(view_origins(path))
 
 

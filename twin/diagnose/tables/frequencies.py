@@ -107,7 +107,7 @@ def diagnose_frequencies(
         rig=rig.name,
         runs=tuple(dict.fromkeys(Path(table.path).name for table in tables)),
         verdict=verdict,
-        sentence=_sentence(verdict, causes, accepted),
+        answer=_answer(verdict, causes, accepted),
         misfit=Misfit(
             chi2_per_dof=base.chi2_per_dof,
             after=after.chi2_per_dof,
@@ -174,7 +174,7 @@ def _named(fit: Fit, number: int, probability: float, rivals: tuple[str, ...], i
     )  # fmt: skip
 
 
-def _sentence(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[Stage]) -> str:
+def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[Stage]) -> str:
     named = [cause for cause in causes if cause.in_model]
     what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
     if verdict == "none":
@@ -202,18 +202,21 @@ def _gain(
     problem: Problem, kept: Sequence[Measurement], base: Fit, after: Fit, left_out: tuple[Array, Array]
 ) -> HeldOut:
     if not kept:
-        std = np.concatenate([item.relative_std for item in problem.measured])
         how = "each natural frequency in turn left out and predicted from all others"
-        return HeldOut(rms(left_out[0]), rms(left_out[1]), rms(std), how=how)
+        return HeldOut(rms(left_out[0]), rms(left_out[1]), _noise_floor(problem.measured, after), how=how)
     errors: list[list[Array]] = [[], []]
     for item in kept:
         for fit, column in zip((base, after), errors, strict=True):
             model = problem.frequencies(fit, {item.condition: item.number})[item.condition]
             column.append(item.frequency_Hz / model - 1)
-    std = np.concatenate([item.relative_std for item in kept])
     runs = tuple(dict.fromkeys(Path(item.path).name for item in kept))
     before, now = (rms(np.concatenate(column)) for column in errors)
-    return HeldOut(before, now, rms(std), how="natural frequencies of the held-out tables", runs=runs)
+    return HeldOut(before, now, _noise_floor(kept, after), how="natural frequencies of the held-out tables", runs=runs)
+
+
+def _noise_floor(measured: Sequence[Measurement], after: Fit) -> float:
+    """Rms relative deviation of the frequencies: as stated, else the one that the model makes most probable."""
+    return rms(np.concatenate([item.relative_std * (1.0 if item.stated else after.scale) for item in measured]))
 
 
 def _rows(problem: Problem, base: Fit, after: Fit, left_out: tuple[Array, Array]) -> list[FrequencyRow]:

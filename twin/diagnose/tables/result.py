@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, answer_dict
+from twin.diagnose.shortfall import explains, shortfall, told_with
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
@@ -93,6 +94,8 @@ class TableDiagnosis:
     ----------
     kind : str
         ``frequencies`` or ``sweeps``.
+    answer : str
+        What the verdict means, in one sentence.
     rows : tuple
         What the tables of the report show.
     tried : tuple of Tried
@@ -110,7 +113,7 @@ class TableDiagnosis:
     rig: str
     runs: tuple[str, ...]
     verdict: Verdict
-    sentence: str
+    answer: str
     misfit: Misfit
     causes: tuple[NamedCause, ...]
     gain: HeldOut | None
@@ -123,10 +126,21 @@ class TableDiagnosis:
     seconds: float
     next_test: str = ""
 
+    @property
+    def shortfall(self) -> str:
+        """What the model leaves unexplained; empty where that is nothing."""
+        return shortfall(self.verdict, self.misfit, self.gain)
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence, behind one on what it leaves unexplained."""
+        return told_with(self.answer, self.shortfall)
+
     def to_dict(self, extended_model: str) -> dict[str, Any]:
         """The contract's JSON object; `extended_model` is the file's name."""
         return {
             **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
+            "explains": explains(self.verdict, self.shortfall),
             "gain": None if self.gain is None else {
                 "held_out": {
                     "before": self.gain.before, "after": self.gain.after, "noise_floor": self.gain.noise_floor,

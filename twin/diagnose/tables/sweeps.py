@@ -101,7 +101,7 @@ def diagnose_sweeps(
         rig=rig_name,
         runs=(Path(path).name,),
         verdict=verdict,
-        sentence=_sentence(verdict, inner, causes, jump),
+        answer=_answer(verdict, inner, causes, jump),
         misfit=Misfit(chi2_per_dof=chi2, after=after_chi2, threshold=threshold, where=tuple(_where(inner, path))),
         causes=causes,
         gain=gain,
@@ -186,7 +186,7 @@ def _causes(drift: Drift) -> tuple[NamedCause, ...]:
     )
 
 
-def _sentence(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedCause], jump: Jump) -> str:
+def _answer(verdict: Verdict, inner: Sequence[SweepRow], causes: Sequence[NamedCause], jump: Jump) -> str:
     own, force = (rms(np.array([getattr(row, name) for row in inner])) for name in ("own_error", "force_error"))
     figures = (
         f"the smooth law of all other sweeps predicts a sweep's force to {100 * force:.1f} % rms, "

@@ -19,14 +19,13 @@ def check_grid(rehearsal: Rehearsal) -> list[Caution]:
     for sweep, steps in rehearsal.sweeps().items():
         turns, jumps = phase_steps(rehearsal, steps), jumping_steps(rehearsal, steps)
         coarse = [i for i, turn in enumerate(turns) if turn > ALLOWED_DEGREES and i not in jumps]
-        channel = rehearsal.response_channel(steps)
-        if not coarse or channel is None:
+        if not coarse:
             continue
         worst = max(coarse, key=lambda i: turns[i])
         here, there = steps[worst], steps[worst + 1]
         width_Hz = 2 * rehearsal.half_width_Hz(here.frequency_Hz)
         gap_Hz = abs(there.frequency_Hz - here.frequency_Hz)
-        peaks_Hz = [resonance_between(rehearsal, steps[i], steps[i + 1], channel) for i in coarse]
+        peaks_Hz = [resonance_between(rehearsal, steps, i) for i in coarse]
         found.append(
             Caution(
                 kind="grid-too-coarse", severity="warning", sweep=sweep, index=there.index,

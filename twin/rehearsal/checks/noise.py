@@ -9,6 +9,8 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 __all__ = ["check_noise", "concerned"]
 
+MOST_FEW = 0.2
+"""Of the steps near a resonance: so many may lie around an antiresonance."""
 ALLOWED, WANTED = 0.005, 0.002
 """Standard deviation of a phasor relative to itself: when to warn, and what a longer measurement aims at."""
 LONGEST = 16.0
@@ -22,7 +24,7 @@ def check_noise(rehearsal: Rehearsal) -> list[Caution]:
     for sweep, steps in rehearsal.sweeps().items():
         for name in rehearsal.channels:
             errors = [_relative(step, name) for step in steps]
-            noisy = concerned(steps, [error > ALLOWED for error in errors])
+            noisy = concerned(rehearsal, steps, [error > ALLOWED for error in errors])
             if not noisy:
                 continue
             worst = max(noisy, key=lambda i: errors[i])
@@ -43,10 +45,11 @@ def check_noise(rehearsal: Rehearsal) -> list[Caution]:
     return found
 
 
-def concerned(steps: Sequence[StepResult], flags: Sequence[bool]) -> list[int]:
-    """The flagged steps, if they are more than the few around an antiresonance, where every channel is small."""
-    flagged = [i for i, flag in enumerate(flags) if flag]
-    return flagged if len(flagged) > 0.2 * len(steps) else []
+def concerned(rehearsal: Rehearsal, steps: Sequence[StepResult], flags: Sequence[bool]) -> list[int]:
+    """The flagged steps near a resonance, if more than the few around an antiresonance, where a channel is small."""
+    near = rehearsal.near_resonance(steps)
+    flagged = [i for i, flag in enumerate(flags) if flag and near[i]]
+    return flagged if len(flagged) > MOST_FEW * near.sum() else []
 
 
 def _relative(step: StepResult, name: str) -> float:

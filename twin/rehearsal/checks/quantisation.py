@@ -23,7 +23,7 @@ def check_quantisation(rehearsal: Rehearsal) -> list[Caution]:
                 continue  # not a sensor's, or nothing fitted
             step_size = 2 * channel.range / 2**rehearsal.bits
             sizes = [abs(step.phasors.get(name, 0j)) / step_size for step in steps]
-            few = concerned(steps, [size < FEWEST for size in sizes])
+            few = concerned(rehearsal, steps, [size < FEWEST for size in sizes])
             if not few:
                 continue
             worst = min(few, key=lambda i: sizes[i])

@@ -1,0 +1,56 @@
+"""Where an answer's numbers do not bear it out: its first sentence says so, and a command ends with status 1."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from twin.diagnose.result import Misfit, Verdict
+
+__all__ = ["explains", "shortfall", "told_with"]
+
+SEVERAL_TIMES = 3.0
+"""Error on what was held out over its noise floor, beyond which it is still several times its noise: a model that is
+right leaves 1, and moduli known as well as a campaign tells them add less than as much again."""
+LEAST_GROWTH = 0.1
+"""Of the noise floor: by how much an error must rise to have grown.  The rms over fifty steps is known no better."""
+
+
+class _HeldOut(Protocol):
+    """Root-mean-square relative errors of what was held out, and what a perfect model would leave."""
+
+    @property
+    def before(self) -> float: ...
+
+    @property
+    def after(self) -> float: ...
+
+    @property
+    def noise_floor(self) -> float: ...
+
+
+def shortfall(verdict: Verdict, misfit: Misfit, gain: _HeldOut | None) -> str:
+    """What a model leaves unexplained, with figures, as the end of a sentence; empty where that is nothing.
+
+    A gain is none where the held-out error is still several times its noise, or has grown.
+    """
+    if gain is not None and gain.after - gain.before > LEAST_GROWTH * gain.noise_floor:
+        return f"the held-out error grew from {100 * gain.before:.2g} % to {100 * gain.after:.2g} %"
+    if gain is not None and gain.after > SEVERAL_TIMES * gain.noise_floor:
+        return (
+            f"the held-out error of {100 * gain.after:.2g} % is still several times its noise, "
+            f"{100 * gain.noise_floor:.2g} %"
+        )
+    if verdict == "none" and misfit.after > misfit.threshold:
+        return f"chi² per degree of freedom is {misfit.after:.3g}, where up to {misfit.threshold:.3g} agrees"
+    return ""
+
+
+def told_with(sentence: str, left: str) -> str:
+    """An answer behind what it leaves unexplained, if anything."""
+    return f"Not explained: {left}.  {sentence}" if left else sentence
+
+
+def explains(verdict: Verdict, left: str) -> bool:
+    """Whether an answer is one: one verdict that is settled, and nothing left unexplained."""
+    return verdict in ("explained", "none") and not left

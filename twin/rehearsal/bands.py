@@ -1,0 +1,68 @@
+"""Which resonance each step of a sweep belongs to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.resonances import by_resonance, same_resonance
+
+__all__ = ["band_numbers"]
+
+FEWEST = 3
+"""Steps about a resonance: fewer, as a coarse grid has at low frequencies, belong to the next one."""
+SUNK = 0.5
+"""Of the lower of two peaks: between them the response must fall below, else both are one resonance (half: 6 dB)."""
+
+
+def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.intp]:
+    """Number the resonances of a sweep from the lowest, 0, and give each step the number of its own.
+
+    Steps with a gap between them belong to different resonances; so do the steps on either side of the smallest
+    response between two peaks.
+
+    Parameters
+    ----------
+    frequency_Hz, size : ndarray, (s,)
+        Of each step: its frequency, and how large the response is per force, in any unit.
+
+    Returns
+    -------
+    ndarray of int, (s,)
+    """
+    numbers = np.zeros(len(frequency_Hz), np.intp)
+    count = 0
+    for group in _groups(frequency_Hz):
+        rising = group[np.argsort(frequency_Hz[group], kind="stable")]
+        for band in np.split(rising, _valleys(frequency_Hz[rising], size[rising])):
+            numbers[band] = count
+            count += 1
+    return numbers
+
+
+def _groups(frequency_Hz: NDArray[Any]) -> list[NDArray[np.intp]]:
+    """Places of the steps between gaps, at least :data:`FEWEST` in each group where there are so many."""
+    found: list[NDArray[np.intp]] = []
+    for group in by_resonance(frequency_Hz):
+        if found and min(len(found[-1]), len(group)) < FEWEST:
+            found[-1] = np.concatenate([found[-1], group])
+        else:
+            found.append(group)
+    return found
+
+
+def _valleys(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> list[int]:
+    """Places of the smallest responses between peaks that none near them exceeds; frequencies rise."""
+    peaks = [i for i in range(1, len(size) - 1) if size[i] == size[same_resonance(frequency_Hz, frequency_Hz[i])].max()]
+    found: list[int] = []
+    last = peaks[0] if peaks else 0
+    for i in peaks[1:]:
+        valley = last + int(np.argmin(size[last:i]))
+        if size[valley] < SUNK * min(size[last], size[i]):
+            found.append(valley)
+            last = i
+        elif size[i] > size[last]:
+            last = i
+    return found
