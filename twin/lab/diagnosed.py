@@ -20,9 +20,10 @@ from twin.rigs.beam import BeamRig, save_beam_rig
 from twin.rigs.modal import ModalRig, save_modal_rig
 from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import shown_models
-from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_figure
 from twin.views.report import write_report
+from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
 from twin.views.table_report import table_figure, tried_table, write_table_report
 

@@ -15,7 +15,7 @@ from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.residual_model import ResidualModel
 from twin.views.answer import estimate_text, layer_sentences
 from twin.views.curves import joint_name, law_reach
-from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.identified_figures import file_law_bands, identified_law_figure, strength_figure
 from twin.views.identified_tables import (
     Determined,
@@ -28,6 +28,7 @@ from twin.views.identified_tables import (
     residual_table,
 )
 from twin.views.page import Section, picture, require_folder, write_page
+from twin.views.rig_figure import modes_figure
 from twin.views.style import AFTER, CAUTION
 
 __all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
@@ -274,7 +275,7 @@ def _modes(found: Identified, evidence: MeasuredData) -> Section:
         pictures=[
             picture(
                 modes_figure(evidence, found),
-                alt="Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked.",
+                alt="The parts in the first modes, over where they are at rest, with the sensors marked.",
                 caption="With the joint at rest, and without what the rig file's effects attach.",
             )
         ],

@@ -11,9 +11,10 @@ from twin.diagnose.result import Diagnosis, Estimate, Gain
 from twin.identify.linear_model import nominal_parameters
 from twin.views.answer import causes_table, errors_table, estimate_text, layer_sentences, residual_rows, residuals_table
 from twin.views.curves import compared_models, joint_name, shown_models
-from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
+from twin.views.rig_figure import modes_figure
 from twin.views.style import AFTER, BEFORE, CAUTION
 from twin.views.tried import fitted_table, scores_table
 
@@ -277,7 +278,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
     pictures.append(
         picture(
             modes_figure(evidence, model),
-            alt="Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked.",
+            alt="The parts in the first modes, over where they are at rest, with the sensors marked.",
             caption="Modes of the identified structure without what the extension attaches to it.",
         )
     )
