@@ -9,7 +9,15 @@ import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain
 from twin.identify.linear_model import nominal_parameters
-from twin.views.answer import causes_table, errors_table, estimate_text, layer_sentences, residual_rows, residuals_table
+from twin.views.answer import (
+    causes_table,
+    errors_table,
+    estimate_text,
+    layer_sentences,
+    preload_text,
+    residual_rows,
+    residuals_table,
+)
 from twin.views.curves import compared_models, joint_name, shown_models
 from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_section
@@ -47,9 +55,7 @@ def write_report(
     require_folder(path)
     evidence = diagnosis.evidence
     runs = ", ".join(Path(run.path).name for run in evidence.runs)
-    facts = (
-        f"Rig {evidence.rig.name}, preload {evidence.preload}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
-    )
+    facts = f"Rig {evidence.rig.name}{preload_text(evidence.preload)}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
     write_page(
         path,
         title=title,
