@@ -229,6 +229,8 @@ class LocalForces:
             Amplitudes to begin from; those without any force by default.
         """
         more = np.zeros_like(around.driven) if more is None else more
+        if not more.size:  # nothing of the rig goes by an amplitude
+            return Balance(around.driven, more, more, np.zeros(len(omega)))
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven))[0])
         log_a = _log(start)

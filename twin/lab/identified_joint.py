@@ -80,8 +80,8 @@ class IdentifiedJoint(Shown):
 
     def plot_law(self) -> Figure:
         """Softening over opening and loss over slip, with one standard deviation, and the papers' polynomials."""
-        if not len(self.evidence.steps):
-            raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
+        if not (len(self.evidence.steps) and self.evidence.rig.joints):
+            raise ValueError("no joint's law was seen: there is no joint, or nothing was measured by stepped sines")
         return identified_law_figure(self.found, self.evidence)
 
     def plot_sweeps(self) -> Figure:

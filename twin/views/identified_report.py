@@ -139,7 +139,7 @@ def _sections(
 
 def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determined]) -> Section:
     tables, pictures = [parameter_table(tuple(rows))], []
-    if found.residual_percent:
+    if found.residual_percent and found.rig.joints:
         bands = file_law_bands(found, evidence)
         tables += [law_table(softening, loss) for softening, loss in zip(bands[::2], bands[1::2], strict=True)]
         told = "; ".join(

@@ -81,13 +81,13 @@ def test_a_rig_is_shown_rehearsed_identified_and_predicted(name, rehearsed, caps
     assert "mode 1:" in said
     _, found = both(capsys, "identify", *runs_of(folder), "--rig", rig_path, "--out", model)
     assert len(found["linear"]["modal_damping"]) > 1
-    assert len(found["linear"].get("normal_modulus", []) or []) in (0, 2, len(rig.joints))
+    assert ("normal_modulus" in found["linear"]) == bool(rig.joints)
     sensible(tmp_path / "model.html", rig)
     (tmp_path / "drive.csv").write_text("frequency_Hz,force_N\n50.0,0.1\n60.0,0.1\n")
     drive = ("--drive", tmp_path / "drive.csv", "--out", tmp_path / "response.csv")
     assert both(capsys, "predict", model, *drive)[1]["rows"] >= 2
     run(capsys, "view", folder / "sweep", "--save", tmp_path / "sweep.rrd")
-    assert {path.name for path in tmp_path.iterdir()} == {
+    assert {path.name for path in tmp_path.iterdir()} - {".twin-cache"} == {
         "rig.png", "rig.rrd", "model.toml", "model.html", "drive.csv", "response.csv", "sweep.rrd",
     }  # fmt: skip
 
