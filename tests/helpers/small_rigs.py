@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,8 @@ def rig_file(name: str, folder: Path, *, effect: dict[str, Any] | None = None) -
     else:
         path.write_text(tomli_w.dumps(_bar(name, folder)))
     if effect is not None:
-        path.write_text(path.read_text() + tomli_w.dumps({"effect": [effect]}))
+        table = tomllib.loads(path.read_text())
+        path.write_text(tomli_w.dumps({**table, "effect": [*table.get("effect", []), effect]}))
     return path
 
 

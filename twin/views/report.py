@@ -55,7 +55,8 @@ def write_report(
     require_folder(path)
     evidence = diagnosis.evidence
     runs = ", ".join(Path(run.path).name for run in evidence.runs)
-    facts = f"Rig {evidence.rig.name}{preload_text(evidence.preload)}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
+    rig = f"Rig {evidence.rig.name}{preload_text(evidence.preload)}"
+    facts = f"{rig}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
     write_page(
         path,
         title=title,

@@ -34,7 +34,7 @@ def both(capsys, *words):
 
 @pytest.fixture(scope="module")
 def rehearsed(tmp_path_factory):
-    """Folder with a rig's file, and its rehearsed noise and sweep; of the rig with a mass on it where that is hidden."""
+    """Folder with a rig's file and its rehearsed noise and sweep, a mass on the rig if it is to be hidden there."""
     known = {}
 
     def of(capsys, name, *, hidden):
@@ -47,8 +47,8 @@ def rehearsed(tmp_path_factory):
             effect = {"cause": "added-mass", "parameters": HIDDEN[name]} if hidden else None
             true = rig_file(name, inside, effect=effect)
             for procedure in write_procedures(folder, first_Hz):
-                told = run(capsys, "rehearse", procedure, "--rig", true, "--rounds", 0, "--out", folder / procedure.stem,
-                           "--json")[0]  # fmt: skip
+                out = folder / procedure.stem
+                told = run(capsys, "rehearse", procedure, "--rig", true, "--rounds", 0, "--out", out, "--json")[0]
                 assert json.loads(told)["steps"]
             known[name, hidden] = folder
         return known[name, hidden]
