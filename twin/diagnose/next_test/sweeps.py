@@ -111,7 +111,8 @@ def _at(
 ) -> tuple[float, Array]:
     """Force that opens the layer by a share of `motion` (n,) at most, N, and the readings (f, o) per N there.
 
-    Without a joint no force is too much.  By iteration: how stiff the points are, and how much they lose, goes by how the mode moves each of them.
+    By iteration: how stiff the points are, and how much they lose, goes by how the mode moves each of them.  Without a
+    joint no force is too much.
     """
     forces = replace(residual_model.local, weights=np.tile(residual_model.points.weights, (len(omega), 1)))
     free = residual_model.receptance(omega, model.baseline.base, np.zeros(len(omega)), inner=False, points=True)
