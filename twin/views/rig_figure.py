@@ -13,8 +13,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-u
 from numpy.typing import NDArray
 
 from twin.identify.measured_data import MeasuredData
-from twin.rigs import MatricesPart, Place
-from twin.structure import DrawnPart, Structure, drawn_parts, point_of
+from twin.rigs import Place
+from twin.structure import DrawnPart, drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.curves import Fitted, modelled_by, sensor_places
 from twin.views.figures import WIDTH_IN, Drawing, legend
@@ -34,7 +34,7 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     """The rig at rest above, and its first modes below."""
     structure = modelled.structure
     parts = drawn_parts(structure)
-    flat = _flat(structure)
+    flat = _flat(parts)
     figure = Drawing(figsize=(10.0, 8.4), layout="constrained")
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 1.0))
     options = {} if flat else {"projection": "3d"}
@@ -68,7 +68,8 @@ def rig_figure(modelled: ModelledRig) -> Figure:
 def modes_figure(evidence: MeasuredData, model: Fitted) -> Figure:
     """The first modes of a fitted model in space, over the parts at rest, with the sensors marked."""
     modelled = modelled_by(evidence, model)
-    parts, flat = drawn_parts(modelled.structure), _flat(modelled.structure)
+    parts = drawn_parts(modelled.structure)
+    flat = _flat(parts)
     marked = sensor_places(evidence)
     count = min(MODES, modelled.modes.Phi.shape[1])
     rows = -(-count // 2)
@@ -98,9 +99,9 @@ def extent(parts: Sequence[DrawnPart]) -> float:
     return float(np.max(np.ptp(points, axis=0)))
 
 
-def _flat(structure: Structure) -> bool:
-    """Whether it is drawn in the plane of its beams."""
-    return not any(isinstance(part, MatricesPart) for part in structure.layout.parts)
+def _flat(parts: Sequence[DrawnPart]) -> bool:
+    """Whether all lies and moves in the plane z = 0."""
+    return not any(np.any(part.points[:, 2]) or np.any(part.rows[2]) for part in parts)
 
 
 def _entries(parts: Sequence[DrawnPart]) -> list[Line2D]:
