@@ -133,12 +133,14 @@ def group() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a user's mistake becomes one line and exit status 2."""
+    from twin.commands.output import trace
+
     given = sys.argv[1:] if arguments is None else arguments
     try:
         with terminable():
             result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False)
     except InputError as error:
-        _trace()
+        trace()
         click.echo(f"twin: {error}", err=True)
         sys.exit(2)
     except click.UsageError as error:
@@ -153,12 +155,12 @@ def main(arguments: list[str] | None = None) -> None:
     except BrokenPipeError:
         sys.exit(141)
     except OSError as error:  # a full disk, a folder that may not be read: the machine's state, not a fault of ours
-        _trace()
+        trace()
         place = f"{error.filename}: " if error.filename else ""
         click.echo(f"twin: {place}{(error.strerror or str(error)).lower()}", err=True)
         sys.exit(2)
     except MemoryError:
-        _trace()
+        trace()
         click.echo("twin: not enough memory; close other programs, or give shorter recordings", err=True)
         sys.exit(2)
     except ImportError as error:
@@ -167,14 +169,6 @@ def main(arguments: list[str] | None = None) -> None:
             raise
         _end_interrupted()
     sys.exit(result if isinstance(result, int) else 0)
-
-
-def _trace() -> None:
-    """Where the error came from, for who asked with --verbose."""
-    from twin.commands.output import console, verbose
-
-    if verbose():
-        console.print_exception()
 
 
 def _end_interrupted() -> NoReturn:

@@ -4,6 +4,7 @@ from twin.bench.bench import Bench, SAMPLE_RATES_Hz, drive_limits, open_bench
 from twin.bench.effects import EFFECTS
 from twin.bench.hidden import FIRST_CAUSES, HiddenCase, draw_case
 from twin.bench.layer import JointLaw, default_law, no_law
+from twin.bench.planned import check_effects
 
 __all__ = [
     "EFFECTS",
@@ -12,6 +13,7 @@ __all__ = [
     "HiddenCase",
     "JointLaw",
     "SAMPLE_RATES_Hz",
+    "check_effects",
     "default_law",
     "draw_case",
     "drive_limits",

@@ -8,17 +8,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.quantities import quantity
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation
 from twin.bench.build import Built, build
 from twin.bench.decimation import decimate, decimation_taps
-from twin.bench.effects import apply_effects
 from twin.bench.generator import Generator
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
 from twin.bench.marching import LANES, coefficients, march
-from twin.bench.plan import JointPlan, Plan
+from twin.bench.plan import Plan
+from twin.bench.planned import MONITORS, planned
 from twin.bench.shaker import Shaker
 from twin.rigs import Effect, Layout, Rig
 
@@ -32,13 +31,6 @@ CHUNK_STEPS = 1 << 13
 """Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
-MONITORS = {
-    "voltage": ("voltage", "voltage", 10.0, 1e-6),
-    "amplifier": ("command", "voltage", 1000.0, 1e-6),
-    "current": ("current", "current", 10.0, 1e-6),
-    "stroke": ("stroke", "displacement", 0.02, 1e-10),
-}
-"""What each channel that watches the shaker reads; its quantity, range and noise density in a recording."""
 
 Matrix = NDArray[np.float64]
 
@@ -330,40 +322,7 @@ def open_bench(
     KeyError
         If there is no such preload.
     """
-    name = rig.preload_name(preload)
-    instruments = {
-        s.channel: InstrumentChannel.of(
-            s,
-            rig.acquisition.bits,
-            position_m=rig.position_of(s.channel),
-            # a force is positive along its drive, whichever way that points
-            backwards=s.quantity != "force" and rig.place_of(s.channel).backwards,
-        )
-        for s in rig.sensors
-    }
-    for monitor in monitors:
-        if monitor not in MONITORS:
-            raise ValueError(f"no monitor {monitor!r}; there are {', '.join(MONITORS)}")
-        reads, measured, full_scale, noise_density = MONITORS[monitor]
-        instruments[monitor] = InstrumentChannel(
-            monitor, reads, quantity(measured).unit, None, full_scale, noise_density, rig.acquisition.bits
-        )
-        if monitor == "amplifier" and rig.shaker.voltage_limit:
-            instruments[monitor].limit = rig.shaker.voltage_limit
-    laws = joint_law if isinstance(joint_law, Mapping) else {joint.name: joint_law for joint in rig.joints}
-    joints = [
-        JointPlan(
-            joint.name, moduli.normal_modulus, moduli.shear_modulus, laws.get(joint.name),
-            rate_per_s=rig.drift.preload_loss_per_h / 3600,
-        )
-        for joint, moduli in zip(rig.joints, rig.moduli(name), strict=True)
-    ]  # fmt: skip
-    plan = Plan(
-        rig, layout or rig.bench_layout(), joints, instruments,
-        moduli_rate_per_s=-rig.drift.stiffness_per_K * rig.drift.temperature_K_per_h / 3600,
-        clock_error=rig.acquisition.clock_error_ppm * 1e-6,
-    )  # fmt: skip
-    apply_effects(plan, [*rig.effect, *effects])
+    plan = planned(rig, preload=preload, effects=effects, joint_law=joint_law, monitors=monitors, layout=layout)
     return Bench(
         plan,
         seed=seed,

@@ -24,7 +24,7 @@ from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
 
-__all__ = ["Built", "build"]
+__all__ = ["Built", "altered_matrices", "build"]
 
 Matrix = NDArray[np.float64]
 
@@ -216,7 +216,7 @@ def _form(instrument: InstrumentChannel) -> str:
 def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
     """Assemble, condense and place the local coordinates of `plan`."""
     rig = plan.rig
-    matrices, rigid = _matrices(plan)
+    matrices, rigid = altered_matrices(plan)
     if drive == "shaker" and rig.force_sensor.stinger_side_mass:
         matrices.add_mass(plan.drive_place, rig.force_sensor.stinger_side_mass)
     laws = tuple(_law(plan, number) for number in range(len(plan.joints)))
@@ -243,7 +243,7 @@ def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
     return _placed(plan, condensed, laws, rigid, elements, drive_row, drive_load, channel_rows, drive)
 
 
-def _matrices(plan: Plan) -> tuple[Matrices, int]:
+def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
     """Assemble, let the effects change the matrices, and hang up what nothing holds; number of its rigid motions."""
     structure = assemble(plan.rig, layout=plan.layout)
     for number, joint in enumerate(plan.joints):

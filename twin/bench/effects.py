@@ -32,16 +32,47 @@ def apply_effects(plan: Plan, effects: Iterable[Effect]) -> None:
     Raises
     ------
     ValueError
-        If there is no such cause, or it has other parameters.
+        If there is no such cause, it has other parameters, or the rig has nothing that they name; here, or when the
+        plan is built.
     """
-    for effect in effects:
+    for number, effect in enumerate(effects):
+        changed: tuple[list[Callable[..., Any]], ...] = (plan.matrix_changes, plan.element_makers)
+        before = [len(changes) for changes in changed]
+        where = f"effect.{number}, {effect.cause}"
+        _named(_checked(effect), where)(plan, **effect.parameters)
+        for changes, first in zip(changed, before, strict=True):
+            changes[first:] = [_named(change, where) for change in changes[first:]]
+
+
+def _named(function: Callable[..., Any], where: str) -> Callable[..., Any]:
+    """The function with the place of the effect before what it refuses."""
+
+    def named(*given: Any, **parameters: Any) -> Any:
+        try:
+            return function(*given, **parameters)
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from error
+
+    return named
+
+
+def _checked(effect: Effect) -> Callable[..., None]:
+    """What a cause does, given only parameters that it has and of the kinds that its annotations tell."""
+
+    def apply(plan: Plan, **parameters: float | str) -> None:
         function = EFFECTS.get(effect.cause)
         if function is None:
-            raise ValueError(f"unknown effect {effect.cause!r}; there are {', '.join(EFFECTS)}")
+            raise ValueError(f"there is no such effect; there are {', '.join(EFFECTS)}")
         takes = {name: p for name, p in inspect.signature(function).parameters.items() if name != "plan"}
-        known, needed = set(takes), {name for name, p in takes.items() if p.default is p.empty}
-        if not needed <= set(effect.parameters) <= known:
-            raise ValueError(
-                f"effect {effect.cause!r} takes {', '.join(sorted(known))}; got {', '.join(sorted(effect.parameters))}"
-            )
-        function(plan, **effect.parameters)
+        needed = {name for name, p in takes.items() if p.default is p.empty}
+        if not needed <= set(parameters) <= set(takes):
+            raise ValueError(f"it takes {', '.join(sorted(takes))}; got {', '.join(sorted(parameters))}")
+        for name, value in parameters.items():
+            kind = str(takes[name].annotation)
+            if kind.startswith("float") and not isinstance(value, float):
+                raise ValueError(f"{name} is a number, not {value!r:.60}")
+            if kind.startswith("str") and not isinstance(value, str):
+                raise ValueError(f"{name} is a text, not {value!r:.60}")
+        function(plan, **parameters)
+
+    return apply

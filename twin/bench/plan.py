@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw
 from twin.joint import Law
-from twin.rigs import Layout, Place, Rig
+from twin.rigs import BeamPart, Layout, Place, Rig
 from twin.rigs.layout import unit_vector
 from twin.structure import Structure
 
@@ -188,6 +188,20 @@ class Plan:
             raise ValueError(f"no joint {name!r}; the rig has {names}" if name else f"which joint: {names}?")
         return found[0]
 
+    def beam(self, name: str) -> BeamPart:
+        """The beam of that name.
+
+        Raises
+        ------
+        ValueError
+            If the rig has no such beam.
+        """
+        try:
+            return self.layout.beam(name)
+        except KeyError:
+            names = ", ".join(part.name for part in self.layout.beams) or "none"
+            raise ValueError(f"no beam {name!r}; the rig has {names}") from None
+
     def place(
         self, *, position_m: float | None = None, part: str = "", node: float | None = None, direction: str = ""
     ) -> Place:
@@ -206,11 +220,13 @@ class Plan:
         if part and part not in {p.name for p in self.layout.parts}:
             raise ValueError(f"no part {part!r}; the rig has {', '.join(p.name for p in self.layout.parts)}")
         if part and node is not None:
+            if part in {beam.name for beam in self.layout.beams}:
+                raise ValueError(f"{part!r} is a beam and has no nodes; give position_m")
             place = Place(part, float(node), (0.0, 1.0, 0.0))
         elif position_m is None:
             raise ValueError("an effect at a place needs position_m, with part in a rig of several, or part and node")
         elif part:
-            beam = self.layout.beam(part)
+            beam = self.beam(part)
             if not 0 <= position_m <= beam.length + 1e-9:
                 raise ValueError(f"position {position_m} m is not on {part!r}, which is {beam.length:.6g} m long")
             place = Place(part, min(position_m, beam.length), (*beam.normal, 0.0))
@@ -219,6 +235,15 @@ class Plan:
         return place.towards(unit_vector(direction)) if direction else place
 
     def move_sensor(self, channel: str, offset_m: float) -> None:
-        """Shift a sensor (or, for the force cell, the drive) along its beam."""
+        """Shift a sensor (or, for the force cell, the drive) along its beam.
+
+        Raises
+        ------
+        ValueError
+            If there is no such channel, or its sensor sits at a node.
+        """
         self.instrument(channel)
-        self.rig = self.rig.with_moved_sensor(channel, self.layout.moved(self.rig.place_of(channel), offset_m))
+        place = self.rig.place_of(channel)
+        if not any(self.layout.reach(place)):
+            raise ValueError(f"{channel!r} sits at a node of {place.part!r}, and is moved along beams only")
+        self.rig = self.rig.with_moved_sensor(channel, self.layout.moved(place, offset_m))

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from twin.commands.laws import laws_option, laws_words
-from twin.commands.output import console, json_option, next_step, print_json, printable, say, working, write_json
+from twin.commands.output import console, json_option, next_step, print_json, printable, say, trace, working, write_json
 from twin.commands.outside import causes_option
 from twin.commands.staging import staged_folder
 
+if TYPE_CHECKING:
+    from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
+
 __all__ = ["command"]
 
-REPORT, VIEW, RESULT = "report.html", "view.rrd", "result.json"
+REPORT, RESULT = "report.html", "result.json"
 HELD_OUT = "--held-out"
 
 
@@ -79,18 +82,19 @@ def command(
     tables = are_tables([*runs, *held_out])
     again = _again(runs, held_out, rig_name, preloads, out)
     rig = load_rig(rig_name)
-    with staged_folder(out) as folder, working("reading") as begin:
-        found = rig.diagnose(
-            runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
-        )
+    with working("reading") as begin:
+        with staged_folder(out) as folder:
+            found = rig.diagnose(
+                runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
+            )
+            data = found.save_model(folder)
+            write_json(data, folder / RESULT)
         begin("writing the report and the pictures")
-        found.report(folder / REPORT, commands=[again])
-        data = found.save(folder)
-        write_json(data, folder / RESULT)
+        drawn = _draw(found, out, again)
     if as_json:
         print_json(data)
     else:
-        _tell(data, out, [RESULT, data["extended_model"], REPORT, *([] if tables else [VIEW])])
+        _tell(found, data, out, [RESULT, data["extended_model"], *drawn])
     return int(not data["explains"])
 
 
@@ -104,9 +108,30 @@ def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloa
     return shlex.join([*words, "--rig", rig_name, *laws_words(), "--out", str(out)])
 
 
-def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
+def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path, again: str) -> list[str]:
+    """Write report and view beside a result that stands without them; names of those that could be drawn."""
+    from twin.lab.diagnosed import VIEW, DiagnosedRecordings
+
+    drawn = []
+    drawings: dict[str, Callable[[Path], None]] = {REPORT: lambda path: found.report(path, commands=[again])}
+    if isinstance(found, DiagnosedRecordings):
+        drawings[VIEW] = found.save_view
+    for name, draw in drawings.items():
+        try:
+            draw(out / name)
+        except Exception as error:  # whatever a picture lacks
+            trace()
+            say(f"warning: {name} could not be drawn ({error}); {RESULT} is complete without it")
+        else:
+            drawn.append(name)
+    return drawn
+
+
+def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     """The answer for a person."""
     from rich.table import Table
+
+    from twin.views.answer import causes_table
 
     say((data["answer"], "bold"))
     misfit = data["misfit"]
@@ -115,17 +140,10 @@ def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
         f"(agreement up to {misfit['threshold']:.3g})"
     )
     if data["causes"]:
-        table = Table("cause", "probability", "in the model", "parameters", "confused with")
-        for cause in data["causes"]:
-            values = ", ".join(
-                f"{name} = {printable(value)}"
-                if isinstance(value, str)
-                else f"{name} = {value['value']:.4g} ± {value['std']:.1g}"
-                for name, value in cause["parameters"].items()
-            )
-            rivals = ", ".join(cause["confused_with"]) or "-"
-            chosen = "yes" if cause["in_model"] else "no"
-            table.add_row(cause["cause"], f"{cause['probability']:.2f}", chosen, values, rivals)
+        causes = causes_table(found.diagnosis.causes)
+        table = Table(*causes.head)
+        for row in causes.rows:
+            table.add_row(*map(printable, row))
         console.print(table)
     if data["gain"]:
         held = data["gain"]["held_out"]
@@ -141,5 +159,5 @@ def _tell(data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     test = data["next_test"]
     if test and test.get("procedure"):
         next_step(f"run {out / test['procedure']}, which {test['why']}, and diagnose with that recording too")
-    else:
+    elif REPORT in files:
         next_step(f"open {out / REPORT} in a browser, for the figures behind this")

@@ -36,7 +36,7 @@ __all__ = [
     "say",
     "stage",
     "standard_output",
-    "verbose",
+    "trace",
     "working",
     "write_json",
 ]
@@ -77,9 +77,10 @@ def _set_verbose(context: click.Context, parameter: click.Parameter, wanted: boo
     _verbose = wanted
 
 
-def verbose() -> bool:
-    """Whether the command that runs was told to say more."""
-    return _verbose
+def trace() -> None:
+    """Where the error that is being handled came from, for who asked with --verbose."""
+    if _verbose:
+        console.print_exception()
 
 
 def plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ import click
 from recordings.errors import InputError
 from twin.commands.laws import laws_option
 from twin.commands.output import json_option, print_json, say, working
+from twin.commands.outside import causes_option
 
 if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig
@@ -31,6 +32,7 @@ def command() -> None:
 @click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
 @click.option("--save", metavar="FILE.rrd", type=click.Path(path_type=Path), help="The rig and its modes for rerun.")
 @click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The same as a picture.")
+@causes_option
 @laws_option
 @json_option
 def show(rig: str, preload: str | None, save: Path | None, picture: Path | None, as_json: bool) -> None:
@@ -38,6 +40,7 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
 
     RIG is a shipped rig's name or a rig file of format 1 or 2.
     """
+    from twin.bench import check_effects
     from twin.rigs import known_preload, load_rig
     from twin.rigs.beam import is_beam_rig
     from twin.rigs.modal import is_modal_rig
@@ -54,6 +57,7 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     loaded = load_rig(rig)
     with working(f"assembling {loaded.name}"):
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
+        check_effects(loaded, source=rig)
         frequencies = modelled.modes.frequency_Hz[:TOLD].tolist()
         warnings = implausible(modelled)
     _write(modelled, picture, save)

@@ -237,7 +237,7 @@ def _notes(evidence: MeasuredData) -> tuple[str, ...]:
         notes.append(f"{lost} samples are missing in the measured steps")
     if not evidence.broadband:
         notes.append("no broadband run: E', G' and causes away from the first mode are weakly determined")
-    if not len(evidence.steps):
+    if evidence.rig.joints and not len(evidence.steps):
         notes.append("no stepped sines: the joint's nonlinear law cannot be seen")
     return tuple(notes)
 

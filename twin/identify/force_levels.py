@@ -113,6 +113,8 @@ def polynomials_by_level(
         steps = residual_model.evidence.steps.select(about)
         residual_model = ResidualModel(replace(residual_model.evidence, steps=steps))
     evidence = residual_model.evidence
+    if len(np.unique(evidence.steps.amplitude_m)) < 2:
+        return None
     problem = PolynomialProblem.of(residual_model, base, covariance[:n, :n])
     states = evidence.steps.states
     names = np.array([f"{state.target_channel} {state.target_amplitude:g}" for state in states])

@@ -121,6 +121,8 @@ def _even_error(
     harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.  The relative error
     grows with the softening, since causes are linear beside it.
     """
+    if not len(residual_model.points):  # no joint could have made them
+        return np.asarray(EVEN_ERROR**2 * size)
     beside = harmonic_fields(residual_model, baseline, orders, stretch=1 + RESONANCE_ERROR)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))

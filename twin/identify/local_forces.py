@@ -230,6 +230,8 @@ class LocalForces:
         """
         more = np.zeros_like(around.driven) if more is None else more
         omega = omega.real  # a motion that still grows has its frequency's forces
+        if not more.size:  # nothing of the rig goes by an amplitude
+            return Balance(around.driven, more, more, np.zeros(len(omega)))
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven))[0])
         log_a = _log(start)

@@ -182,6 +182,10 @@ def balance_openings(
         Motion to begin from.
     """
     a, orders = openings.fundamental, np.array(openings.orders)
+    shape = (len(a), len(orders), a.shape[1])
+    X = np.zeros(shape, complex) if start is None else start.copy()
+    if not laws:
+        return OpeningBalance(X, X, np.zeros(a.shape, complex), 0.0)
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
     angle = np.outer(np.arange(2 * orders[-1] + 1), theta)
     tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
@@ -190,8 +194,6 @@ def balance_openings(
         if slap is not None:
             share = (slap.factor - 1) / (slap.factor + 1)
             lost[number] = share, slap.gap_m, np.interp(slap.gap_m, tables[number, 0], tables[number, 1])
-    shape = (len(a), len(orders), a.shape[1])
-    X = np.zeros(shape, complex) if start is None else start.copy()
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
     balance(
         a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus[openings.joint],
@@ -218,6 +220,8 @@ def stiffness_by_softening(laws: Sequence[LayerLaw], openings: Openings, motion:
         Per joint; its softening moves the harmonics at the other joints' points as well.
     """
     a, orders = openings.fundamental, np.array(openings.orders)
+    if not laws:
+        return []
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
     waves = np.exp(1j * np.outer(theta, orders))
     # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.

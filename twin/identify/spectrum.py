@@ -54,10 +54,10 @@ class BroadbandRecord:
         return len(next(iter(self.samples.values()))) / self.sample_rate_Hz
 
     def lines(self, channel: str, band_Hz: tuple[float, float]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Frequencies and complex amplitudes (peak values) of the DFT lines within a band."""
+        """Frequencies and complex amplitudes (peak values) of the DFT lines within a band; a mean is none of them."""
         x = self.samples[channel]
         frequency = np.fft.rfftfreq(len(x), 1 / self.sample_rate_Hz)
-        inside = (frequency >= band_Hz[0]) & (frequency <= band_Hz[1])
+        inside = (frequency >= band_Hz[0]) & (frequency <= band_Hz[1]) & (frequency > 0)
         turn = np.exp(-2j * np.pi * frequency * self.late_s.get(channel, 0.0))
         return frequency[inside], (2 * np.fft.rfft(x) / len(x) * turn)[inside]
 

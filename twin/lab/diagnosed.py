@@ -20,9 +20,10 @@ from twin.rigs.beam import BeamRig, save_beam_rig
 from twin.rigs.modal import ModalRig, save_modal_rig
 from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import shown_models
-from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_figure
 from twin.views.report import write_report
+from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
 from twin.views.table_report import table_figure, tried_table, write_table_report
 
@@ -50,6 +51,24 @@ class _Diagnosed(Shown):
     def verdict(self) -> str:
         """``explained``, ``none``, ``ambiguous`` or ``unknown``."""
         return self.diagnosis.verdict
+
+    @property
+    def rig(self) -> LabRig:
+        """The extended model as a rig."""
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``twin diagnose --json`` prints it."""
+        raise NotImplementedError
+
+    def save_model(self, folder: str | Path) -> dict[str, Any]:
+        """Write the extended model into a folder, which is made if it is not there.
+
+        Returns what ``twin diagnose --json`` prints.
+        """
+        with whole_file(_folder(folder) / EXTENDED) as part:
+            save_any(self.rig.file, part)
+        return {**self.to_dict(), "extended_model": EXTENDED}
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -84,17 +103,19 @@ class DiagnosedRecordings(_Diagnosed):
         write_report(self.diagnosis, Path(path), commands=commands)
 
     def save(self, folder: str | Path) -> dict[str, Any]:
-        """Write the extended model and a file for the rerun viewer into a folder, which is made if it is not there.
+        """Write the extended model, and then a file for the rerun viewer, into a folder, made if it is not there.
 
         Returns what ``twin diagnose --json`` prints.
         """
+        data = self.save_model(folder)
+        self.save_view(Path(folder) / VIEW)
+        return data
+
+    def save_view(self, path: str | Path) -> None:
+        """Write a file for the rerun viewer."""
         from twin.views import save_diagnosis
 
-        place = _folder(folder)
-        with whole_file(place / EXTENDED) as part:
-            save_any(self.rig.file, part)
-        save_diagnosis(self.diagnosis, place / VIEW)
-        return {**self.to_dict(), "extended_model": EXTENDED}
+        save_diagnosis(self.diagnosis, Path(path))
 
     def plot_sweeps(self) -> Figure:
         """Receptances of the sweeps that were learnt from: measured, before and after."""
@@ -168,13 +189,8 @@ class DiagnosedTables(_Diagnosed):
         return LabRig(source=f"{self.diagnosis.rig}, extended", file=self.diagnosis.model)
 
     def save(self, folder: str | Path) -> dict[str, Any]:
-        """Write the extended model into a folder, which is made if it is not there.
-
-        Returns what ``twin diagnose --json`` prints.
-        """
-        with whole_file(_folder(folder) / EXTENDED) as part:
-            save_any(self.diagnosis.model, part)
-        return self.to_dict()
+        """As :meth:`save_model`."""
+        return self.save_model(folder)
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""

@@ -19,10 +19,11 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
 from twin.lab.shown import Shown
 from twin.rigs import Rig, foreign_preload, save_rig
-from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.identified_figures import identified_law_figure, strength_figure
 from twin.views.identified_report import fitted_sweeps, identified_sentence, write_identified_report
 from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
+from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
 
 if TYPE_CHECKING:
@@ -79,8 +80,8 @@ class IdentifiedJoint(Shown):
 
     def plot_law(self) -> Figure:
         """Softening over opening and loss over slip, with one standard deviation, and the papers' polynomials."""
-        if not len(self.evidence.steps):
-            raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
+        if not (len(self.evidence.steps) and self.evidence.rig.joints):
+            raise ValueError("no joint's law was seen: there is no joint, or nothing was measured by stepped sines")
         return identified_law_figure(self.found, self.evidence)
 
     def plot_sweeps(self) -> Figure:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from recordings import FrequencyTable, InputError, read_table, whole_file
 from twin.diagnose.effects import with_effects
 from twin.identify.eigensensitivity import FrequencyUpdate
-from twin.identify.lap_joint_moduli import update_moduli
+from twin.identify.lap_joint_moduli import require_one_joint, update_moduli
 from twin.identify.predict import blank_data
 from twin.identify.residual_model import ResidualModel
 from twin.lab.shown import Shown
@@ -124,6 +124,7 @@ def identify_moduli(path: str | Path, rig: Rig, *, source: str, preload: str | N
     table = read_table(path)
     if not isinstance(table, FrequencyTable):
         raise InputError(path, "", "holds sweeps, which need a rig of kind modal", "--rig brake-reuss, for example")
+    require_one_joint(rig, source=source)
     if len(table) < 2:
         raise InputError(path, "", "holds one natural frequency", "E' and G' need at least two")
     if len(states := dict.fromkeys(table.preload)) > 1:

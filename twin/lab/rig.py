@@ -299,5 +299,10 @@ def load_rig(name_or_path: str | Path) -> LabRig:
     elif is_beam_rig(name_or_path):
         file = load_beam_rig(name_or_path)
     else:
+        from twin.bench import EFFECTS, check_effects
+
         file = load_lap_joint(name_or_path)
+        # A cause of one's own need have no effect on the bench.
+        acting = [effect for effect in file.effect if effect.cause in EFFECTS]
+        check_effects(file.model_copy(update={"effect": acting}), source=str(name_or_path))
     return LabRig(source=str(name_or_path), file=file)

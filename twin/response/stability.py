@@ -65,7 +65,7 @@ def floquet_multipliers(
     )  # fmt: skip
     rows = len(outputs)
     size = np.abs(outputs[:locals_]).sum(axis=1)
-    reach = np.max(np.abs(c.C[:locals_]) / np.maximum(size, 1e-30)[:, None], axis=0)
+    reach = np.max(np.abs(c.C[:locals_]) / np.maximum(size, 1e-30)[:, None], axis=0, initial=0.0)
     state = np.concatenate([_parts(w), memory.ravel()])
     beside = np.concatenate([
         _parts((1 + 1j) * BESIDE / np.maximum(reach, 1e-30)),

@@ -383,5 +383,5 @@ class Effect(Table):
     """A cause that the model was extended by: its contract name and parameters, with standard deviations."""
 
     cause: Name
-    parameters: dict[str, float | str]
+    parameters: dict[str, Finite | str]
     std: dict[str, float] = {}

@@ -1,35 +1,37 @@
-"""What a picture of a structure needs: its parts in space, and its beams laid out along one axis."""
+"""What a picture of a structure needs: its parts in space, places on them, and how its joints open and slip."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from twin.rigs import BeamPart, Layout, Place
+from twin.rigs import Place
 from twin.rigs.layout import DIRECTIONS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
-__all__ = ["BeamLine", "DrawnPart", "beam_lines", "drawn_parts", "drawn_position", "point_of"]
+__all__ = ["DrawnPart", "LayerLine", "drawn_parts", "drawn_places", "layer_lines", "point_of"]
 
 Array = NDArray[np.float64]
 
 FLAT = 1e-6
 """Spread of nodes across their longest axis, over that along it, below which they lie on a line."""
-PARALLEL = 1e-6
-"""Sine of the angle between beams up to which they are drawn where they lie."""
+NEAREST_m = 1e-9
+"""Points of a layer nearer than that along it are drawn as one."""
 
 
 @dataclass(frozen=True, eq=False)
-class BeamLine:
-    """A beam's nodes at `x` (k,) on the drawing's axis, m, and the rows (k, n) of their deflections across it."""
+class LayerLine:
+    """A joint's layer at `x` (k,) along it, m, and the rows (k, n) of its opening there and of its slip."""
 
     name: str
     x: Array
-    rows: Array
+    opening: Array
+    slip: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,37 +93,28 @@ def _net(points: Array) -> NDArray[np.int64]:
     return np.unique(np.sort(sides, axis=1), axis=0).astype(np.int64)
 
 
-def beam_lines(structure: Structure) -> tuple[BeamLine, ...]:
-    """Every beam of a structure."""
+def drawn_places(structure: Structure, places: Sequence[Place], *, name: str) -> DrawnPart:
+    """Places as the points of one part without lines."""
+    points = np.array([point_of(structure, place) for place in places]).reshape(-1, 3)
+    rows = [[structure.row(place.towards(axis)) for place in places] for axis in DIRECTIONS.values()]
+    return DrawnPart(name, points, np.zeros((0, 2), np.int64), np.reshape(rows, (3, len(places), len(structure.M))))
+
+
+def layer_lines(structure: Structure) -> tuple[LayerLine, ...]:
+    """Every joint's layer; of one that slips in two directions the slip along it."""
     lines = []
-    for mesh in structure.meshes.values():
-        if isinstance(mesh, BeamMesh):
-            normal = (*mesh.part.normal, 0.0)
-            places = [Place(mesh.part.name, float(s), normal) for s in mesh.s]
-            x = np.array([drawn_position(structure.layout, place) for place in places])
-            lines.append(BeamLine(mesh.part.name, x, np.array([structure.row(place) for place in places])))
+    for joint in structure.joints:
+        x, opening = _means(joint.normal_at, joint.B_E / joint.normal_weight[:, None])
+        along = joint.shear_direction == joint.shear_direction.min()
+        at, slip = _means(joint.shear_at[along], (joint.B_G / joint.shear_weight[:, None])[along])
+        there = np.array([np.interp(x, at, column) for column in slip.T]).T
+        lines.append(LayerLine(joint.name, x, opening, there))
     return tuple(lines)
 
 
-def drawn_position(layout: Layout, place: Place) -> float | None:
-    """Where a place is drawn, m: along the first beam where all are parallel, else along one after the other.
-
-    None for a place on no beam.
-    """
-    beams = {beam.name: beam for beam in layout.beams}
-    if place.part not in beams:
-        return None
-    first = layout.beams[0]
-    if all(abs(_sine(first, beam)) < PARALLEL for beam in layout.beams):
-        beam = beams[place.part]
-        return float(np.dot(np.array(beam.start) + place.at * np.array(beam.axis) - np.array(first.start), first.axis))
-    before = 0.0
-    for name, beam in beams.items():
-        if name == place.part:
-            return before + place.at
-        before += beam.length
-    return None
-
-
-def _sine(one: BeamPart, two: BeamPart) -> float:
-    return one.axis[0] * two.axis[1] - one.axis[1] * two.axis[0]
+def _means(at: Array, rows: Array) -> tuple[Array, Array]:
+    """Places (k,) in rising order, and the mean of the rows at each, (k, n)."""
+    cell, inverse, count = np.unique(np.round(at / NEAREST_m), return_inverse=True, return_counts=True)
+    total = np.zeros((len(cell), rows.shape[1]))
+    np.add.at(total, inverse, rows)
+    return NEAREST_m * cell, total / count[:, None]

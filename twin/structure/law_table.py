@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from twin.rigs import LawTable, LayerLawTable, NamedLaws, PointLaw, Rig
 from twin.structure.assembly import assemble
+from twin.structure.law_of_mode import layer_law_of_mode
 from twin.structure.layer_points import layer_points
-from twin.structure.mode_law import LayerModes, layer_law_of_mode
+from twin.structure.mode_law import LayerModes
 from twin.structure.own_harmonics import with_own_harmonics
 from twin.structure.point_law import Curve
 

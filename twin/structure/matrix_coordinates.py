@@ -65,8 +65,10 @@ class MatrixCoordinates:
     @cached_property
     def field(self) -> NodeField:
         """The nodes, to search a place among them."""
-        nodes = self.matrices.nodes
-        return NodeField.of(np.asarray(nodes, np.int64), np.array([self.coordinates(node) for node in nodes]))
+        nodes, named = self.matrices.nodes, {name for _, name in self.matrices.rows}
+        points = np.array([self.coordinates(node) for node in nodes])
+        x, y, z = (axis in named for axis in AXES)
+        return NodeField.of(np.asarray(nodes, np.int64), points, moving=(x, y, z))
 
     def coordinates(self, node: float) -> Array:
         """Coordinates (3,) of a node, m."""

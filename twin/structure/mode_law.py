@@ -1,4 +1,4 @@
-"""A law of the layer's points seen through one mode: uniform moduli over a sensor's amplitude X, and the way back.
+"""A law of the layer's points seen through one mode: uniform moduli over a sensor's amplitude X.
 
 The papers give the whole layer E' - g1(X) and G' + j g2(X), with X the amplitude of one sensor in the first mode.  The
 joint's own law takes off E' at each point what its opening takes off, and loses by its slip.  Both are the same for one
@@ -6,9 +6,8 @@ mode where they give it the same complex eigenvalue at every X, that is the same
 
     (K - g1 K_E + j g2 K_G) phi = lambda M phi        (K + sum w_i (- s(o_i) r_i r_i' + j l(q_i) t_i t_i')) phi = ...
 
-One complex equation has two real unknowns.  From the law of the points follow g1 and g2 at each X, in any mode.  From
-g1 and g2 in the first mode follows the law of the points, with X rising: the largest opening of any point is a new knot
-of the softening, the largest slip one of the loss, and points that move less use what is known already.
+One complex equation has two real unknowns: from the law of the points follow g1 and g2 at each X, in any mode.  The way
+back is :mod:`twin.structure.law_of_mode`.
 """
 
 from __future__ import annotations
@@ -22,11 +21,10 @@ from numpy.typing import NDArray
 from scipy.linalg import qr, solve
 
 from twin.structure.layer_points import LayerPoints
-from twin.structure.modes import normal_modes
-from twin.structure.point_law import Curve, PointLaw
+from twin.structure.modes import normal_modes, rigid_motions
 from twin.structure.structure import Structure
 
-__all__ = ["LayerModes", "ModeFunctions", "layer_law_of_mode", "mode_functions"]
+__all__ = ["TINY", "TOLERANCE", "TURNS", "ComplexMode", "Function", "LayerModes", "ModeFunctions", "mode_functions"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[Any]
@@ -36,23 +34,17 @@ KEPT_MODES = 24
 INDEPENDENT = 1e-6
 """Least part of a static shape that is none of the others'."""
 TURNS, TOLERANCE = 80, 1e-10
-RELAXATION = 0.6
-"""Share of the points' change of motion that a turn takes: the whole swings where a little loss hinders much slip."""
 LONGEST = 0.7
 """Largest change of a log amplitude in one turn."""
-SETTLED, CLOSEST = 1e-7, 1e-9
-"""Relative change of the points' motion at which it is found, and the least growth from a knot to the next."""
 LEAST_SHARE = 1e-3
 """Share of a Newton step that must bring the answer nearer, or there is none."""
 DIFFERENCE = 1e-5
 """Relative step of amplitude for the slope of a law."""
-SATURATED = 0.25
-"""Below this damping by more loss modulus, over that in a layer that hardly loses, its share stays what it was."""
 TINY = 1e-300
 
 
 @dataclass(frozen=True)
-class _Mode:
+class ComplexMode:
     """Its eigenvalue omega^2, and its shape with phi' phi = 1 in coordinates whose mass is one."""
 
     value: complex
@@ -66,7 +58,7 @@ class LayerModes:
     Attributes
     ----------
     squares : ndarray, (m,)
-        Of the natural frequencies with the linear layer, (rad/s)^2, which are the diagonal of the stiffness.
+        Of the elastic natural frequencies with the linear layer, (rad/s)^2, which are the diagonal of the stiffness.
     K_E, K_G : ndarray, (m, m)
         Stiffness of the layer per unit of E' and of G'.
     rows, weights : ndarray, (2 p, m), (2 p,)
@@ -86,14 +78,21 @@ class LayerModes:
     def of(
         structure: Structure, points: LayerPoints, *, E: float, G: float, sensor: Matrix, joint: int = 0
     ) -> LayerModes:  # fmt: skip
-        """Reduce `structure` with linear layers of moduli E, G (N/m2); the amplitude of `sensor`, a row (n,), is X."""
+        """Reduce `structure` with linear layers of moduli E, G (N/m2); the amplitude of `sensor`, a row (n,), is X.
+
+        Rigid motions are left out: the layer's forces are in balance, so none of them moves by the law.
+        """
         layer = structure.joints[joint]
         K = structure.stiffness(E, G)
         modes = normal_modes(structure.M, K, KEPT_MODES)
-        statics = solve(K, np.vstack([layer.B_E, layer.B_G]).T, assume_a="pos")
+        rigid = rigid_motions(modes.omega)
+        held = modes.omega[rigid] * (structure.M @ modes.Phi[:, :rigid])
+        statics = solve(K + held @ held.T, np.vstack([layer.B_E, layer.B_G]).T, assume_a="pos")
         statics -= modes.Phi @ (modes.Phi.T @ (structure.M @ statics))
         basis = qr(statics / np.linalg.norm(statics, axis=0), mode="economic", pivoting=True)
-        V = np.hstack([modes.Phi, basis[0][:, np.abs(np.diag(basis[1])) > INDEPENDENT * abs(basis[1][0, 0])]])
+        V = np.hstack(
+            [modes.Phi[:, rigid:], basis[0][:, np.abs(np.diag(basis[1])) > INDEPENDENT * abs(basis[1][0, 0])]]
+        )
         # In modes of the reduced structure, and from factors: mode 1 feels a minute part of the layer's stiffness.
         own = normal_modes(V.T @ structure.M @ V, V.T @ K @ V)
         V = V @ own.Phi
@@ -105,23 +104,23 @@ class LayerModes:
         """Number of the layer's points."""
         return len(self.weights) // 2
 
-    def linear(self, number: int) -> _Mode:
+    def linear(self, number: int) -> ComplexMode:
         """The mode of that number, from 1, with the linear layer."""
-        return _Mode(complex(self.squares[number - 1]), np.eye(len(self.squares))[number - 1] + 0j)
+        return ComplexMode(complex(self.squares[number - 1]), np.eye(len(self.squares))[number - 1] + 0j)
 
-    def uniform(self, softening: float, loss: float, near: _Mode) -> _Mode:
+    def uniform(self, softening: float, loss: float, near: ComplexMode) -> ComplexMode:
         """The mode with E' - softening and G' + j loss in the whole layer, N/m2."""
         return self._mode(np.diag(self.squares) - softening * self.K_E + 1j * loss * self.K_G, near)
 
-    def local(self, moduli: Complex, near: _Mode) -> _Mode:
+    def local(self, moduli: Complex, near: ComplexMode) -> ComplexMode:
         """The mode with complex changes of the moduli (2 p,) at the points, N/m2."""
         return self._mode(np.diag(self.squares) + self._at_points(moduli), near)
 
-    def by_moduli(self, mode: _Mode) -> Complex:
+    def by_moduli(self, mode: ComplexMode) -> Complex:
         """d(eigenvalue) / d(moduli at the points), (2 p,)."""
         return np.asarray(self.weights * (self.rows @ mode.shape) ** 2)
 
-    def amplitude_per_X(self, mode: _Mode, number: int) -> Matrix:
+    def amplitude_per_X(self, mode: ComplexMode, number: int) -> Matrix:
         """Openings and slips (2 p,) of the points per unit of X.
 
         X is the sensor's acceleration amplitude over the square of that mode's natural frequency with the linear layer.
@@ -129,7 +128,7 @@ class LayerModes:
         reached = abs(self.sensor @ mode.shape) * abs(mode.value) / self.squares[number - 1]
         return np.abs(self.rows @ mode.shape) / max(reached, TINY)
 
-    def log_amplitude_by_moduli(self, moduli: Complex, mode: _Mode) -> Complex:
+    def log_amplitude_by_moduli(self, moduli: Complex, mode: ComplexMode) -> Complex:
         """Complex d(log motion at the points per X) / d(moduli at the points), (2 p, 2 p)."""
         K, shape, m = np.diag(self.squares) + self._at_points(moduli), mode.shape, len(self.squares)
         bordered = np.zeros((m + 1, m + 1), complex)
@@ -151,14 +150,14 @@ class LayerModes:
     def _at_points(self, moduli: Complex) -> Complex:
         return np.asarray((self.rows.T * (self.weights * moduli)) @ self.rows)
 
-    def _scale(self, mode: _Mode) -> Matrix:
+    def _scale(self, mode: ComplexMode) -> Matrix:
         """Units (m,) in which stiffnesses near a mode are of order one.
 
         Those of the layer's statics are twenty decades above the lowest mode's, and rounding would decide.
         """
         return np.asarray(1.0 / np.sqrt(self.squares + abs(mode.value)))
 
-    def _mode(self, K: Complex, near: _Mode) -> _Mode:
+    def _mode(self, K: Complex, near: ComplexMode) -> ComplexMode:
         """The eigenvalue nearest to a guess, by inverse iteration with Rayleigh quotients."""
         value, shape, scale = near.value, near.shape, self._scale(near)
         scaled, mass = K * scale * scale[:, None], np.diag(scale**2)
@@ -170,7 +169,7 @@ class LayerModes:
                 break
         if not 0.1 < abs(value) / abs(near.value) < 10.0 or not np.isfinite(value):
             raise ValueError("joint.law: the structure has no mode near the one asked for at some amplitude")
-        return _Mode(value, shape)
+        return ComplexMode(value, shape)
 
 
 @dataclass(frozen=True)
@@ -247,8 +246,8 @@ def _moduli(softening: Function, loss: Function, motion: Matrix, p: int) -> Comp
 
 
 def _balanced(
-    modes: LayerModes, softening: Function, loss: Function, X: float, near: _Mode, number: int
-) -> tuple[_Mode, Matrix, Complex]:
+    modes: LayerModes, softening: Function, loss: Function, X: float, near: ComplexMode, number: int
+) -> tuple[ComplexMode, Matrix, Complex]:
     """The mode at an amplitude, the points' motion (2 p,) and the growth of their moduli with its logarithm."""
     p, motion = modes.points, X * modes.amplitude_per_X(near, number)
     if X == 0:
@@ -275,7 +274,9 @@ def _balanced(
     return mode, np.exp(log_a), growth
 
 
-def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mode) -> tuple[Matrix, _Mode, Matrix]:
+def _uniform_moduli(
+    modes: LayerModes, meant: complex, start: Matrix, near: ComplexMode
+) -> tuple[Matrix, ComplexMode, Matrix]:
     """Softening and loss (2,) of the whole layer that give a mode an eigenvalue; NaN if none do; d(value) / d(them).
 
     Newton's steps are halved until the eigenvalue comes nearer: beyond the most damping that uniform moduli can give
@@ -303,98 +304,3 @@ def _uniform_moduli(modes: LayerModes, meant: complex, start: Matrix, near: _Mod
             share /= 2
         trial = own + share * step
     return np.full(2, np.nan), mode, by_value
-
-
-def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> PointLaw:
-    """The law of the points that acts on the first mode as uniform moduli of a sensor's amplitude do.
-
-    Parameters
-    ----------
-    softening, loss
-        g1 and g2 of X (m), N/m2.
-    amplitude_m : ndarray, (n,)
-        X at which to take them, rising from 0 or above: each is a knot of the result.
-
-    Raises
-    ------
-    ValueError
-        If at some X the structure has no mode near its first, or the layer's largest opening or slip does not grow
-        with X, or no law of the points gives the mode its frequency and damping.
-    """
-    known = _Known(modes.points)
-    meant = state = modes.linear(1)
-    more = np.zeros(2)
-    for X in np.asarray(amplitude_m, float):
-        g = np.array([float(softening(X)), float(loss(X))])
-        meant = modes.uniform(g[0], g[1], meant)
-        own, state, motion = _next_knot(modes, known, float(X), g + more, meant.value, state)
-        known.append(motion, own)
-        more = own - g
-    return known.law()
-
-
-class _Known:
-    """The law as far as it is known: knots and values of the softening, and of the loss."""
-
-    def __init__(self, points: int) -> None:
-        self.halves = (slice(0, points), slice(points, 2 * points))
-        self.knots: tuple[list[float], list[float]] = ([], [])
-        self.values: tuple[list[float], list[float]] = ([], [])
-
-    def with_next(self, motion: Matrix, own: Matrix) -> tuple[Complex, Complex]:
-        """Moduli (2 p,) at the points' motion with a next knot at the largest, and their growth with its value."""
-        moduli, growth = np.zeros((2, len(motion)), complex)
-        for half, knots, values, value, sign in zip(self.halves, self.knots, self.values, own, (-1.0, 1j), strict=True):
-            a = motion[half]
-            if not knots:
-                moduli[half], growth[half] = sign * value, sign
-                continue
-            # Where the motion has not grown yet, while it is being found, the point that moves most has the new value.
-            share = np.where(a == a.max(), 1.0, np.clip((a - knots[-1]) / max(a.max() - knots[-1], TINY), 0.0, 1.0))
-            moduli[half] = sign * ((1 - share) * np.interp(a, knots, values) + share * value)
-            growth[half] = sign * share
-        return moduli, growth
-
-    def append(self, motion: Matrix, own: Matrix) -> None:
-        """Take a next knot."""
-        for half, knots, values, value, name in zip(
-            self.halves, self.knots, self.values, own, ("opening", "slip"), strict=True
-        ):
-            largest = float(motion[half].max())
-            if knots and largest <= knots[-1] * (1 + CLOSEST):
-                raise ValueError(f"joint.law: the layer's {name} does not grow with the amplitude")
-            knots.append(largest)
-            values.append(float(value))
-
-    def law(self) -> PointLaw:
-        """All of it."""
-        curves = (Curve(np.array(k), np.array(v)) for k, v in zip(self.knots, self.values, strict=True))
-        return PointLaw(*curves)
-
-
-def _next_knot(
-    modes: LayerModes, known: _Known, X: float, start: Matrix, meant: complex, near: _Mode
-) -> tuple[Matrix, _Mode, Matrix]:
-    """Softening and loss (2,) at the next knots that give the first mode an eigenvalue; the mode and its motion."""
-    own, mode = start, near
-    motion = X * modes.amplitude_per_X(mode, 1)
-    linear = modes.by_moduli(modes.linear(1)).real
-    for _ in range(TURNS):
-        moduli, growth = known.with_next(motion, own)
-        mode = modes.local(moduli, mode)
-        change = X * modes.amplitude_per_X(mode, 1) - motion
-        by_points = modes.by_moduli(mode)
-        by = np.array([np.sum((by_points * growth)[half]) for half in known.halves])
-        damps = by[1].imag / np.sum((linear * np.abs(growth))[known.halves[1]])
-        free = [0] if damps < SATURATED else [0, 1]
-        miss = np.array([meant.real - mode.value.real, meant.imag - mode.value.imag])[free]
-        settled = np.max(np.abs(change)) <= SETTLED * np.max(motion)
-        if settled and np.max(np.abs(miss)) < TOLERANCE * abs(meant):
-            return own, mode, motion
-        both = np.array([by.real, by.imag])[free][:, free]
-        own = own.copy()
-        own[free] += np.linalg.solve(both, miss)
-        motion = motion + RELAXATION * change
-    raise ValueError(
-        f"joint.law: no law of the layer's points gives the first mode its frequency and damping at {X:.3g} m"
-    )

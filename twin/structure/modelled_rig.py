@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from twin.rigs import Rig
 from twin.structure.assembly import assemble
@@ -10,6 +14,9 @@ from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.structure import Structure
 
 __all__ = ["ModelledRig", "modelled_rig"]
+
+
+Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +27,13 @@ class ModelledRig:
     structure: Structure
     modes: Modes
     rigid: int
+
+    @staticmethod
+    def of(rig: Rig, structure: Structure, E: Sequence[float] | Matrix, G: Sequence[float] | Matrix) -> ModelledRig:
+        """Solve for the modes at the joints' moduli E', G', N/m2."""
+        modes = normal_modes(structure.M, structure.stiffness(E, G))
+        rigid = rigid_motions(modes.omega)
+        return ModelledRig(rig, structure, Modes(modes.omega[rigid:], modes.Phi[:, rigid:]), rigid)
 
 
 def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
@@ -37,9 +51,7 @@ def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
     KeyError
         If the rig has no such preload.
     """
-    structure = assemble(rig)
     moduli = rig.moduli(preload)
-    K = structure.stiffness([m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli])
-    modes = normal_modes(structure.M, K)
-    rigid = rigid_motions(modes.omega)
-    return ModelledRig(rig, structure, Modes(modes.omega[rigid:], modes.Phi[:, rigid:]), rigid)
+    return ModelledRig.of(
+        rig, assemble(rig), [m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli]
+    )  # fmt: skip

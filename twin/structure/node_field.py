@@ -22,6 +22,9 @@ THIN = 0.08
 APART = 1e-6
 """Of the largest extent: nodes nearer than that along the field are one above the other."""
 
+ACROSS = 1e-6
+"""What a unit vector may lack of its length in the directions in which nodes move."""
+
 
 @dataclass(frozen=True, eq=False)
 class NodeField:
@@ -42,8 +45,10 @@ class NodeField:
     across: tuple[tuple[float, float, float], ...]
 
     @staticmethod
-    def of(nodes: NDArray[np.int64], points_m: Array) -> NodeField:
-        """The field of nodes at points (n, 3)."""
+    def of(
+        nodes: NDArray[np.int64], points_m: Array, *, moving: tuple[bool, bool, bool] = (True, True, True)
+    ) -> NodeField:
+        """The field of nodes at points (n, 3) that have displacements along x, y and z as far as `moving` says."""
         centred = points_m - points_m.mean(axis=0)
         axes = np.linalg.svd(centred, full_matrices=False)[2]
         # In a fixed sense, whichever one the decomposition takes.
@@ -60,7 +65,9 @@ class NodeField:
             first = np.any(np.diff(cell[order], axis=0, prepend=cell[order][:1] - 1) != 0, axis=1)
             kept = np.sort(order[first])
         thin = np.flatnonzero(~wide)
-        directions = axes[thin] if len(thin) == 1 else np.eye(3)
+        directions = axes[thin] if len(thin) == 1 else np.eye(3)[list(moving)]
+        if np.linalg.norm(directions[0] * moving) < 1 - ACROSS:
+            directions = np.eye(3)[list(moving)]
         across = tuple((float(x), float(y), float(z)) for x, y, z in directions)
         return NodeField(nodes[kept], field[kept], across)
 

@@ -17,6 +17,7 @@ __all__ = [
     "errors_table",
     "estimate_text",
     "layer_sentences",
+    "preload_text",
     "residual_rows",
     "residuals_table",
 ]
@@ -137,6 +138,11 @@ def answer_markdown(diagnosis: Diagnosis) -> str:
     if diagnosis.notes:
         lines += ["## Notes", "", *(f"- {note}" for note in diagnosis.notes), ""]
     return "\n".join(lines)
+
+
+def preload_text(preload: str) -> str:
+    """What follows a rig's name; nothing of a rig without joints."""
+    return f", preload {preload}" if preload else ""
 
 
 def layer_sentences(rig: Rig) -> list[str]:

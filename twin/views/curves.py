@@ -1,4 +1,4 @@
-"""Numbers behind the pictures: receptances of steps, laws with their uncertainty, mode shapes, broadband responses."""
+"""Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
 from twin.identify.sine_fit import SteadyState, steady_states
-from twin.rigs import Place
-from twin.structure import Structure, beam_lines, drawn_position, layer_points, normal_modes
+from twin.structure import DrawnPart, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
+from twin.structure.modelled_rig import ModelledRig
 from twin.views.receptance import per_force
 
 __all__ = [
     "Fitted",
     "LawBand",
-    "ModeShape",
     "SeenByMode",
     "SteppedSweep",
     "about_each_resonance",
@@ -38,9 +37,10 @@ __all__ = [
     "law_bands",
     "law_in_lowest_mode",
     "law_reach",
-    "mode_shapes",
+    "modelled_by",
     "parted",
     "resonance_names",
+    "sensor_places",
     "shown_models",
     "stepped_sweeps",
 ]
@@ -320,82 +320,15 @@ def resonance_names(sweeps: Sequence[Swept], groups: Sequence[Sequence[int]]) ->
     return [f"{np.median(np.concatenate([sweeps[i].frequency_Hz for i in group])):.3g} Hz" for group in groups]
 
 
-@dataclass(frozen=True, eq=False)
-class Deflection:
-    """How a beam moves across itself: `value` (k,), real or complex, at `x` (k,), m."""
-
-    name: str
-    x: Array
-    value: Array
-
-
-def sensor_deflections(evidence: MeasuredData, beams: Sequence[Deflection]) -> tuple[Array, Array]:
-    """Where the sensors that sit on beams are drawn, m, and how these move there."""
-    layout, x, value = evidence.rig.layout(), [], []
-    by_name = {beam.name: beam for beam in beams}
-    for output in evidence.outputs:
-        at = drawn_position(layout, output.place)
-        if at is not None:
-            beam = by_name[output.place.part]
-            x.append(at)
-            value.append(np.interp(at, beam.x, beam.value))
-    return np.array(x), np.array(value)
-
-
-def layer_begin(structure: Structure) -> float:
-    """Where on the drawing's axis the scale of the first joint's layer begins, m."""
-    joint = structure.layout.joints[0]
-    first = structure.layout.part(joint.between[0])
-    return drawn_position(structure.layout, Place(first.name, 0.0, (0.0, 1.0, 0.0))) or 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class ModeShape:
-    """A normal mode along the beams, scaled to a largest deflection of 1.
-
-    Attributes
-    ----------
-    beams : tuple of Deflection
-    layer_x, opening, slip : ndarray
-        Of the layer between the beams, on the same scale: how it opens across, and slides along.
-    """
-
-    number: int
-    frequency_Hz: float
-    beams: tuple[Deflection, ...]
-    layer_x: Array
-    opening: Array
-    shear_x: Array
-    slip: Array
-
-
-def mode_shapes(evidence: MeasuredData, model: Fitted, *, count: int = 4) -> tuple[ModeShape, ...]:
-    """The first modes of the structure at the identified moduli, the extension's attachments left out."""
-    s = evidence.model.structure
+def modelled_by(evidence: MeasuredData, model: Fitted) -> ModelledRig:
+    """The structure at the identified moduli with its modes, what an extension attaches left out."""
     base = model.baseline.base
-    modes = normal_modes(s.M, s.stiffness(base.E, base.G), count)
-    lines, layer = beam_lines(s), s.joints[0]
-    begin = layer_begin(s)
-    shapes = []
-    for i in range(modes.Phi.shape[1]):
-        phi = modes.Phi[:, i]
-        deflections = [line.rows @ phi for line in lines]
-        v = np.concatenate(deflections) if lines else phi
-        scale = 1.0 / v[np.argmax(np.abs(v))]
-        shapes.append(
-            ModeShape(
-                number=i + 1,
-                frequency_Hz=float(modes.frequency_Hz[i]),
-                beams=tuple(
-                    Deflection(line.name, line.x, scale * own) for line, own in zip(lines, deflections, strict=True)
-                ),
-                layer_x=begin + layer.normal_at,
-                opening=scale * (layer.B_E @ phi) / layer.normal_weight,
-                shear_x=begin + layer.shear_at,
-                slip=scale * (layer.B_G @ phi) / layer.shear_weight,
-            )
-        )
-    return tuple(shapes)
+    return ModelledRig.of(evidence.rig, evidence.model.structure, base.E, base.G)
+
+
+def sensor_places(evidence: MeasuredData) -> DrawnPart:
+    """Where the sensors are, as one part to draw."""
+    return drawn_places(evidence.model.structure, [output.place for output in evidence.outputs], name="sensors")
 
 
 def compared_models(diagnosis: Diagnosis) -> dict[str, FittedModel]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
-from itertools import cycle, product
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,6 @@ from twin.views.curves import (
     about_each_resonance,
     broadband_responses,
     law_bands,
-    mode_shapes,
-    sensor_deflections,
 )
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
@@ -37,7 +35,6 @@ __all__ = [
     "frame_law",
     "law_figure",
     "legend",
-    "modes_figure",
     "panels",
     "residuals_figure",
     "sweeps_figure",
@@ -58,8 +55,6 @@ STYLES: dict[str, dict[str, Any]] = {
     "after": {"linestyle": "-", "linewidth": 1.6},
     "model": {"linestyle": "-", "linewidth": 1.6},
 }
-BEAMS = ((KIND["after"], 2.4), (KIND["before"], 1.4), ("#009e73", 1.4), ("#cc79a7", 1.4))
-"""Colour and line width of the beams' deflections."""
 SHADE = "#e6e6e6"
 """Of amplitudes that were not measured."""
 
@@ -169,41 +164,6 @@ def frame_law(axes: Axes, band: LawBand) -> None:
 def unmeasured_entry() -> Patch:
     """What the shade of :func:`frame_law` means, for a legend."""
     return Patch(facecolor=SHADE, label="no step reached this")
-
-
-def modes_figure(evidence: MeasuredData, model: Fitted, *, count: int = 4) -> Figure:
-    """Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked."""
-    shapes = mode_shapes(evidence, model, count=count)
-    rows = -(-len(shapes) // 2)
-    figure = Drawing(figsize=(WIDTH_IN, 1.9 * rows + 0.4), layout="constrained")
-    grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
-    for axes, shape in zip(grid.ravel(), shapes, strict=False):
-        axes.axvspan(1e3 * shape.layer_x[0], 1e3 * shape.layer_x[-1], color="#000000", alpha=0.08, linewidth=0)
-        axes.axhline(0.0, color="#999999", linewidth=0.8)
-        for beam, (colour, width) in zip(shape.beams, cycle(BEAMS), strict=False):
-            axes.plot(1e3 * beam.x, beam.value, color=colour, linewidth=width)
-        places, values = sensor_deflections(evidence, shape.beams)
-        axes.plot(1e3 * places, values, "s", color=MEASURED, markersize=5)
-        axes.set_title(f"mode {shape.number}: {shape.frequency_Hz:.5g} Hz")
-        dressed(axes)
-    for axes in grid.ravel()[len(shapes) :]:
-        axes.set_visible(False)
-    for axes in grid[-1]:
-        axes.set_xlabel("position from the clamp, mm")
-    for row in grid:
-        row[0].set_ylabel("deflection")
-    legend(
-        figure,
-        [
-            *(
-                Line2D([], [], color=colour, linewidth=width, label=f"{beam.name} beam")
-                for beam, (colour, width) in zip(shapes[0].beams, cycle(BEAMS), strict=False)
-            ),
-            Line2D([], [], color=MEASURED, marker="s", linestyle="none", markersize=5, label="sensors"),
-            Line2D([], [], color="#000000", alpha=0.15, linewidth=7, label="overlap"),
-        ],
-    )
-    return figure
 
 
 def broadband_figure(evidence: MeasuredData, models: Mapping[str, Fitted], index: int = 0) -> Figure:

@@ -13,9 +13,9 @@ from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.residual_model import ResidualModel
-from twin.views.answer import estimate_text, layer_sentences
+from twin.views.answer import estimate_text, layer_sentences, preload_text
 from twin.views.curves import joint_name, law_reach
-from twin.views.figures import broadband_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.identified_figures import file_law_bands, identified_law_figure, strength_figure
 from twin.views.identified_tables import (
     Determined,
@@ -28,6 +28,7 @@ from twin.views.identified_tables import (
     residual_table,
 )
 from twin.views.page import Section, picture, require_folder, write_page
+from twin.views.rig_figure import modes_figure
 from twin.views.style import AFTER, CAUTION
 
 __all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
@@ -56,10 +57,12 @@ def identified_sentence(found: Identified, evidence: MeasuredData) -> str:
     )
     if found.chi2_per_dof > POOR_FIT:
         return (
-            f"The model misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g} even with {moduli}, "
-            "and no value below can be relied on before 'twin diagnose' has named what it is."
+            f"The model misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g} even with "
+            f"{moduli or 'the best damping ratios'}, and no value below can be relied on before 'twin diagnose' has "
+            "named what it is."
         )
-    told = f"The layer has {moduli}, mode 1 a damping ratio of {100 * found.baseline.base.zeta[0]:.3g} %"
+    told = f"The layer has {moduli}, mode" if moduli else "Mode"
+    told += f" 1 {'' if moduli else 'has '}a damping ratio of {100 * found.baseline.base.zeta[0]:.3g} %"
     errors = list(found.residual_percent.values())
     if errors:
         for number, ((_, largest), _) in enumerate(law_reach(evidence, found)):
@@ -103,9 +106,9 @@ def write_identified_report(
     runs = ", ".join(Path(run.path).name for run in evidence.runs)
     write_page(
         path,
-        title="Identification of a bolted joint",
+        title=f"Identification of {'a bolted joint' if evidence.rig.joints else 'a structure'}",
         answer=identified_sentence(found, evidence),
-        facts=f"Rig {evidence.rig.name}, preload {found.preload}; recordings {runs}.",
+        facts=f"Rig {evidence.rig.name}{preload_text(found.preload)}; recordings {runs}.",
         sections=list(_sections(found, evidence, found.warnings if warnings is None else warnings, commands)),
         accent=CAUTION if found.chi2_per_dof > POOR_FIT else AFTER,
     )
@@ -136,7 +139,7 @@ def _sections(
 
 def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determined]) -> Section:
     tables, pictures = [parameter_table(tuple(rows))], []
-    if found.residual_percent:
+    if found.residual_percent and found.rig.joints:
         bands = file_law_bands(found, evidence)
         tables += [law_table(softening, loss) for softening, loss in zip(bands[::2], bands[1::2], strict=True)]
         told = "; ".join(
@@ -274,7 +277,7 @@ def _modes(found: Identified, evidence: MeasuredData) -> Section:
         pictures=[
             picture(
                 modes_figure(evidence, found),
-                alt="Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked.",
+                alt="The parts in the first modes, over where they are at rest, with the sensors marked.",
                 caption="With the joint at rest, and without what the rig file's effects attach.",
             )
         ],

@@ -36,7 +36,7 @@ def missing_force_figure(diagnosis: Diagnosis, force: MissingForce) -> Figure:
         if at is not None:
             along.axvline(at, color=SENSOR, linestyle=":", linewidth=1.2)
     along.axvline(force.position_m.value, color=INK, linewidth=1.0)
-    along.set(title="the force elsewhere", xlabel="position from the clamp, m", ylabel="χ² per degree of freedom")
+    along.set(title="the force elsewhere", xlabel="position along the beams, m", ylabel="χ² per degree of freedom")
     dressed(along)
     entries = [
         Line2D([], [], color=level_colour(i), linewidth=4, label=level.sweep) for i, level in enumerate(force.levels)

@@ -1,4 +1,4 @@
-"""How the rig moves at the top of each sweep, and what the joint carries then, as the fitted model has it."""
+"""How the rig moves at the top of each sweep, and what its joints carry then, as the fitted model has it."""
 
 from __future__ import annotations
 
@@ -17,40 +17,34 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
-from twin.structure import beam_lines
-from twin.views.curves import Deflection, Fitted, ModeShape, layer_begin
+from twin.structure import drawn_parts, layer_lines
+from twin.views.curves import Fitted, modelled_by, sensor_places
 
-__all__ = ["Motion", "modal_motion", "operating_motions"]
+__all__ = ["JointMotion", "Motion", "modal_motion", "operating_motions"]
 
 Array = NDArray[Any]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Motion:
-    """A harmonic motion of beams and the layer between them; complex amplitudes, their phase that of the force's.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointMotion:
+    """How a joint's layer moves, and what it carries.
 
     Attributes
     ----------
-    title : str
-    unit : str
-        Of all displacements, such as ``mm``.
-    beams : tuple of Deflection
-    layer_x, opening : ndarray, (r,)
-        How the layer opens across.
-    shear_x, slip : ndarray, (q,)
-        How its faces slide along each other.
+    name : str
+    x : ndarray, (k,)
+        Along the joint, m.
+    opening, slip : ndarray, (k,)
+        How it opens across, and how its faces slide along each other.
     widest, farthest : complex
         Mean opening of the layer element that opens most, and mean slip of the one that slips most.
     peel_N, shear_N : complex
         Normal and shear force that these carry; 0, as their motion, where no force drives.
     """
 
-    title: str
-    unit: str
-    beams: tuple[Deflection, ...]
-    layer_x: Array
+    name: str
+    x: Array
     opening: Array
-    shear_x: Array
     slip: Array
     widest: complex = 0.0
     farthest: complex = 0.0
@@ -58,16 +52,43 @@ class Motion:
     shear_N: complex = 0.0
 
 
-def modal_motion(shape: ModeShape) -> Motion:
-    """A normal mode as a motion."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """A harmonic motion of a rig; complex amplitudes, their phase that of the force's.
+
+    Attributes
+    ----------
+    title : str
+    unit : str
+        Of all displacements, such as ``mm``.
+    parts : tuple of ndarray, (3, k)
+        Displacement of the points that :func:`twin.structure.drawn_parts` gives of each part.
+    sensors : ndarray, (3, s)
+        Of the places of the sensors.
+    joints : tuple of JointMotion
+    """
+
+    title: str
+    unit: str
+    parts: tuple[Array, ...]
+    sensors: Array
+    joints: tuple[JointMotion, ...]
+
+
+def modal_motion(evidence: MeasuredData, model: Fitted) -> Motion:
+    """The first mode as a motion, its largest displacement one."""
+    s, modes = evidence.model.structure, modelled_by(evidence, model).modes
+    parts = [part.rows @ modes.Phi[:, 0] for part in drawn_parts(s)]
+    phi = modes.Phi[:, 0] / max(float(np.max(np.abs(part))) for part in parts)
     return Motion(
-        title=f"Mode {shape.number}, {shape.frequency_Hz:.5g} Hz",
-        unit="tip amplitude 1",
-        beams=shape.beams,
-        layer_x=shape.layer_x,
-        opening=shape.opening,
-        shear_x=shape.shear_x,
-        slip=shape.slip,
+        title=f"mode 1, {modes.frequency_Hz[0]:.5g} Hz",
+        unit="largest displacement 1",
+        parts=tuple(part.rows @ phi for part in drawn_parts(s)),
+        sensors=sensor_places(evidence).rows @ phi,
+        joints=tuple(
+            JointMotion(name=line.name, x=line.x, opening=line.opening @ phi, slip=line.slip @ phi)
+            for line in layer_lines(s)
+        ),
     )
 
 
@@ -109,12 +130,9 @@ def operating_motions(
     s, base = structural.model.structure, model.baseline.base
     rows = np.array([row for _, row in tops])
     force, time_s = np.abs(evidence.steps.force[rows, :1]), structural.step_times[rows]
-    lines, layer, begin = beam_lines(s), s.joints[0], layer_begin(s)
-    looked = [
-        *(line.rows for line in lines),
-        layer.B_E / _column(layer.normal_weight),
-        layer.B_G / _column(layer.shear_weight),
-    ]
+    drawn, lines = [*drawn_parts(s), sensor_places(evidence)], layer_lines(s)
+    looked = [*(part.rows.reshape(-1, len(s.M)) for part in drawn)]
+    looked += [rows for line in lines for rows in (line.opening, line.slip)]
     first = len(structural.step_model.ports.rows)
     structural.step_model = structural.step_model.with_points(np.vstack(looked))
     R = structural.receptance(omega[rows], base, time_s, inner=False, points=True)
@@ -122,35 +140,35 @@ def operating_motions(
     driven = R[:, :, structural.model.ports.drive] * force
     # What harmonics of the motion add is energy that goes to and fro between them and the fundamental, not a loop.
     by_law = (balance.stiffness - balance.more)[rows, : 2 * len(structural.points)]
-    moved, carried = _carried(structural, base, time_s, by_law, driven)
+    carried = [_carried(structural, n, base, time_s, by_law, driven) for n in range(len(lines))]
     motions = []
     for k, (name, row) in enumerate(tops):
-        parts = np.split(driven[k, first:], np.cumsum([len(part) for part in looked])[:-1])
-        *deflections, opening, slip = parts
+        pieces = np.split(1e3 * driven[k, first:], np.cumsum([len(part) for part in looked])[:-1])
+        *parts, sensors = (piece.reshape(3, -1) for piece in pieces[: len(drawn)])
+        opening, slip = pieces[len(drawn) :: 2], pieces[len(drawn) + 1 :: 2]
         motions.append(
             Motion(
                 title=f"{name}, {evidence.steps.omega[row] / (2 * np.pi):.5g} Hz",
                 unit="mm",
-                beams=tuple(
-                    Deflection(line.name, line.x, 1e3 * own) for line, own in zip(lines, deflections, strict=True)
+                parts=tuple(parts),
+                sensors=sensors,
+                joints=tuple(
+                    JointMotion(
+                        name=line.name, x=line.x, opening=opening[n], slip=slip[n],
+                        widest=complex(1e3 * carried[n][0][k, 0]), farthest=complex(1e3 * carried[n][0][k, 1]),
+                        peel_N=complex(carried[n][1][k, 0]), shear_N=complex(carried[n][1][k, 1]),
+                    )
+                    for n, line in enumerate(lines)
                 ),
-                layer_x=begin + layer.normal_at,
-                opening=1e3 * opening,
-                shear_x=begin + layer.shear_at,
-                slip=1e3 * slip,
-                widest=complex(1e3 * moved[k, 0]),
-                farthest=complex(1e3 * moved[k, 1]),
-                peel_N=complex(carried[k, 0]),
-                shear_N=complex(carried[k, 1]),
             )
-        )
+        )  # fmt: skip
     return motions
 
 
 def _carried(
-    rig: ForwardModel, base: LinearParameters, time_s: Array, by_law: Array, driven: Array
+    rig: ForwardModel, joint: int, base: LinearParameters, time_s: Array, by_law: Array, driven: Array
 ) -> tuple[Array, Array]:
-    """Motion (k, 2), m, of the elements that open and that slip most, and the forces (k, 2) that they carry, N.
+    """Motion (k, 2), m, of a joint's elements that open and slip most, and the forces (k, 2) that they carry, N.
 
     Parameters
     ----------
@@ -161,15 +179,11 @@ def _carried(
     """
     p = len(rig.points)
     dE, dG = rig.moduli_changes(base, time_s)
-    joint = rig.points.joint
-    moduli = np.concatenate([(base.complex_E + dE)[:, joint], (base.complex_G + dG)[:, joint]], axis=1)
+    of = rig.points.joint
+    moduli = np.concatenate([(base.complex_E + dE)[:, of], (base.complex_G + dG)[:, of]], axis=1)
     stiffness = moduli * rig.points.weights + by_law
     motion = driven[:, rig.moving[: 2 * p]]
-    size = np.abs(motion)
+    size = np.where(np.tile(of == joint, 2), np.abs(motion), -1.0)
     most = np.stack([np.argmax(size[:, :p], axis=1), p + np.argmax(size[:, p:], axis=1)], axis=1)
     moved = np.take_along_axis(motion, most, axis=1)
     return moved, moved * np.take_along_axis(stiffness, most, axis=1)
-
-
-def _column(values: Array) -> Array:
-    return np.reshape(values, (-1, 1))

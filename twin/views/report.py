@@ -9,11 +9,20 @@ import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain
 from twin.identify.linear_model import nominal_parameters
-from twin.views.answer import causes_table, errors_table, estimate_text, layer_sentences, residual_rows, residuals_table
+from twin.views.answer import (
+    causes_table,
+    errors_table,
+    estimate_text,
+    layer_sentences,
+    preload_text,
+    residual_rows,
+    residuals_table,
+)
 from twin.views.curves import compared_models, joint_name, shown_models
-from twin.views.figures import broadband_figure, law_figure, modes_figure, residuals_figure, sweeps_figure
+from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
+from twin.views.rig_figure import modes_figure
 from twin.views.style import AFTER, BEFORE, CAUTION
 from twin.views.tried import fitted_table, scores_table
 
@@ -46,9 +55,8 @@ def write_report(
     require_folder(path)
     evidence = diagnosis.evidence
     runs = ", ".join(Path(run.path).name for run in evidence.runs)
-    facts = (
-        f"Rig {evidence.rig.name}, preload {evidence.preload}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
-    )
+    rig = f"Rig {evidence.rig.name}{preload_text(evidence.preload)}"
+    facts = f"{rig}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
     write_page(
         path,
         title=title,
@@ -277,7 +285,7 @@ def _identified(diagnosis: Diagnosis) -> Section:
     pictures.append(
         picture(
             modes_figure(evidence, model),
-            alt="Deflection lines of the beams in the first modes, with the overlap shaded and the sensors marked.",
+            alt="The parts in the first modes, over where they are at rest, with the sensors marked.",
             caption="Modes of the identified structure without what the extension attaches to it.",
         )
     )

@@ -23,13 +23,13 @@ from twin.views.curves import (
     broadband_responses,
     compared_models,
     law_bands,
-    mode_shapes,
     resonance_names,
 )
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label
 from twin.views.rerun_fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
-from twin.views.rerun_mode import SLOW_MOTION, animate_joint, animate_rig, draw_loops
+from twin.views.rerun_mode import animate_joint, animate_rig, draw_loops
+from twin.views.rerun_parts import SLOW_MOTION
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
@@ -56,8 +56,9 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         motions = operating_motions(
             evidence, fitted, diagnosis.sweeps, modification=modification_of(evidence, fitted.hypotheses)
         )
-        moving = motions[-1] if motions else modal_motion(mode_shapes(evidence, fitted, count=1)[0])
-        rig, joint = animate_rig(recording, evidence, moving), animate_joint(recording, moving)
+        moving = motions[-1] if motions else modal_motion(evidence, fitted)
+        rig = animate_rig(recording, evidence, moving)
+        joints = [animate_joint(recording, moving, joint) for joint in moving.joints]
         tabs: list[Any] = []
         for title, group, shown in (
             ("Sweeps", "sweeps", diagnosis.sweeps), ("Held out", "held_out", diagnosis.held_out)
@@ -72,9 +73,11 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
             rows: list[Any] = [draw_residuals(recording, diagnosis)]
             rows += [rrb.Horizontal(*backbones)] if backbones else []
             tabs.append(rrb.Vertical(*rows, row_shares=[1.2, 1][: len(rows)], name="Residuals and backbone"))
-        of_joint = [*_law(recording, diagnosis), *(draw_loops(recording, motions) if motions else [])]
-        if of_joint:
-            tabs.append(rrb.Grid(*of_joint, grid_columns=2, name="Joint: law and loops"))
+        of_joints = _law(recording, diagnosis)
+        if motions:
+            of_joints += [view for n in range(len(joints)) for view in draw_loops(recording, motions, n)]
+        if of_joints:
+            tabs.append(rrb.Grid(*of_joints, grid_columns=2, name="Joints: law and loops"))
         l_curve = draw_l_curve(recording, diagnosis)
         fits = [draw_history(recording, diagnosis), *([l_curve] if l_curve else [])]
         tabs.append(rrb.Vertical(*fits, name="Fit"))
@@ -82,8 +85,8 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
             rrb.Vertical(
                 rrb.TextDocumentView(origin="/answer", name="Answer"),
                 rig,
-                joint,
-                row_shares=[3, 2, 2],
+                *([rrb.Horizontal(*joints)] if joints else []),
+                row_shares=[3, 2, 2][: 2 + bool(joints)],
             ),
             rrb.Tabs(*tabs, active_tab=0),
             column_shares=[1, 2.6],

@@ -1,4 +1,4 @@
-"""A rig as a picture: its parts, joints, supports, shaker and sensors, and below them its first mode shapes."""
+"""A rig as a picture: its parts, joints, supports, shaker and sensors, and its first mode shapes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from twin.rigs import MatricesPart, Place
+from twin.identify.measured_data import MeasuredData
+from twin.rigs import Place
 from twin.structure import DrawnPart, drawn_parts, point_of
 from twin.structure.modelled_rig import ModelledRig
-from twin.views.figures import Drawing, legend
+from twin.views.curves import Fitted, modelled_by, sensor_places
+from twin.views.figures import WIDTH_IN, Drawing, legend
 from twin.views.style import level_colour
 
-__all__ = ["extent", "mode_scale", "rig_figure", "unit_arrow"]
+__all__ = ["drawn_larger", "extent", "modes_figure", "rig_figure", "unit_arrow"]
 
 Array = NDArray[Any]
 
@@ -32,8 +34,7 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     """The rig at rest above, and its first modes below."""
     structure = modelled.structure
     parts = drawn_parts(structure)
-    flat = not any(isinstance(part, MatricesPart) for part in structure.layout.parts)
-    count = min(MODES, modelled.modes.Phi.shape[1])
+    flat = _flat(parts)
     figure = Drawing(figsize=(10.0, 8.4), layout="constrained")
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 1.0))
     options = {} if flat else {"projection": "3d"}
@@ -52,17 +53,10 @@ def rig_figure(modelled: ModelledRig) -> Figure:
         _scatter(axes, start[None], colour, "s", 30, flat=flat)
     axes.set_title(f"{modelled.rig.name}: {modelled.rig.sentence}", fontsize=10)
     _frame(axes, parts, flat=flat)
-    for number in range(count):
+    for number in range(min(MODES, modelled.modes.Phi.shape[1])):
         below = figure.add_subplot(grid[1 + number // 2, number % 2], **options)
-        phi = modelled.modes.Phi[:, number]
-        scale = mode_scale(parts, phi, size)
-        for k, part in enumerate(parts):
-            _draw(below, part.points, part.edges, "#bbbbbb", flat=flat, width=0.8)
-            moved = part.points + scale * (part.rows @ phi).T
-            _draw(below, moved, part.edges, level_colour(k), flat=flat, width=1.8)
-        below.set_title(f"mode {number + 1}: {modelled.modes.frequency_Hz[number]:.5g} Hz", fontsize=10)
-        _frame(below, parts, flat=flat)
-    entries = [Line2D([], [], color=level_colour(n), linewidth=2.5, label=part.name) for n, part in enumerate(parts)]
+        _draw_mode(below, modelled, number, parts, None, flat=flat)
+    entries = _entries(parts)
     for name, colour, mark in (("joint", JOINT, "o"), ("drive", DRIVE, "s"), ("sensor", SENSOR, "s")):
         entries.append(Line2D([], [], color=colour, marker=mark, linestyle="none", label=name))
     if structure.layout.supports:
@@ -71,9 +65,26 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     return figure
 
 
-def mode_scale(parts: Sequence[DrawnPart], phi: Array, size: float) -> float:
-    """What a mode is drawn larger by."""
-    largest = max(float(np.max(np.abs(part.rows @ phi))) for part in parts)
+def modes_figure(evidence: MeasuredData, model: Fitted) -> Figure:
+    """The first modes of a fitted model in space, over the parts at rest, with the sensors marked."""
+    modelled = modelled_by(evidence, model)
+    parts = drawn_parts(modelled.structure)
+    flat = _flat(parts)
+    marked = sensor_places(evidence)
+    count = min(MODES, modelled.modes.Phi.shape[1])
+    rows = -(-count // 2)
+    figure = Drawing(figsize=(WIDTH_IN, (2.4 if flat else 3.4) * rows + 0.4), layout="constrained")
+    for number in range(count):
+        axes = figure.add_subplot(rows, 2, number + 1, **({} if flat else {"projection": "3d"}))
+        _draw_mode(axes, modelled, number, parts, marked, flat=flat)
+    sensor = Line2D([], [], color=SENSOR, marker="s", linestyle="none", label="sensors")
+    legend(figure, [*_entries(parts), sensor])
+    return figure
+
+
+def drawn_larger(moved: Sequence[Array], size: float) -> float:
+    """What displacements of all parts are drawn larger by."""
+    largest = max(float(np.max(np.abs(part))) for part in moved)
     return DEFLECTED * size / largest if largest else 0.0
 
 
@@ -86,6 +97,30 @@ def extent(parts: Sequence[DrawnPart]) -> float:
     """Longest side of the box that holds all parts, m."""
     points = np.concatenate([part.points for part in parts])
     return float(np.max(np.ptp(points, axis=0)))
+
+
+def _flat(parts: Sequence[DrawnPart]) -> bool:
+    """Whether all lies and moves in the plane z = 0."""
+    return not any(np.any(part.points[:, 2]) or np.any(part.rows[2]) for part in parts)
+
+
+def _entries(parts: Sequence[DrawnPart]) -> list[Line2D]:
+    return [Line2D([], [], color=level_colour(n), linewidth=2.5, label=part.name) for n, part in enumerate(parts)]
+
+
+def _draw_mode(
+    axes: Any, modelled: ModelledRig, number: int, parts: Sequence[DrawnPart], marked: DrawnPart | None, *, flat: bool
+) -> None:
+    """One mode over the parts at rest, and what is marked where it has moved to."""
+    phi = modelled.modes.Phi[:, number]
+    scale = drawn_larger([part.rows @ phi for part in parts], extent(parts))
+    for k, part in enumerate(parts):
+        _draw(axes, part.points, part.edges, "#bbbbbb", flat=flat, width=0.8)
+        _draw(axes, part.points + scale * (part.rows @ phi).T, part.edges, level_colour(k), flat=flat, width=1.8)
+    if marked is not None:
+        _scatter(axes, marked.points + scale * (marked.rows @ phi).T, SENSOR, "s", 20, flat=flat)
+    axes.set_title(f"mode {number + 1}: {modelled.modes.frequency_Hz[number]:.5g} Hz", fontsize=10)
+    _frame(axes, parts, flat=flat)
 
 
 def _at(part: str, at: float) -> Place:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from contract_causes import BEYOND_CONTRACT, CONTRACT
 
+from recordings.errors import InputError
 from recordings.streams import Excitation
-from twin.bench import EFFECTS, default_law, draw_case, open_bench
+from twin.bench import EFFECTS, check_effects, default_law, draw_case, open_bench
 from twin.causes import DRAWS
 from twin.rigs import Effect, load_rig
 
@@ -173,12 +174,32 @@ def test_preload_loss_softens_the_joint_as_time_goes_by():
 
 
 def test_wrong_effects_are_refused_with_what_there_is():
-    with pytest.raises(ValueError, match="unknown effect 'gremlin'"):
+    with pytest.raises(ValueError, match="gremlin: there is no such effect"):
         open_bench(RIG, effects=[Effect(cause="gremlin", parameters={})])
     with pytest.raises(ValueError, match="takes mass_kg, node, part, position_m"):
         open_bench(RIG, effects=[Effect(cause="added-mass", parameters={"mass": 0.1})])
     with pytest.raises(ValueError, match="no channel 'acc9'"):
         open_bench(RIG, effects=[Effect(cause="channel-polarity", parameters={"channel": "acc9"})])
+
+
+@pytest.mark.parametrize(
+    ("rig", "cause", "parameters", "told"),
+    [
+        ("hung-lap-joint", "temperature-drift", {"rate_per_s": "fast"}, "rate_per_s is a number, not 'fast'"),
+        ("hung-lap-joint", "channel-gain", {"channel": 3.0, "factor": 2.0}, "channel is a text, not 3.0"),
+        ("hung-lap-joint", "preload-loss", {"rate_per_s": 1e-6, "joint": "lep"}, "no joint 'lep'; the rig has lap"),
+        ("hung-lap-joint", "added-mass", {"part": "upper", "node": 3.0, "mass_kg": 0.1}, "is a beam and has no nodes"),
+        ("stiffened-plate", "added-mass", {"part": "plate", "node": 999.0, "mass_kg": 0.1}, "has no node 999"),
+        ("stiffened-plate", "added-mass", {"part": "plate", "position_m": 0.1, "mass_kg": 0.1}, "no beam 'plate'"),
+        ("stiffened-plate", "sensor-position", {"channel": "acc1", "offset_m": 0.01}, "sits at a node of 'plate'"),
+    ],
+)
+def test_an_effect_of_a_rig_file_is_refused_with_file_place_and_reason(rig, cause, parameters, told):
+    wrong = load_rig(rig).model_copy(update={"effect": [Effect(cause=cause, parameters=parameters)]})
+    with pytest.raises(InputError) as refused:
+        check_effects(wrong, source="my-rig.toml")
+    assert str(refused.value).startswith(f"my-rig.toml: effect.0, {cause}: ")
+    assert told in str(refused.value)
 
 
 def test_a_law_that_is_given_softens_a_softer_joint_by_its_share():

@@ -14,6 +14,7 @@ import pytest
 from twin.cli import main
 from twin.commands.diagnose import command
 from twin.commands.staging import staged_folder
+from twin.lab import diagnosed
 from twin.rigs import load_rig
 from twin.rigs.beam import load_beam_rig
 from twin.rigs.modal import load_modal_rig
@@ -138,6 +139,19 @@ def test_sweeps_become_a_folder_with_result_report_and_model(tmp_path, capsys):
     assert "shifted as a whole" in (out / "report.html").read_text()
     assert sorted(path.name for path in out.iterdir()) == ["extended.toml", "report.html", "result.json"]
     assert [path.name for path in tmp_path.iterdir()] == ["deep"]
+
+
+def test_a_picture_that_cannot_be_drawn_loses_no_result(tmp_path, capsys, monkeypatch):
+    def undrawn(*_, **__):
+        raise ValueError("need at least one array to concatenate")
+
+    monkeypatch.setattr(diagnosed, "write_table_report", undrawn)
+    status, printed, said = run(capsys, SWEEPS, *REUSS, "--out", tmp_path / "out", "--json")
+    assert status == 0
+    assert json.loads(printed) == json.loads((tmp_path / "out" / "result.json").read_text())
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["extended.toml", "result.json"]
+    assert "warning: report.html could not be drawn (need at least one array to concatenate)" in said
+    assert "Traceback" not in said
 
 
 @pytest.mark.slow

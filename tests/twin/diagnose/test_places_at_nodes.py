@@ -53,6 +53,14 @@ def test_a_solid_is_searched_in_three_directions_along_three_axes():
     assert len(field.across) == 3
 
 
+def test_nothing_pushes_in_a_direction_that_no_node_has():
+    x = np.linspace(0.0, 0.3, 7)
+    bar = NodeField.of(np.arange(7), np.column_stack([x, 0 * x, 0 * x]), moving=(True, True, False))
+    assert bar.across == ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    frame = NodeField.of(np.arange(7), np.column_stack([x, x**2, 0 * x]), moving=(True, True, False))
+    assert frame.across == ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
 def test_a_region_holds_the_nodes_of_its_ellipse_and_never_none():
     x, y = np.meshgrid(np.arange(11) * 0.01, np.arange(6) * 0.01)
     field = NodeField.of(np.arange(66), np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]))

@@ -7,8 +7,10 @@ from scipy.linalg import eig
 from twin.papers.tables import load_study
 from twin.rigs import LawTable, LayerLawTable, load_rig
 from twin.structure import assemble, layer_points
+from twin.structure.law_of_mode import layer_law_of_mode
 from twin.structure.law_table import layer_table
-from twin.structure.mode_law import LayerModes, layer_law_of_mode, mode_functions
+from twin.structure.mode_law import LayerModes, mode_functions
+from twin.structure.modelled_rig import modelled_rig
 from twin.structure.point_law import Curve
 
 STEEL = load_rig("steel-lap-joint")
@@ -134,6 +136,23 @@ def test_a_softening_that_leaves_the_layer_no_stiffness_is_refused():
 
 def with_law(law):
     return STEEL.model_copy(update={"joint": STEEL.joint.model_copy(update={"law": law})})
+
+
+def test_a_hung_rig_keeps_no_rigid_motion_and_its_first_mode_is_elastic():
+    rig = load_rig("hung-lap-joint")
+    structure, moduli = assemble(rig), rig.moduli()[0]
+    points = layer_points(structure, rig.joints[0].layer_elements)
+    E, G = moduli.normal_modulus, moduli.shear_modulus
+    modes = LayerModes.of(structure, points, E=E, G=G, sensor=structure.row(rig.place_of("acc2")))
+    linear = modelled_rig(rig).modes
+    np.testing.assert_allclose(np.sqrt(modes.squares[:4]), linear.omega[:4], rtol=1e-6)
+    o = np.geomspace(1e-8, 1e-5, 30)
+    softening, loss = Curve(o, 2e8 * o / (o + 2e-6)), Curve(o, 1e8 * o / (o + 1e-6))
+    found = mode_functions(modes, softening, loss, np.linspace(0.0, 1e-4, 20))
+    k = np.concatenate([-softening(found.motion_m[-1, :3]) + 0j, 1j * loss(found.motion_m[-1, 3:])])
+    values = eig(structure.stiffness(E, G) + (points.rows.T * (points.weights * k)) @ points.rows, structure.M)[0]
+    assert np.min(np.abs(values / found.eigenvalue[-1] - 1)) < 1e-6
+    assert found.softening[-1] > 0.01 * E
 
 
 def test_a_rig_file_of_either_form_has_a_law_of_the_layer():

@@ -16,15 +16,17 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
+from twin.structure import drawn_parts
 from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import (
     broadband_responses,
     compared_models,
     law_bands,
     law_in_lowest_mode,
-    mode_shapes,
+    modelled_by,
     stepped_sweeps,
 )
+from twin.views.operating import modal_motion
 from twin.views.style import ticks
 
 
@@ -99,19 +101,17 @@ def test_the_band_of_a_law_in_a_mode_is_what_its_knots_move_it_by(diagnosis: Dia
         assert std == pytest.approx(np.sqrt(variance[name]), rel=0.02)
 
 
-def test_modes_are_clamped_at_the_root_and_open_where_the_beams_part(diagnosis: Diagnosis) -> None:
-    first, second = mode_shapes(diagnosis.evidence, diagnosis.search.model, count=2)
-    assert first.frequency_Hz == pytest.approx(26.5, rel=0.05)
-    assert second.frequency_Hz > 4 * first.frequency_Hz
-    for shape in (first, second):
-        lower, upper = shape.beams
-        assert lower.value[0] == 0.0
-        assert max(abs(np.concatenate([lower.value, upper.value]))) == pytest.approx(1.0)
-        apart = np.interp(shape.layer_x, upper.x, upper.value) - np.interp(shape.layer_x, lower.x, lower.value)
-        # between nodes the beams are cubic, the interpolation is not: alike, not equal
-        assert np.corrcoef(shape.opening, apart)[0, 1] > 0.97
-        assert np.ptp(shape.opening) == pytest.approx(np.ptp(apart), rel=0.1)
-    assert first.beams[1].value[-1] == pytest.approx(1.0)
+def test_the_first_mode_is_clamped_at_the_root_and_opens_the_joint_where_the_beams_part(diagnosis: Diagnosis) -> None:
+    evidence, model = diagnosis.evidence, diagnosis.search.model
+    assert modelled_by(evidence, model).modes.frequency_Hz[0] == pytest.approx(26.5, rel=0.05)
+    motion, (lower, upper) = modal_motion(evidence, model), drawn_parts(evidence.model.structure)
+    (joint,), (below, above) = motion.joints, (part[1] for part in motion.parts)
+    assert below[0] == 0.0
+    assert abs(above[-1]) == pytest.approx(1.0, rel=1e-3)
+    apart = np.interp(joint.x, upper.points[:, 0], above) - np.interp(joint.x, lower.points[:, 0], below)
+    # between nodes the beams are cubic, the interpolation is not: alike, not equal
+    assert np.corrcoef(joint.opening, apart)[0, 1] > 0.97
+    assert np.ptp(joint.opening) == pytest.approx(np.ptp(apart), rel=0.1)
 
 
 def test_the_true_model_meets_the_broadband_run_and_the_base_does_not(diagnosis: Diagnosis) -> None:

@@ -14,7 +14,7 @@ from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.gauss_newton import Solution
 from twin.identify.residual_model import ResidualModel
-from twin.structure import drawn_position
+from twin.structure import drawn_parts
 from twin.views import save_diagnosis
 from twin.views.operating import Motion, operating_motions
 from twin.views.rerun_fit import l_curve_of
@@ -28,40 +28,41 @@ def motions(diagnosis: Diagnosis) -> list[Motion]:
 
 
 def test_the_shape_passes_through_the_sensors(diagnosis: Diagnosis, motions: list[Motion]) -> None:
-    """The beam's deflection where a sensor sits is what the model predicts of that sensor."""
-    evidence, layout = diagnosis.evidence, diagnosis.evidence.rig.layout()
+    """The displacement where a sensor sits is what the model predicts of that sensor."""
+    evidence = diagnosis.evidence
     predicted = predicted_steps(evidence, diagnosis.search.model) * np.abs(evidence.steps.force[:, :1])
     for motion, sweep in zip(motions, diagnosis.sweeps, strict=True):
         rows = np.array([state.sweep == sweep.sweep for state in evidence.steps.states])
         top = int(np.argmax(np.where(rows, np.abs(evidence.steps.response[:, evidence.reference, 0]), 0.0)))
         omega = evidence.steps.omega[top]
-        for o, output in enumerate(evidence.outputs):
-            upper = motion.beams[1]
-            deflection = np.interp(drawn_position(layout, output.place), upper.x, upper.value) * 1e-3
+        for o in range(len(evidence.outputs)):
+            deflection = motion.sensors[1, o] * 1e-3
             assert deflection == pytest.approx(predicted[top, o] / (1j * omega) ** 2, rel=1e-3)
 
 
 def test_near_resonance_the_shape_is_that_of_the_mode(motions: list[Motion]) -> None:
-    first, last = (np.concatenate([beam.value for beam in motion.beams]) for motion in (motions[0], motions[-1]))
+    first, last = (np.concatenate([part.ravel() for part in motion.parts]) for motion in (motions[0], motions[-1]))
     likeness = abs(np.vdot(first, last)) ** 2 / (np.vdot(first, first).real * np.vdot(last, last).real)
     assert likeness > 0.9999
-    assert np.all(np.diff(np.abs(motions[-1].beams[1].value)) > 0), "the tip moves most"
-    assert abs(motions[0].beams[0].value[0]) < 1e-9, "the clamp does not move"
+    lower, upper = (part[1] for part in motions[-1].parts)
+    assert np.all(np.diff(np.abs(upper)) > 0), "the free end moves most"
+    assert abs(lower[0]) < 1e-9, "the clamp does not move"
 
 
-def test_the_upper_beam_lies_over_the_lower_by_the_opening(motions: list[Motion]) -> None:
-    motion = motions[-1]
-    lower, upper = motion.beams
-    inside = (upper.x > motion.layer_x[0]) & (upper.x < motion.layer_x[-1])
-    x = upper.x[inside]
-    gap = upper.value[inside] - np.interp(x, lower.x, lower.value)
-    assert gap == pytest.approx(np.interp(x, motion.layer_x, motion.opening), abs=0.05 * np.abs(motion.opening).max())
+def test_the_upper_beam_lies_over_the_lower_by_the_opening(diagnosis: Diagnosis, motions: list[Motion]) -> None:
+    (joint,), (lower, upper) = motions[-1].joints, drawn_parts(diagnosis.evidence.model.structure)
+    below, above = (part[1] for part in motions[-1].parts)
+    inside = (upper.points[:, 0] > joint.x[0]) & (upper.points[:, 0] < joint.x[-1])
+    x = upper.points[inside, 0]
+    gap = above[inside] - np.interp(x, lower.points[:, 0], below)
+    assert gap == pytest.approx(np.interp(x, joint.x, joint.opening), abs=0.05 * np.abs(joint.opening).max())
 
 
 def test_a_loop_never_gives_energy_back(motions: list[Motion]) -> None:
     for motion in motions:
-        assert np.imag(motion.shear_N * np.conj(motion.farthest)) > 0
-        assert np.imag(motion.peel_N * np.conj(motion.widest)) > -1e-12, "no loss across, by default"
+        (joint,) = motion.joints
+        assert np.imag(joint.shear_N * np.conj(joint.farthest)) > 0
+        assert np.imag(joint.peel_N * np.conj(joint.widest)) > -1e-12, "no loss across, by default"
 
 
 def test_the_fit_stands_on_its_l_curve_at_strength_one(diagnosis: Diagnosis) -> None:

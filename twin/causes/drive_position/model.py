@@ -18,11 +18,11 @@ class DrivePosition(Cause):
     summary = "the shaker sits at another place than was written down"
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The force channel."""
-        return ({"channel": evidence.force},)
+        """The force channel, if its shaker may have been moved."""
+        return ({"channel": evidence.force},) if any(evidence.rig.layout().reach(evidence.drive_place)) else ()
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Offset towards the tip."""
+        """Offset along its beam."""
         back, forth = evidence.rig.layout().reach(evidence.drive_place)
         return (
             Parameter(

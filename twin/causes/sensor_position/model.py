@@ -22,11 +22,12 @@ class SensorPosition(Cause):
     summary = "a sensor sits at another place than was written down"
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any response channel."""
-        return response_channels(evidence)
+        """Any response channel whose sensor may have been moved."""
+        reach = evidence.rig.layout().reach
+        return [label for label in response_channels(evidence) if any(reach(evidence.place_of(label["channel"])))]
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Offset towards the tip."""
+        """Offset along its beam."""
         back, forth = evidence.rig.layout().reach(evidence.place_of(label["channel"]))
         return (
             Parameter(

@@ -111,14 +111,17 @@ def _at(
 ) -> tuple[float, Array]:
     """Force that opens the layer by a share of `motion` (n,) at most, N, and the readings (f, o) per N there.
 
-    By iteration: how stiff the points are, and how much they lose, goes by how the mode moves each of them.
+    By iteration: how stiff the points are, and how much they lose, goes by how the mode moves each of them.  Without a
+    joint no force is too much.
     """
     forces = replace(residual_model.local, weights=np.tile(residual_model.points.weights, (len(omega), 1)))
     free = residual_model.receptance(omega, model.baseline.base, np.zeros(len(omega)), inner=False, points=True)
-    points, amplitude = 2 * len(residual_model.points), share * motion
+    points, amplitude, force = 2 * len(residual_model.points), share * motion, np.inf
     for _ in range(TURNS):
         at = np.broadcast_to(amplitude, (len(omega), len(amplitude)))
         R = update_receptance(free, residual_model.moving, forces.stiffness(model.baseline.laws, at, omega)[0])
+        if not points:
+            break
         moved = np.abs(residual_model.driven(R, omega)[:, residual_model.moving])
         there = moved[np.argmax(np.max(moved[:, :points] / motion[:points], axis=1))]
         force = share / float(np.max(there[:points] / motion[:points]))

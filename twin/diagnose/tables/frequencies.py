@@ -22,6 +22,7 @@ from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
 from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
+from twin.identify.lap_joint_moduli import require_one_joint
 from twin.identify.rms import rms
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
@@ -71,6 +72,7 @@ def diagnose_frequencies(
             raise InputError("--preload", "", f"{source} is a beam alone and has no preloads", "leave it out")
         conditions: Sequence[str] = (rig.support,)
     else:
+        require_one_joint(rig, source=source)
         conditions = rig.preloads
     measured = read_frequencies(tables, conditions, named=preloads, default=conditions[0], source=source)
     model: FrequencyModel
