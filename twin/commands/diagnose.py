@@ -77,9 +77,7 @@ def command(
     """
     from twin.diagnose import usual_processes
     from twin.lab import load_rig
-    from twin.lab.files import are_tables
 
-    tables = are_tables([*runs, *held_out])
     again = _again(runs, held_out, rig_name, preloads, out)
     rig = load_rig(rig_name)
     with working("reading") as begin:

@@ -10,8 +10,8 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.search import Search
-from twin.identify.error_model import SOUND
 from twin.diagnose.shortfall import explains, shortfall, told_with
+from twin.identify.error_model import SOUND
 from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 

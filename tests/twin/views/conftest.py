@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from twin.diagnose.baseline_fit import BaselineFit
 
 from recordings import Run
-from twin.diagnose.baseline_fit import BaselineFit
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
