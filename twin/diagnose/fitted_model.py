@@ -113,6 +113,8 @@ class FitProblem:
         What the model may be wrong by beside the noise.
     held
         Parameter of the last cause that keeps its value.
+    frozen
+        Whether all causes keep theirs.
 
     Attributes
     ----------
@@ -133,6 +135,7 @@ class FitProblem:
         *,
         errors: ErrorModel = SOUND,
         held: str = "",
+        frozen: bool = False,
     ) -> None:
         self.evidence, self.harmonics, self.start, self.errors = evidence, harmonics, start, errors
         self._hypotheses = hypotheses
@@ -140,7 +143,7 @@ class FitProblem:
             (i, p)
             for i, hypothesis in enumerate(hypotheses)
             for p in hypothesis.cause.parameters(evidence, hypothesis.label)
-            if i < len(hypotheses) - 1 or p.name != held
+            if not frozen and (i < len(hypotheses) - 1 or p.name != held)
         ]
         self.count = len(start.vector)
         self.scales = np.array([p.scale for _, p in self.slots])
@@ -231,12 +234,13 @@ def fit_model(
     iterations: int = 12,
     tolerance: float = 0.1,
     held: str = "",
+    frozen: bool = False,
 ) -> FittedModel:
     """Fit the base family together with the causes' parameters, at one model error.
 
     Parameters
     ----------
-    start, hypotheses, errors, held
+    start, hypotheses, errors, held, frozen
         As for :class:`FitProblem`.
     iterations, tolerance
         Of each Gauss-Newton search; as many follow each other, with the weights at the last one's end, as gain
@@ -246,7 +250,7 @@ def fit_model(
     for hypothesis in hypotheses:
         start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
         shared.append(replace(hypothesis, values=values))
-    problem = FitProblem(evidence, harmonics, start, tuple(shared), errors=errors, held=held)
+    problem = FitProblem(evidence, harmonics, start, tuple(shared), errors=errors, held=held, frozen=frozen)
     x = problem.x0
     for _ in range(REWEIGHTED):
         problem.weigh(x)

@@ -168,11 +168,16 @@ def _fitted_rivals(
     """
     common = (evidence, harmonics, model, tolerances)
     fits: list[FittedModel] = []
-    for begin, rivals in ((_beside_the_law, _promising(scores)), (_beside_no_law, _elsewhere(evidence, scores))):
-        if not rivals or any(fit.errors.is_sound for fit in fits):
-            break
-        report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-        fits += parallel_map(begin, common, [(rival,) for rival in rivals])
+    promising = _promising(scores)
+    imitated = [_at_full_size(evidence, rival) for rival in promising if rival.cause.tried_at_full_size]
+    for begin, rivals in (
+        (_beside_no_law, imitated),
+        (_beside_the_law, [rival for rival in promising if not rival.cause.tried_at_full_size]),
+        (_beside_no_law, _elsewhere(evidence, scores, promising) if promising else []),
+    ):
+        if rivals and not any(fit.errors.is_sound for fit in fits):
+            report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
+            fits += parallel_map(begin, common, [(rival,) for rival in rivals])
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
@@ -188,18 +193,19 @@ def _promising(scores: Sequence[Score]) -> list[CauseHypothesis]:
     return [score.hypothesis for score in best.values() if score.log_bayes > least][:RIVALS]
 
 
-def _elsewhere(evidence: MeasuredData, scores: Sequence[Score]) -> list[CauseHypothesis]:
-    """Further beginnings: causes that go by the amplitude, at full size, for the law imitates what they do at first."""
+def _elsewhere(
+    evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis]
+) -> list[CauseHypothesis]:
+    """Further beginnings: causes that go by the amplitude, for the law imitates what they do at first."""
     best: dict[str, Score] = {}
     for score in scores:
         best.setdefault(score.hypothesis.key, score)
-    promising = {hypothesis.key for hypothesis in _promising(scores)}
-    found = []
+    keys, found = {hypothesis.key for hypothesis in promising}, []
     for key, score in best.items():
-        modification = score.hypothesis.modification(evidence)
-        if score.hypothesis.cause.tried_at_full_size:
+        modification, full = score.hypothesis.modification(evidence), score.hypothesis.cause.tried_at_full_size
+        if full and key not in keys:
             found.append(_at_full_size(evidence, score.hypothesis))
-        elif key in promising and (modification.nonlinear or modification.opening):
+        elif not full and key in keys and (modification.nonlinear or modification.opening):
             found.append(score.hypothesis)
     return found[:RIVALS]
 
@@ -233,11 +239,18 @@ def _beside_no_law(
     tolerances: Tolerances,
     hypothesis: CauseHypothesis,
 ) -> FittedModel:
-    """The same from the law that the steps ask for beside the cause: what it was without it may lead nowhere."""
+    """The same from nominal moduli and the law that the steps ask for beside the cause, whose size is held at first.
+
+    What base family and law were without the cause may lead nowhere.
+    """
     hypotheses = (*model.hypotheses, hypothesis)
     residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics)
-    start = law_from_steps(residual_model, nominal_parameters(evidence.rig, evidence.preload))
-    return _through(evidence, harmonics, start, hypotheses, continuation(SOUND), tolerances)
+    levels, linear = continuation(SOUND), nominal_parameters(evidence.rig, evidence.preload)
+    for level in levels[:2]:
+        start = law_from_steps(residual_model, linear)
+        fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
+        linear = fit.baseline.base
+    return _through(evidence, harmonics, fit.baseline, hypotheses, levels[1:], tolerances)
 
 
 def _through(
