@@ -151,7 +151,7 @@ class FitProblem:
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
         self._remakes = [hypothesis.modification(evidence).changes_structure for hypothesis in hypotheses]
-        base_mean, base_precision = ResidualModel(evidence).prior(start)
+        base_mean, base_precision = ResidualModel(evidence, errors=errors).prior(start)
         self.mean = np.concatenate([base_mean, [p.prior[0] for _, p in self.slots]])
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
         self.precision[: self.count, : self.count] = base_precision

@@ -179,7 +179,8 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
 
 def _with_sizes(errors: ErrorModel, kind: str, log_sizes: Array) -> ErrorModel:
     stiffness, ratio = np.exp(log_sizes)
-    return replace(errors, **{kind: Discrepancy(float(stiffness), float(ratio))})
+    sizes = Discrepancy(float(stiffness), float(ratio))
+    return replace(errors, steps=sizes) if kind == "steps" else replace(errors, broadband=sizes)
 
 
 def fit_with_errors(

@@ -86,6 +86,7 @@ def score_causes(
     modification = modification_of(evidence, model.hypotheses)
     # Differences over small strengths are taken with what the model holds: weights, and what its harmonics add.
     held = ResidualModel(evidence, modification, harmonics, errors=model.errors).linearisation(model.baseline)
+    # The priors are sound rigs': a cause gains by explaining what a loose fit put down to natural frequencies.
     residual_model = ResidualModel(evidence, modification, harmonics, held=held)
     prediction = residual_model.evaluate(model.baseline)
     common = (evidence, harmonics, model, held, prediction.residual)

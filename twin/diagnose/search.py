@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,10 @@ Report = Callable[[str], None]
 
 RIVALS = 6
 """Most causes that are fitted in one turn."""
+FOLLOWS = 3e-4
+"""Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
+BEHIND = 4.0
+"""Cost over the best rival's, at one model error, from which on a fit ends early."""
 WORTH_A_FIT = 0.2
 """Least expected gain of log evidence over the best one's: fits gain up to four times what the first order promises."""
 
@@ -100,17 +105,16 @@ def search_causes(
     start, _ = fit_base(evidence)
     base = fit_with_errors(evidence, None, start, ())
     harmonics = base_harmonics = _harmonics(evidence, base)
-    if harmonics is not None:
-        base = fit_with_errors(evidence, harmonics, base.baseline, (), errors=base.errors)
     model, stages = base, []
     while True:
         left = {name: cause for name, cause in causes.items() if name not in {h.cause.name for h in model.hypotheses}}
         report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
-        scores, tolerances = score_causes(evidence, harmonics, model, left)
+        start_of_rivals = _following(evidence, harmonics, model)
+        scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left)
         before = _weighed(evidence, harmonics, model, tolerances)
         rivals: tuple[FittedModel, ...] = ()
         if len(model.hypotheses) < most:
-            rivals = _fitted_rivals(evidence, harmonics, before, scores, tolerances, report)
+            rivals = _fitted_rivals(evidence, harmonics, start_of_rivals, scores, tolerances, report)
         accepted = bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
         best = rivals[0] if accepted else before
         problem = FitProblem(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
@@ -122,6 +126,21 @@ def search_causes(
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
         model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
+
+
+def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel) -> FittedModel:
+    """The model as causes are scored: where it does not follow the data, with natural frequencies of their own.
+
+    These say best where the resonances are, and a cause explains what they should not need.
+    """
+    if model.errors.steps.stiffness < FOLLOWS and model.errors.broadband.stiffness < FOLLOWS:
+        return model
+    start, hypotheses = model.baseline, model.hypotheses
+    loose = continuation(SOUND)[0]
+    for _ in range(2):
+        fit = fit_model(evidence, harmonics, start, hypotheses, errors=loose, iterations=15, tolerance=2.0)
+        start, hypotheses = fit.baseline, fit.hypotheses
+    return fit
 
 
 def _weighed(
@@ -166,22 +185,92 @@ def _fitted_rivals(
 
     Where none of them is as exact as sound rigs' models are, fits begin from elsewhere, too.
     """
-    common = (evidence, harmonics, model, tolerances)
     fits: list[FittedModel] = []
     promising = _promising(scores)
     imitated = [_at_full_size(evidence, rival) for rival in promising if rival.cause.tried_at_full_size]
+    beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in (
+        (_beside_the_law, beside),
         (_beside_no_law, imitated),
-        (_beside_the_law, [rival for rival in promising if not rival.cause.tried_at_full_size]),
         (_beside_no_law, _elsewhere(evidence, scores, promising) if promising else []),
     ):
         if rivals and not any(fit.errors.is_sound for fit in fits):
             report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-            fits += parallel_map(begin, common, [(rival,) for rival in rivals])
+            begun = [begin(evidence, harmonics, model, rival) for rival in rivals]
+            fits += _raced(evidence, harmonics, begun, tolerances)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
+
+
+def _raced(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, begun: list[_Begun], tolerances: Tolerances
+) -> list[FittedModel]:
+    """Fits through smaller and smaller model errors; one that costs several times the best one's ends early."""
+    field = begun
+    for number in range(len(field[0].levels) - 1):
+        work = [(start.baseline, start.hypotheses, start.levels[number]) for start in field]
+        fits = parallel_map(_fit_at, (evidence, harmonics), work)
+        least = BEHIND * min(fit.solution.cost for fit in fits)
+        field = [
+            _Begun(fit.baseline, fit.hypotheses, start.levels)
+            for fit, start in zip(fits, field, strict=True)
+            if fit.solution.cost <= least
+        ]
+    work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in field]
+    return parallel_map(partial(_fit_to_the_end, tolerances=tolerances), (evidence, harmonics), work)
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """Where a fit is, and the model errors on its way."""
+
+    baseline: BaselineParameters
+    hypotheses: tuple[CauseHypothesis, ...]
+    levels: tuple[ErrorModel, ...]
+
+
+def _fit_at(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    errors: ErrorModel,
+) -> FittedModel:
+    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
+    return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0)
+
+
+def _fit_to_the_end(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    errors: ErrorModel,
+    tolerances: Tolerances,
+) -> FittedModel:
+    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
+    return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
+
+
+def _with_own_law(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    start: BaselineParameters,
+    hypotheses: tuple[CauseHypothesis, ...],
+    errors: ErrorModel,
+) -> BaselineParameters:
+    """The start with the law that the steps ask for beside these causes, where that fits better.
+
+    Sharp resonances make a law that was found beside another model a trap.
+    """
+    if not (len(evidence.steps) and evidence.rig.joints):
+        return start
+    residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics, errors=errors)
+    own = law_from_steps(residual_model, start.base)
+    now, then = (residual_model.evaluate(trial, sensitivities=False).chi2 for trial in (start, own))
+    return own if then < now else start
 
 
 def _promising(scores: Sequence[Score]) -> list[CauseHypothesis]:
@@ -220,25 +309,16 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
 
 
 def _beside_the_law(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    tolerances: Tolerances,
-    hypothesis: CauseHypothesis,
-) -> FittedModel:
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
+) -> _Begun:
     """The model with one more cause, from what was fitted without it."""
     levels = [level for level in continuation(SOUND) if level.steps.stiffness <= model.errors.steps.stiffness]
-    hypotheses = (*model.hypotheses, hypothesis)
-    return _through(evidence, harmonics, model.baseline, hypotheses, tuple(levels) or (SOUND,), tolerances)
+    return _Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (SOUND,))
 
 
 def _beside_no_law(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    tolerances: Tolerances,
-    hypothesis: CauseHypothesis,
-) -> FittedModel:
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
+) -> _Begun:
     """The same from nominal moduli and the law that the steps ask for beside the cause, whose size is held at first.
 
     What base family and law were without the cause may lead nowhere.
@@ -250,19 +330,4 @@ def _beside_no_law(
         start = law_from_steps(residual_model, linear)
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
         linear = fit.baseline.base
-    return _through(evidence, harmonics, fit.baseline, hypotheses, levels[1:], tolerances)
-
-
-def _through(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    levels: tuple[ErrorModel, ...],
-    tolerances: Tolerances,
-) -> FittedModel:
-    """A fit through smaller and smaller model errors."""
-    for level in levels[:-1]:
-        fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=6, tolerance=2.0)
-        start, hypotheses = fit.baseline, fit.hypotheses
-    return fit_with_errors(evidence, harmonics, start, hypotheses, errors=levels[-1], tolerances=tolerances)
+    return _Begun(fit.baseline, hypotheses, levels[1:])

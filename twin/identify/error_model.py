@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse
+from twin.identify.linear_fit import FREQUENCY_STD, MODULI_STD
 from twin.identify.measured_data import StepArrays
 
 __all__ = ["SOUND", "Covariances", "Discrepancy", "ErrorModel", "continuation", "log_determinant", "log_prior"]
@@ -40,17 +41,29 @@ class Discrepancy:
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorModel:
-    """Model error of the steps' fundamentals and of the broadband runs."""
+    """Model error of the steps' fundamentals and of the broadband runs.
+
+    Attributes
+    ----------
+    frequency : float
+        Prior of what the finite elements and rounded dimensions leave wrong in each natural frequency, relative.
+    moduli : float
+        Prior of the logarithms of E' and G': tight only while a fit with large errors finds its way, for these are
+        shared by many bins and would else count as many independent witnesses for wrong moduli.
+    """
 
     steps: Discrepancy
     broadband: Discrepancy
+    frequency: float = FREQUENCY_STD
+    moduli: float = MODULI_STD
 
-    def at_least(self, stiffness: float, ratio: float) -> ErrorModel:
-        """The same, nowhere smaller than this."""
-        return ErrorModel(
-            steps=Discrepancy(max(self.steps.stiffness, stiffness), max(self.steps.ratio, ratio)),
-            broadband=Discrepancy(max(self.broadband.stiffness, stiffness), max(self.broadband.ratio, ratio)),
+    def loosened(self, stiffness: float, frequency: float, moduli: float) -> ErrorModel:
+        """The same with errors of stiffness no smaller than this, and of ratios three times that."""
+        steps, broadband = (
+            Discrepancy(max(own.stiffness, stiffness), max(own.ratio, 3 * stiffness))
+            for own in (self.steps, self.broadband)
         )
+        return ErrorModel(steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
 
     @property
     def is_sound(self) -> bool:
@@ -69,15 +82,20 @@ SPREAD = np.log(3.0)
 """Standard deviation of the logarithm of each: sound rigs lie within a factor of three."""
 ANY = 1e4
 """Largest stiffness error of a model that lacks something, over a sound rig's: a resonance is then a per cent off."""
-CONTINUATION = (1e-2, 1e-3, 1e-4, 1e-5)
-"""Stiffness errors, and ratio errors a tenth of them at least, through which a fit comes to its minimum: with large
-ones it follows the resonances wherever they are, and each smaller one asks the parameters to explain more of them."""
+CONTINUATION = (
+    (1e-2, 3e-2, 0.01),
+    (3e-3, 1e-2, 0.03),
+    (1e-3, 3e-3, 0.1),
+    (1e-4, 7e-4, MODULI_STD),
+    (1e-5, 2e-4, MODULI_STD),
+)
+"""Errors of stiffness, priors of frequencies and of moduli through which a fit comes to its minimum: with large ones it
+follows the resonances wherever they are, and each smaller one asks the parameters to explain more of that."""
 
 
 def continuation(errors: ErrorModel) -> tuple[ErrorModel, ...]:
     """Model errors of successive fits, the last one `errors` themselves."""
-    larger = [size for size in CONTINUATION if size > errors.steps.stiffness]
-    return (*(errors.at_least(size, 0.1 * size) for size in larger), errors)
+    return (*(errors.loosened(*level) for level in CONTINUATION if level[0] > errors.steps.stiffness), errors)
 
 
 def log_prior(errors: ErrorModel, *, free: bool = False) -> float:

@@ -19,14 +19,14 @@ from twin.identify.poles import poles_near
 from twin.identify.spectrum import BroadbandRecord
 from twin.structure import rigid_motions
 
-DETUNING_STD = 1e-4
+FREQUENCY_STD = 1e-4
 """Prior of what the finite elements and rounded dimensions leave wrong in a natural frequency."""
 MODULI_STD = 0.1 / np.sqrt(3)
 """Prior of the logarithms of E' and G': no experimenter knows them to better than ten per cent, evenly spread."""
 DAMPING_STD, EACH_DAMPING_STD = 0.5, 0.15
 """Prior of the logarithm of all damping ratios at once, and of each beside the others: what a structure's damping is
 like is known roughly, and one mode far out of line has a cause."""
-WIDE_DETUNING = 0.03
+WIDE_FREQUENCY = 0.03
 """Prior of a frequency discrepancy while a fit finds its way."""
 LARGEST_ALIGNMENT = 0.2
 """A resonance farther off than this, as a logarithm, is not taken for the model's."""
@@ -72,7 +72,7 @@ class LinearFit:
 
 
 def base_prior(
-    nominal: LinearParameters, *, frequency_discrepancy_std: float = DETUNING_STD, moduli_std: float = MODULI_STD
+    nominal: LinearParameters, *, frequency_discrepancy_std: float = FREQUENCY_STD, moduli_std: float = MODULI_STD
 ) -> tuple[Real, Real]:
     """Mean and precision (u, u) of ``base.vector`` before any data: what an experimenter may be wrong about.
 
@@ -89,7 +89,7 @@ def base_prior(
     frequency_discrepancy = np.full(DAMPED_MODES, frequency_discrepancy_std)
     # The last of these modes lies above the band: nothing measured would hold a wide frequency discrepancy of it in
     # place.
-    frequency_discrepancy[-1] = min(frequency_discrepancy_std, DETUNING_STD)
+    frequency_discrepancy[-1] = min(frequency_discrepancy_std, FREQUENCY_STD)
     moduli = {"log_E": moduli_std, "log_G": moduli_std, "loss_E": 0.05, "loss_G": 0.2}
     covariance = np.diag(
         blocks.pack(moduli | {"log_zeta": EACH_DAMPING_STD, "frequency_discrepancy": frequency_discrepancy}) ** 2
@@ -120,7 +120,7 @@ def fit_linear(
     start: LinearParameters,
     *,
     nominal: LinearParameters,
-    frequency_discrepancy_std: float = DETUNING_STD,
+    frequency_discrepancy_std: float = FREQUENCY_STD,
     moduli_std: float = MODULI_STD,
     model_error: float = 0.0,
     iterations: int = 15,
@@ -212,7 +212,7 @@ def reduce_broadband(
 def _follow(model: LinearModel, data: BinnedResponse, base: LinearParameters, nominal: LinearParameters) -> LinearFit:
     """A fit that follows the resonances, the moduli held near what is assumed."""
     return fit_linear(
-        model, data, base, nominal=nominal, frequency_discrepancy_std=WIDE_DETUNING, moduli_std=0.02, model_error=0.02
+        model, data, base, nominal=nominal, frequency_discrepancy_std=WIDE_FREQUENCY, moduli_std=0.02, model_error=0.02
     )
 
 

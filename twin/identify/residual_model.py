@@ -126,7 +126,11 @@ class ResidualModel(ForwardModel):
 
     def prior(self, baseline: BaselineParameters) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
-        mean, base = base_prior(nominal_parameters(self.evidence.rig, self.evidence.preload))
+        nominal, linear = nominal_parameters(self.evidence.rig, self.evidence.preload), self.evidence.linear
+        if linear is not None and self.errors.moduli < SOUND.moduli:
+            # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
+            nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
+        mean, base = base_prior(nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli)
         phi = self.model.basis.Phi[:, 0]
         size = len(baseline.blocks)
         precision = np.zeros((size, size))
