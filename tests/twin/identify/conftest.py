@@ -142,7 +142,7 @@ class Build:
     """Measured data whose responses and variances a test chooses."""
 
     @staticmethod
-    def steps(omega, force, response, *, relative=1e-4, time_s=None):
+    def steps(omega, force, response, *, relative=1e-4, time_s=None, growth=0.0, growth_std=0.0):
         """Steps from force (s, h) and response (s, o, h), noise of a relative size in every harmonic."""
         count, outputs, harmonics = response.shape
         F = np.zeros((count, HARMONICS), complex)
@@ -158,7 +158,8 @@ class Build:
             response_variance=A_variance,
             amplitude_m=np.abs(A[:, -1, 0]) / omega**2,
             time_s=np.arange(count) * 2.0 if time_s is None else time_s,
-            unsettled=np.zeros(count),
+            growth=np.full(count, growth, complex),
+            growth_std=np.full(count, growth_std),
             states=tuple(() for _ in range(count)),
         )
 
