@@ -1,6 +1,7 @@
 """Covariances of residuals against draws of every error put through dense matrices; how fits come down to them."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -86,7 +87,7 @@ def test_whitened_steps_are_independent_and_of_unit_size(build, steel_model, ste
 
 
 @pytest.mark.parametrize(
-    "large", [{"noise": 1e-3}, {"stiffness": 1e-5}, {"ratio": 1e-4}], ids=lambda large: [*large][0]
+    "large", [{"noise": 1e-3}, {"stiffness": 1e-5}, {"ratio": 1e-4}], ids=lambda large: next(iter(large))
 )
 def test_whitened_broadband_bins_are_independent_and_of_unit_size(build, steel_model, steel_dense, baseline, large):
     """Channels err against each other by as much more as a response lies below its surroundings."""
@@ -108,7 +109,7 @@ def test_whitened_broadband_bins_are_independent_and_of_unit_size(build, steel_m
 def test_fits_come_to_their_errors_through_ever_smaller_ones():
     levels = continuation(SOUND)
     assert levels[-1] is SOUND
-    for wider, narrower in zip(levels, levels[1:], strict=False):
+    for wider, narrower in pairwise(levels):
         for kind in ("steps", "broadband"):
             for name in ("stiffness", "ratio"):
                 assert getattr(getattr(wider, kind), name) >= getattr(getattr(narrower, kind), name)
