@@ -27,6 +27,9 @@ BAND_Hz = np.geomspace(8.0, 950.0, 80)
 SWEPT = {1: (np.linspace(27.4, 25.6, 25), (0.75, 1.5, 3.0, 6.0)), 2: (np.linspace(158.0, 155.0, 25), (0.3, 0.6, 1.0))}
 """Frequencies in Hz and forces in N about each mode."""
 HELD_OUT_N = {1: 3.0, 2: 0.6}
+SOFTENED = SOUND.with_value("steps", "ratio", 3e-4)
+"""What the model leaves of one channel against the other where a joint loses two thirds of E': where the evidence of
+both modes together is largest.  Sound rigs soften less, and have a sixth of it."""
 
 
 @pytest.fixture(scope="module")
@@ -101,9 +104,9 @@ def balanced(build, steel_model, steel_dense, nominal):
 
 def fitted(evidence):
     """Free, then without what a rig file has no place for, as `twin identify` does it."""
-    free, solution = fit_base(evidence)
+    free, solution = fit_base(evidence, errors=SOFTENED)
     elsewhere = np.r_[free.blocks["loss_E"], free.blocks["frequency_discrepancy"]]
-    baseline, held = fit_base(evidence, start=free, held_at_zero=elsewhere)
+    baseline, held = fit_base(evidence, start=free, errors=SOFTENED, held_at_zero=elsewhere)
     assert np.abs(baseline.vector[elsewhere]).max() < base_fit.HELD_PRECISION**-0.5
     assert held.chi2 < 1.5 * solution.chi2 < len(solution.residual)
     return baseline
