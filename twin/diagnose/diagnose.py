@@ -27,6 +27,7 @@ from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
+from twin.identify.error_model import SOUND
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, common_preload
 from twin.identify.residual_model import ResidualModel
@@ -158,7 +159,8 @@ def _gain(
 ) -> Gain:
     harmonics = harmonic_residuals(ResidualModel(unseen), before.baseline)
     errors = [relative_errors(unseen, model, harmonics) for model in (before, after)]
-    columns = [*errors, noise_floors(unseen, harmonics)]
+    floors = noise_floors(unseen, harmonics)
+    columns = [*errors, floors]
     parts = {
         harmonic: HeldOutError(*(rms(column[harmonic]) for column in columns), count=len(errors[0][harmonic]))
         for harmonic in errors[0]
@@ -166,9 +168,18 @@ def _gain(
     return Gain(
         *(rms(np.concatenate(list(column.values()))) for column in columns),
         by_harmonic=parts,
+        expected=rms(np.concatenate([_of_a_sound_rig(unseen, after), *(floors[h] for h in floors if h > 1)])),
         runs=tuple(Path(run).name for run in runs),
         sweeps=sweeps or tuple(dict.fromkeys(state.sweep for state in unseen.steps.states)),
     )
+
+
+def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel) -> NDArray[Any]:
+    """Relative errors (s o,) of the fundamentals that noise and a sound rig's model error make."""
+    residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
+    factor = residual_model.covariances(model.baseline).step_factor(SOUND.steps)
+    variance = np.sum(factor**2, axis=2)
+    return np.asarray(np.sqrt(variance.reshape(len(factor), 2, -1).sum(axis=1)).ravel())
 
 
 def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[MeasuredData, tuple[str, ...]]:

@@ -83,12 +83,15 @@ class Gain:
     ----------
     by_harmonic
         The same of each harmonic alone.
+    expected : float
+        What the model of a sound rig leaves: noise, and the model error that such rigs have.
     """
 
     before: float
     after: float
     noise_floor: float
     by_harmonic: dict[int, HeldOutError] = field(kw_only=True)
+    expected: float = field(kw_only=True)
     runs: tuple[str, ...] = field(kw_only=True)
     sweeps: tuple[str, ...] = field(kw_only=True)
 
@@ -209,6 +212,7 @@ class Diagnosis:
                     "before": self.gain.before,
                     "after": self.gain.after,
                     "noise_floor": self.gain.noise_floor,
+                    "expected": self.gain.expected,
                 },
                 "by_harmonic": {str(harmonic): asdict(part) for harmonic, part in self.gain.by_harmonic.items()},
                 "runs": list(self.gain.runs),

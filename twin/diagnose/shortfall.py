@@ -10,14 +10,14 @@ if TYPE_CHECKING:
 __all__ = ["explains", "shortfall", "told_with"]
 
 SEVERAL_TIMES = 3.0
-"""Error on what was held out over its noise floor, beyond which it is still several times its noise: a model that is
+"""Error on what was held out over what sound rigs' models leave, beyond which something is unexplained: a model that is
 right leaves 1, and moduli known as well as a campaign tells them add less than as much again."""
 LEAST_GROWTH = 0.1
-"""Of the noise floor: by how much an error must rise to have grown.  The rms over fifty steps is known no better."""
+"""Of the same: by how much an error must rise to have grown.  The rms over fifty steps is known no better."""
 
 
 class _HeldOut(Protocol):
-    """Root-mean-square relative errors of what was held out, and what a perfect model would leave."""
+    """Root-mean-square relative errors of what was held out; what a perfect model and a sound rig's would leave."""
 
     @property
     def before(self) -> float: ...
@@ -28,15 +28,18 @@ class _HeldOut(Protocol):
     @property
     def noise_floor(self) -> float: ...
 
+    @property
+    def expected(self) -> float: ...
+
 
 def shortfall(verdict: Verdict, misfit: Misfit, gain: _HeldOut | None) -> str:
     """What a model leaves unexplained, with figures, as the end of a sentence; empty where that is nothing.
 
     A gain is none where the held-out error is still several times its noise, or has grown.
     """
-    if gain is not None and gain.after - gain.before > LEAST_GROWTH * gain.noise_floor:
+    if gain is not None and gain.after - gain.before > LEAST_GROWTH * gain.expected:
         return f"the held-out error grew from {100 * gain.before:.2g} % to {100 * gain.after:.2g} %"
-    if gain is not None and gain.after > SEVERAL_TIMES * gain.noise_floor:
+    if gain is not None and gain.after > SEVERAL_TIMES * gain.expected:
         return (
             f"the held-out error of {100 * gain.after:.2g} % is still several times its noise, "
             f"{100 * gain.noise_floor:.2g} %"
