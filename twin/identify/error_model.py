@@ -77,8 +77,8 @@ class ErrorModel:
 
 
 SOUND = ErrorModel(steps=Discrepancy(2e-6, 5e-5), broadband=Discrepancy(4e-5, 6e-5))
-"""What sound rigs need: medians over two clean campaigns of a program that shares no code with the bench, and the bench's
-seed 5301."""
+"""What sound rigs need: medians over two clean campaigns of a program that shares no code with the bench, and the
+bench's seed 5301."""
 SPREAD = np.log(3.0)
 """Standard deviation of the logarithm of each: sound rigs lie within a factor of three."""
 ANY = 1e4

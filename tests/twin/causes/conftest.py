@@ -109,7 +109,8 @@ def make_evidence(omega, response, *, force=1.0, spacing_s=2.0, with_harmonics=N
         response_variance=np.repeat(1e-16 * np.abs(A[:, :, :1]) ** 2, HARMONICS, axis=2),
         amplitude_m=np.abs(A[:, 1, 0]) / model.basis.omega[0] ** 2,
         time_s=time,
-        unsettled=np.zeros(count),
+        growth=np.zeros(count),
+        growth_std=np.zeros(count),
         states=cast("Any", (state,) * count),
     )
     bins = BinnedResponse(

@@ -13,6 +13,7 @@ from twin.diagnose.comparison import compare_sweeps, noise_floors, predicted_ste
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
 from twin.identify.base_fit import starting_baseline
+from twin.identify.error_model import SOUND
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import gather_data
 from twin.identify.residual_model import ResidualModel
@@ -30,7 +31,7 @@ def learnt(campaign):
 
 def fitted_model(baseline, *hypotheses):
     """A model at these unknowns; how it was fitted does not matter here."""
-    return FittedModel(hypotheses, baseline, cast("Any", None), 0.0, 100)
+    return FittedModel(hypotheses, baseline, SOUND, cast("Any", None), 0.0, 100)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def by_hand(learnt):
         response=moved,
         force=np.zeros_like(steps.force),
         force_variance=np.ones_like(steps.force_variance),
-        unsettled=np.zeros(len(steps)),
+        growth=np.zeros(len(steps)),
     )
     predicted = predicted_steps(replace(evidence, steps=quiet), fitted_model(baseline))
 
@@ -126,12 +127,10 @@ def test_second_harmonics_that_a_cause_predicts_are_no_error(by_hand, learnt):
     assert after == pytest.approx(np.full(len(after), 0.1), rel=1e-6)
 
 
-def test_the_noise_floor_is_that_of_response_force_and_what_had_not_settled(by_hand, learnt):
+def test_the_noise_floor_is_that_of_response_and_force(by_hand, learnt):
     count = len(learnt[0].steps)
     evidence, harmonics = by_hand(np.zeros((count, 2)))
     assert noise_floors(evidence, harmonics)[1] == pytest.approx(np.full(2 * count, np.sqrt(2) * NOISE))
-    changing = replace(evidence, steps=replace(evidence.steps, unsettled=np.full(count, 3 * NOISE)))
-    assert noise_floors(changing, harmonics)[1] == pytest.approx(np.full(2 * count, np.sqrt(11) * NOISE))
 
 
 def test_a_perfect_models_errors_are_its_noise_floor(by_hand, learnt):

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from twin.diagnose.baseline_fit import BaselineFit
 
 from recordings import Run
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
@@ -18,7 +17,7 @@ from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modificatio
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
 from twin.diagnose.search import Search
-from twin.identify.baseline_parameters import TIGHT, BaselineParameters
+from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.identified import identify_rig
 from twin.identify.joint_law import LayerLaw
@@ -62,7 +61,7 @@ def unmeasured(run: Run, make_state: Callable[..., SteadyState]) -> tuple[Measur
         omega=2 * np.pi * frequency, force=force, force_variance=np.full(force.shape, 1e-10),
         response=np.ones(shape, complex), response_variance=np.full(shape, 1e-10),
         amplitude_m=np.geomspace(1e-4, 3e-3, len(frequency)), time_s=np.arange(len(frequency), dtype=float),
-        unsettled=np.full(len(frequency), NOISE),
+        growth=np.zeros(len(frequency)), growth_std=np.full(len(frequency), 1e-6),
         states=tuple(
             make_state(sweep=f"{a:g}N-up", index=i, position=i, frequency_Hz=f, time_s=float(i))
             for i, (a, f) in enumerate(zip(level, frequency, strict=True))
@@ -102,7 +101,9 @@ def _measured(evidence: MeasuredData, truth: FittedModel) -> MeasuredData:
     response = response.copy()
     response[:, :, 0] = H * force[:, :1] * (1 + 0.3 * NOISE * noise)
     amplitude_m = np.abs(response[:, at, 0]) / steps.omega**2
-    evidence = replace(evidence, steps=replace(steps, response=response, force=force, amplitude_m=amplitude_m))
+    variance = np.repeat((NOISE * np.abs(response[:, :, :1])) ** 2, HARMONICS, axis=2)
+    steps = replace(steps, response=response, response_variance=variance, force=force, amplitude_m=amplitude_m)
+    evidence = replace(evidence, steps=steps)
     (binned,) = evidence.broadband
     return replace(evidence, broadband=(replace(binned, H=broadband_responses(evidence, truth, 0)),))
 
@@ -127,7 +128,6 @@ def diagnosis(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Diagnosis:
     assert modification_of(evidence, (hypothesis,)).attachments
     evidence = _measured(evidence, true)
     sweeps = compare_sweeps(evidence, base, true)
-    baseline_fit = BaselineFit(base=base, start=baseline, discrepancy=TIGHT, harmonics=None)
     return Diagnosis(
         verdict="explained",
         misfit=Misfit(
@@ -152,7 +152,7 @@ def diagnosis(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Diagnosis:
         next_test=None,
         seconds=21.0,
         evidence=evidence,
-        search=Search(baseline_fit, base, true, (), evidence, None),
+        search=Search(base, true, (), evidence, None, None),
         sweeps=sweeps,
         held_out=sweeps[1:],
         notes=("2 step(s) were still changing and were left out",),

@@ -14,6 +14,7 @@ from rerun.chunk import RrdReader
 from recordings import Channel, DeviceSamples, Event, Run, SampleBlock, Step, StepState
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel
 from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.error_model import SOUND
 from twin.identify.gauss_newton import Solution
 
 RATE_Hz = 1024.0
@@ -151,4 +152,4 @@ def fitted_model(
     x = baseline.vector
     std = np.concatenate([np.full(14, 1e-3), np.full(len(x) - 14, 1e5)])
     solution = Solution(x, history[-1], 0.0, np.diag(1 / std**2), np.zeros(4), np.zeros((4, len(x))), history)
-    return FittedModel(hypotheses, baseline, solution, 0.0, 100)
+    return FittedModel(hypotheses, baseline, SOUND, solution, 0.0, 100)

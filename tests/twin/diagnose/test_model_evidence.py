@@ -1,0 +1,126 @@
+"""Log evidence against a dense oracle, and model errors found again that data were drawn with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from recordings import read_run
+from twin.diagnose.fitted_model import CauseHypothesis, FitProblem
+from twin.diagnose.model_evidence import Tolerances, infer_errors
+from twin.diagnose.models import CAUSES
+from twin.identify.base_fit import starting_baseline
+from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, log_determinant, log_prior
+from twin.identify.measured_data import gather_data
+from twin.identify.residual_model import ResidualModel
+from twin.rigs import load_rig
+
+LABEL = {"channel": "acc1"}
+
+
+@pytest.fixture(scope="module")
+def measured(campaign):
+    """Frequencies, forces and noise of real recordings."""
+    runs = [read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps")]
+    return gather_data(runs, load_rig("steel-lap-joint"))
+
+
+@pytest.fixture(scope="module")
+def baseline(measured):
+    """No unknown at a limit, which no Gaussian has."""
+    found = starting_baseline(measured)
+    base = replace(found.base, loss_E=np.array([0.02]), loss_G=np.array([0.05]))
+    return replace(found, base=base, laws=tuple(replace(law, loss=np.full(len(law.loss), 5e6)) for law in found.laws))
+
+
+@pytest.fixture(scope="module")
+def drawn(measured, baseline):
+    """Builds evidence from the model at the unknowns, with noise and model errors drawn."""
+
+    at, (data,), steps = measured.reference, measured.broadband, measured.steps
+    residual_model = ResidualModel(measured)
+    R, omega, _ = residual_model.step_receptance(baseline)
+    of_steps, of_bins = residual_model.responses(R, omega), residual_model.broadband_response(data, baseline)
+
+    def having(bins, steps_off):
+        """Responses off by these factors; the reference channel moves as measured, for the law goes by that."""
+        response, force = steps.response.copy(), steps.force.copy()
+        force[:, 0] = response[:, at, 0] / (of_steps * steps_off)[:, at]
+        response[:, :, 0] = of_steps * steps_off * force[:, :1]
+        binned = replace(data, H=of_bins * bins)
+        return replace(measured, broadband=(binned,), steps=replace(steps, response=response, force=force))
+
+    exact = having(np.ones_like(of_bins), np.ones_like(of_steps))
+
+    def drawn(errors, seed):
+        rng = np.random.default_rng(seed)
+        made_of = ResidualModel(exact).covariances(baseline)
+        (factor,) = made_of.broadband_factors(errors.broadband)
+        z = rng.standard_normal((*of_bins.shape, 2)) @ np.array([1, 1j]) / np.sqrt(2)
+        bins = np.exp(factor @ z[:, :, None])[:, :, 0]
+        z = rng.standard_normal((len(steps), 2 * of_steps.shape[1], 1))
+        real, imaginary = np.split((made_of.step_factor(errors.steps) @ z)[:, :, 0], 2, axis=1)
+        return having(bins, 1 + real + 1j * imaginary)
+
+    return drawn
+
+
+def errors_of(size):
+    """Every model error, over a sound rig's."""
+    pairs = (Discrepancy(size * e.stiffness, size * e.ratio) for e in (SOUND.steps, SOUND.broadband))
+    steps, broadband = pairs
+    return ErrorModel(steps=steps, broadband=broadband)
+
+
+def with_gain(baseline, evidence):
+    """The base family with a gain at fault that is none."""
+    hypothesis = CauseHypothesis(CAUSES["channel-gain"], LABEL, {"factor": 1.0}, {})
+    return lambda errors: FitProblem(evidence, None, baseline, (hypothesis,), errors=errors)
+
+
+def oracle(problem):
+    """Log density of all data with every parameter integrated out, but for the constant of so many numbers."""
+    problem.weigh(problem.x0)
+    r, J = problem.evaluate(problem.x0)
+    data = r + J @ (problem.x0 - problem.mean)
+    covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T)
+    made_of = problem.residual_model(problem.x0).covariances(problem.baseline(problem.x0))
+    # A complex number of a broadband run is two real ones.
+    noise = 2 * sum(map(log_determinant, made_of.broadband_factors(problem.errors.broadband)))
+    noise += log_determinant(made_of.step_factor(problem.errors.steps))
+    return -0.5 * (data @ np.linalg.solve(covariance, data) + np.linalg.slogdet(covariance)[1] + noise)
+
+
+@pytest.mark.parametrize("size", [1.0, 10.0])
+def test_log_evidence_is_the_marginal_likelihood_with_the_inferred_errors(drawn, baseline, size):
+    """That of all data, the volume of their covariance included: else larger errors would cost nothing."""
+    problem = with_gain(baseline, drawn(errors_of(size), seed=1))
+    inferred, log_evidence = infer_errors(problem(SOUND), None)
+    assert log_evidence == pytest.approx(oracle(problem(inferred)) + log_prior(inferred), abs=0.05)
+
+
+def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn, baseline):
+    evidence = drawn(errors_of(1.0), seed=2)
+    with_it = with_gain(baseline, evidence)(SOUND)
+    with_it.weigh(with_it.x0)
+    column = with_it.evaluate(with_it.x0)[1][:, with_it.count :]
+    tolerances = Tolerances.of(column, with_it.blocks, with_it.held)
+    without = FitProblem(evidence, None, baseline, ())
+    (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
+    assert tolerated == pytest.approx(named, abs=1e-3)
+    assert two.steps.stiffness == pytest.approx(one.steps.stiffness, rel=1e-2)
+
+
+@pytest.mark.parametrize("size", [1.0, 30.0])
+def test_the_error_that_data_were_drawn_with_is_found(drawn, baseline, size):
+    """Of stiffness, which may be of any size where a model lacks something; ratios stay what sound rigs' are."""
+    true = replace(
+        SOUND,
+        steps=replace(SOUND.steps, stiffness=size * SOUND.steps.stiffness),
+        broadband=replace(SOUND.broadband, stiffness=size * SOUND.broadband.stiffness),
+    )
+    found = infer_errors(FitProblem(drawn(true, seed=3), None, baseline, ()), None, free=True)[0]
+    for kind in ("steps", "broadband"):
+        assert getattr(found, kind).stiffness == pytest.approx(getattr(true, kind).stiffness, rel=0.35), kind
