@@ -71,8 +71,8 @@ def _checked(effect: Effect) -> Callable[..., None]:
             kind = str(takes[name].annotation)
             if kind.startswith("float") and not isinstance(value, float):
                 raise ValueError(f"{name} is a number, not {value!r:.60}")
-            if kind.startswith("str") and not isinstance(value, str):
-                raise ValueError(f"{name} is a text, not {value!r:.60}")
+            if kind.startswith("str") and isinstance(value, float):
+                parameters[name] = f"{value:g}"  # elements are counted, and may be written as numbers
         function(plan, **parameters)
 
     return apply

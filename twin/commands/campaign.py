@@ -80,6 +80,10 @@ def command(
         plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
     except ValueError as error:
         raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error
     stage(f"diagnosing {len(plans)} cases")
     with progress_bar() as progress:
         task = progress.add_task(f"{len(plans)} cases", total=len(plans))

@@ -186,7 +186,7 @@ def test_wrong_effects_are_refused_with_what_there_is():
     ("rig", "cause", "parameters", "told"),
     [
         ("hung-lap-joint", "temperature-drift", {"rate_per_s": "fast"}, "rate_per_s is a number, not 'fast'"),
-        ("hung-lap-joint", "channel-gain", {"channel": 3.0, "factor": 2.0}, "channel is a text, not 3.0"),
+        ("hung-lap-joint", "channel-gain", {"channel": 3.0, "factor": 2.0}, "no channel '3'"),
         ("hung-lap-joint", "preload-loss", {"rate_per_s": 1e-6, "joint": "lep"}, "no joint 'lep'; the rig has lap"),
         ("hung-lap-joint", "added-mass", {"part": "upper", "node": 3.0, "mass_kg": 0.1}, "is a beam and has no nodes"),
         ("stiffened-plate", "added-mass", {"part": "plate", "node": 999.0, "mass_kg": 0.1}, "has no node 999"),
