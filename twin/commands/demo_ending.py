@@ -21,7 +21,7 @@ def tell_result(result: Mapping[str, Any], out: Path) -> None:
     table.add_column(overflow="fold")
     rows = {"hidden": _hidden(**result["hidden"]), "found": found["answer"]}
     if found["gain"]:
-        rows["gain"] = _gain(**found["gain"]["held_out"], harmonics=len(found["gain"]["by_harmonic"]))
+        rows["gain"] = _gain(found["gain"])
     rows |= {name: str(out / result["files"][name]) for name in ("report", "recording", "view")}
     for name, text in rows.items():
         table.add_row(name, text)
@@ -36,10 +36,11 @@ def _hidden(cause: str, parameters: Mapping[str, float | str]) -> str:
     return f"{cause} ({values})" if values else cause
 
 
-def _gain(before: float, after: float, noise_floor: float, harmonics: int) -> str:
+def _gain(gain: dict[str, Any]) -> str:
+    before, after, noise_floor = (gain["held_out"][name] for name in ("before", "after", "noise_floor"))
     fold = before / max(after, 1e-12)
     told = f"{fold:.1f} times smaller" if fold > 1.05 else "as it was"
-    what = " (fundamental and second harmonic)" if harmonics > 1 else ""
+    what = " (fundamental and second harmonic)" if len(gain["by_harmonic"]) > 1 else ""
     return (
         f"error on the held-out sweep{what} {100 * before:.2g} % before, {100 * after:.2g} % after: {told} "
         f"(noise floor {100 * noise_floor:.2g} %)"

@@ -124,7 +124,10 @@ def search_causes(
             break
         report(f"reducing the recordings anew, with {best.name}")
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
-        model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
+        model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses)
+        if not model.errors.is_sound:
+            again = _once_more(evidence, harmonics, model, None)
+            model = max(model, again, key=lambda fit: fit.log_evidence)
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
 
 
@@ -219,7 +222,9 @@ def _raced(
             if fit.solution.cost <= least
         ]
     work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in field]
-    return parallel_map(partial(_fit_to_the_end, tolerances=tolerances), (evidence, harmonics), work)
+    fits = parallel_map(partial(_fit_last, tolerances=tolerances), (evidence, harmonics), work)
+    best = max(fits, key=lambda fit: fit.log_evidence)
+    return fits if best.errors.is_sound else [*fits, _once_more(evidence, harmonics, best, tolerances)]
 
 
 @dataclass(frozen=True)
@@ -242,16 +247,27 @@ def _fit_at(
     return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0)
 
 
-def _fit_to_the_end(
+def _fit_last(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     errors: ErrorModel,
-    tolerances: Tolerances,
+    tolerances: Tolerances | None,
 ) -> FittedModel:
     start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
     return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
+
+
+def _once_more(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: Tolerances | None
+) -> FittedModel:
+    """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
+    start, hypotheses = fit.baseline, fit.hypotheses
+    for level in continuation(SOUND)[:-1]:
+        loose = _fit_at(evidence, harmonics, start, hypotheses, level)
+        start, hypotheses = loose.baseline, loose.hypotheses
+    return _fit_last(evidence, harmonics, start, hypotheses, SOUND, tolerances)
 
 
 def _with_own_law(

@@ -77,8 +77,8 @@ class ErrorModel:
 
 
 SOUND = ErrorModel(steps=Discrepancy(2e-6, 5e-5), broadband=Discrepancy(4e-5, 6e-5))
-"""What sound rigs need: medians over two clean campaigns of a program that shares no code with the bench, and the bench's
-seed 5301."""
+"""What sound rigs need: medians over two clean campaigns of a program that shares no code with the bench, and the
+bench's seed 5301."""
 SPREAD = np.log(3.0)
 """Standard deviation of the logarithm of each: sound rigs lie within a factor of three."""
 ANY = 1e4
@@ -86,7 +86,7 @@ ANY = 1e4
 CONTINUATION = (
     (1e-2, 3e-2, 0.01),
     (3e-3, 1e-2, 0.03),
-    (1e-3, 3e-3, 0.1),
+    (1e-3, 3e-3, MODULI_STD),
     (1e-4, 7e-4, MODULI_STD),
     (1e-5, 2e-4, MODULI_STD),
 )
@@ -167,7 +167,7 @@ class Covariances:
         by_growth = 2 * self.by_stiffness.sum(axis=2, keepdims=True) / steps.omega[:, None, None]
         force = steps.force_variance[:, 0] / np.abs(steps.force[:, 0]) ** 2
         shared = _outer(self.by_stiffness, errors.stiffness) + force[:, None, None]
-        shared = shared + _outer(by_growth * steps.growth_std[:, None, None], 1.0)
+        shared = shared + _outer(by_growth * steps.growth_std[:, None, None], np.sqrt(2.0))  # of each of its two parts
         covariance = noise + _real(shared + errors.ratio**2 * np.eye(outputs)) / 2
         turn = _real(self.ratio[:, :, None] * np.eye(outputs))
         return np.asarray(np.linalg.cholesky(turn @ covariance @ np.swapaxes(turn, 1, 2)))

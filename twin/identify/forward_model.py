@@ -176,7 +176,7 @@ class ForwardModel:
         return R
 
     def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
-        """Predicted response per force (f, o) of a broadband run."""
+        """Predicted responses per force (b, o) at the bins of a broadband run, unit/N."""
         return self.responses(*self.felt_receptance(data, baseline))
 
     def felt_receptance(

@@ -43,8 +43,8 @@ class StepArrays:
     """Steady states as arrays: s steps, o response channels, h harmonics (1 ... HARMONICS).
 
     `amplitude_m` is the displacement amplitude at the reference channel; `growth` is the rate, 1/s, at which that
-    channel's complex fundamental still changed within each measurement, over itself, and `growth_std` its standard
-    deviation.
+    channel's complex fundamental still changed within each measurement, over itself, and `growth_std` the standard
+    deviation of its real and of its imaginary part.
     """
 
     omega: Array

@@ -174,10 +174,6 @@ class ResidualModel(ForwardModel):
                 out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
         return out
 
-    def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
-        """Responses per force (b, o) at the bins of a broadband run, unit/N."""
-        return self.responses(*self.felt_receptance(data, baseline, inner=False))
-
     def _broadband(
         self, index: int, baseline: BaselineParameters, factor: Array, sensitivities: bool
     ) -> tuple[Array, Array]:
@@ -367,6 +363,6 @@ class ResidualModel(ForwardModel):
     def _forced(self, R: Array) -> tuple[Array, int, Array]:
         """Motion at the nonlinear forces' ports, how many harmonics are wanted, and omega."""
         assert self.harmonics is not None
-        omega = self.clock(self.evidence.steps.omega, self.step_times)
+        omega = self.clock(self.evidence.steps.complex_omega, self.step_times)
         motion, _ = self.port_motion(R, omega)
-        return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega
+        return motion[:, 2 * len(self.points) :], int(self.harmonics.orders[-1]), omega.real

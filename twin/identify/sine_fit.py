@@ -60,7 +60,7 @@ class SteadyState:
     drift : dict of complex
         Change of the fundamental over the stretch, relative to it.
     drift_std : dict of float
-        Its standard deviation.
+        Standard deviation of its real and of its imaginary part.
     lost, overloaded : int
         Samples of the stretch that are missing in some channel; samples on a converter's limit.
     duration_s : float

@@ -12,8 +12,6 @@ from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.rigs import load_rig
 from twin.structure import layer_points
 
-NO_ERROR = np.zeros(1)
-
 
 @dataclass(frozen=True)
 class Dense:
@@ -36,33 +34,33 @@ class Dense:
         Z = held + np.array([K + e * s.joints[0].KE + g * s.joints[0].KG + 1j * w * C - w**2 * s.M for w, e, g in rows])
         return np.linalg.solve(Z, np.broadcast_to(loads.T, (len(omega), *loads.T.shape))).swapaxes(1, 2)
 
-    def accelerance(self, omega, base, dE=0.0, dG=0.0):
+    def modal_stiffness(self, relative):
+        """Stiffness (f, n, n) of the damped modes at rest, times a relative error (f, m) of each."""
+        count = relative.shape[1]
+        MPhi = self.model.structure.M @ self.model.basis.Phi[:, :count]
+        return (MPhi * (self.model.basis.omega[:count] ** 2 * relative)[:, None, :]) @ MPhi.T
+
+    def accelerance(self, omega, base, dE=0.0, dG=0.0, held=0.0):
         """Accelerations (f, o) at the outputs' places for a unit force at the drive."""
         s = self.model.structure
-        x = self.field(s.deflection(0.05)[None], omega, base, dE, dG)[:, 0]
+        x = self.field(s.deflection(0.05)[None], omega, base, dE, dG, held)[:, 0]
         return -(omega[:, None] ** 2) * (x @ np.array([s.row(o.place) for o in self.model.outputs]).T)
 
-    def point_receptance(self, omega, base):
+    def point_receptance(self, omega, base, held):
         """Among drive, the layer's six openings and slips, and the outputs' places, (f, q, q), all without the law."""
         s = self.model.structure
         points = layer_points(s, 3)
         rows = np.array([s.deflection(0.05), *points.rows, *(s.row(o.place) for o in self.model.outputs)])
-        return self.field(rows, omega, base) @ rows.T, points.weights
+        return self.field(rows, omega, base, held=held) @ rows.T, points.weights
 
-    def with_law(self, omega, tip_m, base, law, relative=(NO_ERROR, NO_ERROR)):
-        """Accelerances (f, o) and the points' complex motion (f, 6) where the tip moves by `tip_m` (f,).
-
-        Parameters
-        ----------
-        relative : pair of ndarray, (f,)
-            By how much softening and loss differ from the law at each step.
-        """
-        R, weight = self.point_receptance(omega, base)
+    def with_law(self, omega, tip_m, base, law, held=0.0):
+        """Accelerances (f, o) and the points' complex motion (f, 6) where the tip moves by `tip_m` (f,)."""
+        R, weight = self.point_receptance(omega, base, held)
         into, among, from_drive = R[:, :, 0], R[:, 1:7, 1:7], R[:, 1:7, 0]
         amplitude = np.zeros(from_drive.shape)
         for _ in range(300):
             s, loss = law.softening_at(amplitude[:, :3]), law.loss_at(amplitude[:, 3:])
-            k = weight * np.concatenate([-s * (1 + relative[0])[:, None], 1j * loss * (1 + relative[1])[:, None]], 1)
+            k = weight * np.concatenate([-s, 1j * loss], axis=1)
             # The law's forces on the points, for a unit force at the drive.
             push = -k * np.linalg.solve(np.eye(6) + among * k[:, None, :], from_drive[:, :, None])[:, :, 0]
             moved = into + np.einsum("fqp,fp->fq", R[:, :, 1:7], push)
@@ -142,7 +140,7 @@ class Build:
     """Measured data whose responses and variances a test chooses."""
 
     @staticmethod
-    def steps(omega, force, response, *, relative=1e-4, time_s=None):
+    def steps(omega, force, response, *, relative=1e-4, time_s=None, growth=0.0, growth_std=0.0):
         """Steps from force (s, h) and response (s, o, h), noise of a relative size in every harmonic."""
         count, outputs, harmonics = response.shape
         F = np.zeros((count, HARMONICS), complex)
@@ -158,7 +156,8 @@ class Build:
             response_variance=A_variance,
             amplitude_m=np.abs(A[:, -1, 0]) / omega**2,
             time_s=np.arange(count) * 2.0 if time_s is None else time_s,
-            unsettled=np.zeros(count),
+            growth=np.full(count, growth, complex),
+            growth_std=np.full(count, growth_std),
             states=tuple(() for _ in range(count)),
         )
 
