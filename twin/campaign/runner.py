@@ -34,6 +34,7 @@ def run_campaign(
     scheduler: str | None = None,
     keep: bool = False,
     on_result: Callable[[CaseResult], None] = lambda result: None,
+    report: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
     """Run the cases that `folder` does not hold yet, or only as failed, and return all in the order of the plans.
 
@@ -52,6 +53,8 @@ def run_campaign(
         Keep the recordings in ``recordings/NAME``; with a scheduler, on a file system that the workers share.
     on_result
         Told of each result as it comes, those of an earlier session first.
+    report
+        Told what begins, once nothing stands in its way.
 
     Raises
     ------
@@ -69,6 +72,7 @@ def run_campaign(
         with _executor(min(workers or os.cpu_count() or 1, len(todo)), scheduler) as executor:
             # Before the first case has run for a minute, but not where no one would run it.
             (folder / CASES).mkdir(parents=True, exist_ok=True)
+            report(f"diagnosing {len(todo)} cases")
             recordings = {plan: (folder / RECORDINGS / plan.name).resolve() if keep else None for plan in todo}
             futures = [executor.submit(run_case, plan, rig, recordings[plan]) for plan in todo]
             for future in as_completed(futures):

@@ -80,11 +80,6 @@ def command(
         plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
     except ValueError as error:
         raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error
-    stage(f"diagnosing {len(plans)} cases")
     with progress_bar() as progress:
         task = progress.add_task(f"{len(plans)} cases", total=len(plans))
 
@@ -94,7 +89,7 @@ def command(
 
         try:
             results = run_campaign(
-                plans, rig, out, workers=workers, scheduler=scheduler, keep=keep, on_result=on_result
+                plans, rig, out, workers=workers, scheduler=scheduler, keep=keep, on_result=on_result, report=stage
             )
         except OSError as error:
             raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error

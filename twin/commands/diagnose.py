@@ -21,6 +21,8 @@ __all__ = ["command"]
 
 REPORT, RESULT = "report.html", "result.json"
 HELD_OUT = "--held-out"
+MOST_LIMITS = 3
+"""Of what a sound rig could hide, in the answer; the report has them all."""
 
 
 class _HeldOutRuns(click.Command):
@@ -143,6 +145,10 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
         for row in causes.rows:
             table.add_row(*map(printable, row))
         console.print(table)
+    limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:MOST_LIMITS]
+    if data["verdict"] == "none" and limits:
+        told = "; ".join(f"{each['cause']}, {each['parameter']} {each['limit_95']:.2g}" for each in limits)
+        say(f"at most this could hide (95 %): {told}")
     if data["gain"]:
         held = data["gain"]["held_out"]
         where = ", ".join(data["gain"].get("runs") or data["gain"]["sweeps"]) or data["gain"].get("how", "")

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from twin.diagnose.cause import main_strength
 from twin.diagnose.places import told_place
 from twin.diagnose.score import Score
@@ -38,10 +40,10 @@ class Exclusion:
 
 
 def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[Exclusion, ...]:
-    """The limit of every cause that was scored, at the place where it hides best."""
-    largest: dict[str, Exclusion] = {}
+    """The limit of every scored cause at the place where it hides best; the tightest first, by the usual size."""
+    largest: dict[str, tuple[float, Exclusion]] = {}
     for score in scores:
-        hypothesis = score.hypothesis
+        hypothesis, name = score.hypothesis, score.hypothesis.cause.name
         parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
         main = main_strength(parameters)
         if main is None:
@@ -49,18 +51,12 @@ def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[E
         rising, falling = main.upper > main.null, main.lower < main.null
         size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
         largest_size = max(main.upper - main.null, main.null - main.lower)
-        limit = _within(size + ONE_SIDED_95 * score.std, largest_size)
-        known = largest.get(hypothesis.cause.name)
-        if known and (known.limit_95 is None or (limit is not None and limit <= known.limit_95)):
+        limit = size + ONE_SIDED_95 * score.std
+        share = limit / main.scale if limit < largest_size else np.inf
+        if name in largest and share <= largest[name][0]:
             continue
         values = {p.name: hypothesis.values[p.name] for p in parameters if p.is_location}
         where, _, _ = told_place(evidence, hypothesis.label, values, {})
-        largest[hypothesis.cause.name] = Exclusion(
-            hypothesis.cause.name, main.name, limit, {**hypothesis.label, **where}
-        )
-    return tuple(largest[name] for name in sorted(largest))
-
-
-def _within(limit: float, largest: float) -> float | None:
-    """A limit, or None where an effect of any size could hide."""
-    return limit if limit < largest else None
+        told = limit if np.isfinite(share) else None
+        largest[name] = share, Exclusion(name, main.name, told, {**hypothesis.label, **where})
+    return tuple(exclusion for _, exclusion in sorted(largest.values(), key=lambda item: item[0]))

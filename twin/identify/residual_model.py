@@ -228,7 +228,8 @@ class ResidualModel(ForwardModel):
         for data in self.evidence.broadband:
             R, omega = self.felt_receptance(data, baseline, inner=True)
             runs.append(by_stiffness(self._broadband_change(data, baseline, R, omega)))
-        steps, outputs = self.evidence.steps, len(self.evidence.channels)
+        steps = self.evidence.steps
+        outputs = steps.response.shape[1]
         stiffness, amplitude, ratio = np.zeros((0, outputs, 1)), np.zeros((0, outputs)), np.zeros((0, outputs))
         if state is not None:
             R, omega, _ = state

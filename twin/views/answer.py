@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
 from twin.rigs import Rig
 from twin.views.table import Table
@@ -16,6 +17,7 @@ __all__ = [
     "causes_table",
     "errors_table",
     "estimate_text",
+    "excluded_table",
     "layer_sentences",
     "preload_text",
     "residual_rows",
@@ -66,6 +68,27 @@ def causes_table(causes: Sequence[NamedCause]) -> Table:
                 ", ".join(cause.confused_with) or "nothing listed",
             )
             for cause in causes
+        ],
+        numbers=(2,),
+    )
+
+
+def excluded_table(excluded: Sequence[Exclusion]) -> Table:
+    """The largest size of each cause that the data could hide, the tightest first."""
+    return Table(
+        caption="The largest distance from no effect that could hide, with 95 %, in the unit that the name ends with",
+        head=("cause", "parameter", "limit", "hides best at"),
+        rows=[
+            (
+                limit.cause,
+                limit.parameter,
+                "any size" if limit.limit_95 is None else f"{limit.limit_95:.2g}",
+                "; ".join(
+                    f"{name} = {value}" if isinstance(value, str) else f"{name} = {value:.4g}"
+                    for name, value in limit.where.items()
+                ),
+            )
+            for limit in excluded
         ],
         numbers=(2,),
     )

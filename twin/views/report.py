@@ -13,6 +13,7 @@ from twin.views.answer import (
     causes_table,
     errors_table,
     estimate_text,
+    excluded_table,
     layer_sentences,
     preload_text,
     residual_rows,
@@ -71,6 +72,7 @@ def _sections(diagnosis: Diagnosis, commands: Sequence[str]) -> Iterator[Section
     yield _gain(diagnosis)
     yield missing_force_section(diagnosis)
     yield _causes(diagnosis)
+    yield _excluded(diagnosis)
     yield _tried(diagnosis)
     yield _misfit(diagnosis)
     yield _sweeps(diagnosis)
@@ -124,6 +126,16 @@ def _causes(diagnosis: Diagnosis) -> Section | None:
         return None
     summaries = [f"{cause.cause}: {cause.summary}." for cause in diagnosis.causes]
     return Section(title="Causes", tables=[causes_table(diagnosis.causes)], items=summaries)
+
+
+def _excluded(diagnosis: Diagnosis) -> Section | None:
+    if not diagnosis.excluded:
+        return None
+    return Section(
+        title="What these data exclude",
+        texts=[f"Together these hold 95 % of the probability: {', '.join(diagnosis.set_95)}."],
+        tables=[excluded_table(diagnosis.excluded)],
+    )
 
 
 def _tried(diagnosis: Diagnosis) -> Section | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -11,6 +12,7 @@ from rich.console import Console
 from twin.commands import output
 from twin.commands.diagnose import _tell
 from twin.commands.stages import Stages
+from twin.diagnose.result import Estimate, NamedCause
 
 NAME = "up[/x] [red]\x1b[2J"
 SHOWN = "up[/x] [red]?[2J"
@@ -36,20 +38,33 @@ def test_a_name_with_brackets_is_a_name(screen: io.StringIO) -> None:
 def test_a_diagnosis_of_such_channels_and_sweeps_is_told(screen: io.StringIO, tmp_path: Path) -> None:
     data = {
         "answer": f"The data name channel-gain (channel {NAME}).",
+        "verdict": "explained", "causes": ["channel-gain"],
         "misfit": {"chi2_per_dof": 9.0, "after": 0.5, "threshold": 1.0},
-        "causes": [
-            {
-                "cause": "channel-gain", "probability": 0.99, "in_model": True, "confused_with": [],
-                "parameters": {"channel": NAME, "gain": {"value": 1.1, "std": 0.01}},
-            }
-        ],
         "gain": {"held_out": {"before": 0.1, "after": 0.01, "noise_floor": 0.01}, "sweeps": [NAME]},
         "notes": [f"{NAME} was left out"], "seconds": 3.0, "next_test": None,
     }  # fmt: skip
-    _tell(data, tmp_path / "out[x]", ["result.json"])
+    cause = NamedCause(
+        cause="channel-gain", summary="", probability=0.99, confused_with=(), in_model=True,
+        parameters={"channel": NAME, "gain": Estimate(1.1, 0.01)},
+    )  # fmt: skip
+    _tell(SimpleNamespace(diagnosis=SimpleNamespace(causes=(cause,))), data, tmp_path / "out[x]", ["result.json"])
     shown = screen.getvalue()
     assert shown.count(SHOWN) == 4
     assert "out[x]/result.json" in shown
+
+
+def test_an_answer_of_nothing_wrong_tells_the_tightest_limits(screen: io.StringIO, tmp_path: Path) -> None:
+    limits = {"base-motion": None, "added-mass": 2.13e-5, "end-mass": 3e-5, "drive-mass": 4e-5, "hidden": 5e-5}
+    data = {
+        "verdict": "none", "answer": "Nothing needs to be named.", "causes": [], "gain": None, "notes": [],
+        "misfit": {"chi2_per_dof": 0.9, "after": 0.9, "threshold": 2.0}, "seconds": 3.0, "next_test": None,
+        "excluded": [
+            {"cause": cause, "parameter": "mass_kg", "limit_95": limit, "where": {}} for cause, limit in limits.items()
+        ],
+    }  # fmt: skip
+    _tell(SimpleNamespace(diagnosis=SimpleNamespace(causes=())), data, tmp_path, [])
+    told = "added-mass, mass_kg 2.1e-05; end-mass, mass_kg 3e-05; drive-mass, mass_kg 4e-05\n"
+    assert f"at most this could hide (95 %): {told}" in screen.getvalue()
 
 
 def test_a_bar_shows_such_a_name(screen: io.StringIO) -> None:

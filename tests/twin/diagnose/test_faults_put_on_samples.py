@@ -79,4 +79,4 @@ def test_a_fault_put_on_recorded_samples_is_named_alone(campaign, name):
     assert cause.parameters["channel"] == CHANNEL
     for parameter, true in FAULTS[name][1].items():
         assert cause.parameters[parameter].value == pytest.approx(true, rel=0.05)
-    assert found.misfit.after < 1.0
+    assert found.misfit.after < found.misfit.threshold

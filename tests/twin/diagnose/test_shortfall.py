@@ -1,17 +1,20 @@
 """An answer says first what its model leaves unexplained, and is none where that is anything."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
-from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
+from twin.diagnose.result import Diagnosis, Gain, Misfit
 from twin.diagnose.shortfall import explains, shortfall, told_with
+from twin.identify.error_model import SOUND
 
+SEARCH = SimpleNamespace(model=SimpleNamespace(errors=SOUND))
 AGREES = Misfit(chi2_per_dof=40.0, after=0.8, threshold=1.0, where=())
 
 
 def held_out(before, after, noise_floor=0.01):
-    return HeldOutError(before, after, noise_floor, count=80)
+    return Gain(before, after, noise_floor, expected=noise_floor, by_harmonic={}, runs=("heldout.mcap",), sweeps=())
 
 
 @pytest.mark.parametrize(
@@ -47,10 +50,9 @@ def test_naming_nothing_beside_a_misfit_beyond_agreement_is_no_answer():
 
 def test_the_first_sentence_says_so():
     assert told_with("The data name it.", "") == "The data name it."
-    gain = Gain(0.43, 0.43, 0.01, by_harmonic={}, runs=("heldout.mcap",), sweeps=())
     found = Diagnosis(
-        verdict="none", misfit=AGREES, causes=(), gain=gain, next_test=None, seconds=1.0, evidence=None, search=None,
-        sweeps=(), held_out=(),
+        verdict="none", misfit=AGREES, causes=(), gain=held_out(0.43, 0.43), next_test=None, seconds=1.0,
+        evidence=None, search=SEARCH, sweeps=(), held_out=(),
     )  # fmt: skip
     first, second = found.sentence.split(".  ")
     assert first == "Not explained: the held-out error of 43 % is still several times its noise, 1 %"

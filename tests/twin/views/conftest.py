@@ -13,6 +13,7 @@ import pytest
 
 from recordings import Run
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
+from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis, Estimate, Gain, HeldOutError, Misfit, NamedCause
@@ -145,6 +146,7 @@ def diagnosis(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Diagnosis:
             0.054,
             0.0077,
             0.005,
+            expected=0.005,
             by_harmonic={1: HeldOutError(0.054, 0.0077, 0.005, count=82)},
             runs=("heldout.mcap",),
             sweeps=("3N-up",),
@@ -156,6 +158,12 @@ def diagnosis(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Diagnosis:
         sweeps=sweeps,
         held_out=sweeps[1:],
         notes=("2 step(s) were still changing and were left out",),
+        set_95=("added-mass", "sensor-position"),
+        excluded=(
+            Exclusion("drive-mass", "mass_kg", 2.34e-5, {}),
+            Exclusion("viscous-damper", "damping_Ns_per_m", 0.0071, {"part": "upper", "position_m": 0.42}),
+            Exclusion("base-motion", "receptance_m_per_N", None, {}),
+        ),
     )  # fmt: skip
 
 

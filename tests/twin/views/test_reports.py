@@ -99,6 +99,17 @@ def test_tables_hold_the_diagnosis(report: Path) -> None:
     assert "2 step(s) were still changing and were left out" in cells["li"]
 
 
+def test_what_the_data_exclude_is_told_with_the_set_that_holds_the_probability(report: Path) -> None:
+    page = Page(report.read_text(encoding="utf-8"))
+    assert "What these data exclude" in page.texts["h2"]
+    assert "Together these hold 95 % of the probability: added-mass, sensor-position." in page.texts["p"]
+    assert {"drive-mass", "viscous-damper", "base-motion"} <= set(page.texts["th"])
+    told = " | ".join(page.texts["td"])
+    assert "mass_kg | 2.3e-05 | " in told
+    assert "damping_Ns_per_m | 0.0071 | part = upper; position_m = 0.42" in told
+    assert "receptance_m_per_N | any size" in told
+
+
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures of few pixels, where nobody looks at them."""

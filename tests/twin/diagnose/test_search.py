@@ -1,0 +1,57 @@
+"""Causes are added one by one while the odds are for one more: on recordings of a rig whose moduli alone are off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from recordings import read_run
+from twin.diagnose.models import CAUSES
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE
+from twin.diagnose.search import search_causes
+from twin.diagnose.verdict import decide, posterior_of
+from twin.identify.measured_data import gather_data
+from twin.rigs import load_rig
+
+NAMES, CHANNEL = ("channel-gain", "added-mass"), "acc1"
+
+
+@pytest.fixture(scope="module")
+def searched(campaign):
+    """Searches the recordings as they are, or with a channel that reads too much."""
+
+    def searched(factor):
+        runs = [_reading(read_run(campaign / f"{name}.mcap"), factor) for name in ("random", "sweeps")]
+        evidence = gather_data(runs, load_rig("steel-lap-joint"))
+        return search_causes(evidence, {name: CAUSES[name] for name in NAMES})
+
+    return searched
+
+
+def _reading(run, factor):
+    device = run.device_of(CHANNEL)
+    changed = replace(device, values={**device.values, CHANNEL: factor * device.values[CHANNEL]})
+    return replace(run, devices={**run.devices, device.device: changed})
+
+
+def test_a_clean_rig_costs_no_fit_and_has_nothing_named(searched):
+    found = searched(1.0)
+    (stage,) = found.stages
+    assert not stage.accepted
+    assert stage.rivals == ()
+    assert found.model.hypotheses == ()
+    assert max(score.log_bayes for score in stage.scores) < -LOG_ODDS_OF_A_CAUSE
+    assert decide(posterior_of(found), []) == "none"
+
+
+@pytest.mark.slow
+def test_a_channel_that_reads_too_much_is_taken_and_then_nothing_more(searched):
+    found = searched(1.03)
+    assert [stage.accepted for stage in found.stages] == [True, False]
+    (hypothesis,) = found.model.hypotheses
+    assert hypothesis.key == f"channel-gain {CHANNEL}"
+    assert hypothesis.values["factor"] == pytest.approx(1.03, abs=1e-3)
+    assert found.stages[0].rivals[0].log_evidence > found.stages[0].before.log_evidence + 10
+    assert found.stages[1].before.name == "channel-gain"
+    assert decide(posterior_of(found), []) == "explained"
