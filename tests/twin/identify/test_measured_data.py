@@ -80,6 +80,24 @@ def test_a_step_that_had_not_settled_is_set_aside_and_told(swept):
     assert abs(state.drift["acc2"]) > 0.05
 
 
+@pytest.mark.parametrize("clock_error", [0.0, 3e-6])
+def test_what_still_grows_is_told_apart_from_a_clock_that_runs_fast(clock_error):
+    """The clock turns the force, too.  Each step grows by less than would set it aside."""
+    rng, t = np.random.default_rng(4), np.arange(int(RATE)) / RATE
+    rates = 1e-3 * np.exp(1j * np.array([0.2, 1.7, 3.0, 4.6]))
+    samples = {name: (1e-4 * rng.standard_normal(4 * len(t)), RATE) for name in NAMES}
+    for i, (f, rate) in enumerate(zip(FREQUENCIES_Hz, rates, strict=True)):
+        for name in NAMES:
+            grown = 1 + (0 if name == "force" else rate) * (t - 0.5)
+            turning = np.exp(2j * np.pi * f * (1 + clock_error) * (t + i))
+            samples[name][0][i * len(t) : (i + 1) * len(t)] += (grown * turning).real
+    steps = [step(i, i, f) for i, f in enumerate(FREQUENCIES_Hz)] + [step(4.0, 4, 0.0, StepState.DONE)]
+    found = gather_data([run_of(samples, steps)], STEEL).steps
+    assert np.all((found.growth_std > 5e-6) & (found.growth_std < 5e-5))
+    assert np.max(np.abs(found.growth - rates) / found.growth_std) < 5
+    np.testing.assert_array_equal(found.complex_omega, found.omega - 1j * found.growth)
+
+
 def test_a_sensor_mounted_the_other_way_round_turns_the_model(swept):
     run, H = swept
     turned = {"acc1": replace(run.channels["acc1"], direction="-y")}
