@@ -51,10 +51,8 @@ def gauss_newton_three_modes() -> Measured:
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
     residual_model = ResidualModel(evidence, held=Linearisation((), np.array(factor), found, None, None, (), ()))
     # Residuals are those of measured over predicted: with the forces that are predicted, changes are of logarithms.
-    R, omega, _ = free.step_receptance(baseline, inner=False)
-    force = evidence.steps.force.copy()
-    force[:, 0] = evidence.steps.response[:, 0, 0] / free.responses(R, omega)[:, 0]
-    residual_model.evidence = replace(evidence, steps=replace(evidence.steps, force=force))
+    R, omega, _ = residual_model.step_receptance(baseline, inner=False, held=found)
+    evidence.steps.force[:, 0] = evidence.steps.response[:, 0, 0] / residual_model.responses(R, omega)[:, 0]
     full = _BandedRig(evidence, np.abs(found.motion))
 
     law = np.arange(len(baseline.blocks))[baseline.of_laws]
@@ -85,7 +83,7 @@ def gauss_newton_three_modes() -> Measured:
 
 
 def _sweeps() -> tuple[MeasuredData, BaselineParameters]:
-    """Sweeps of the steel rig whose tip moves as a resonance would make it; their forces do not matter here."""
+    """Sweeps of the steel rig whose tip moves as a resonance would make it; their forces are still to be predicted."""
     rig = load_rig("steel-lap-joint")
     outputs = (Output("acc2", "acceleration", rig.layout().place(rig.length)),)
     model = build_linear_model(rig, list(outputs))
