@@ -56,8 +56,6 @@ class FittedModel:
         What it was allowed to be wrong by.
     log_evidence : float
         Laplace's approximation of the log marginal likelihood, up to a constant that all models share.
-    blocks : tuple of (name, slice)
-        Parts of the residual, as in :class:`~twin.identify.residual_model.Prediction`.
     """
 
     hypotheses: tuple[CauseHypothesis, ...]
@@ -66,7 +64,6 @@ class FittedModel:
     solution: Solution
     log_evidence: float
     dof: int
-    blocks: tuple[tuple[str, slice], ...] = ()
 
     @property
     def name(self) -> str:
@@ -77,17 +74,6 @@ class FittedModel:
     def chi2_per_dof(self) -> float:
         """Of all evidence."""
         return self.solution.chi2 / max(1, self.dof)
-
-    def chi2_of(self, block: str) -> float:
-        """Of the parts of the evidence with this name."""
-        parts = [self.solution.residual[part] for name, part in self.blocks if name == block]
-        return float(sum(part @ part for part in parts))
-
-    @property
-    def chi2_per_number(self) -> dict[str, float]:
-        """Of each part of the evidence."""
-        counts = {name: sum(p.stop - p.start for part, p in self.blocks if part == name) for name, _ in self.blocks}
-        return {name: self.chi2_of(name) / max(1, count) for name, count in counts.items()}
 
 
 def modification_of(evidence: MeasuredData, hypotheses: tuple[CauseHypothesis, ...]) -> ModelModification:
@@ -280,7 +266,6 @@ def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
         solution=solution,
         log_evidence=float("nan"),
         dof=len(solution.residual) - _free_count(solution),
-        blocks=problem.blocks,
     )
 
 
