@@ -53,8 +53,8 @@ def command(names: tuple[str, ...], frequencies_only: bool, as_json: bool) -> No
 def _tables(result: Reproduction) -> Iterator[Table]:
     yield _frequencies(result)
     yield _parameters(result)
-    if result.fitted_models:
-        yield _fitted_models(result)
+    if result.candidates:
+        yield _candidates_table(result)
     if "element_choice" in result.details:
         yield _elements(result)
     if result.residual_percent:
@@ -106,14 +106,14 @@ def _open(bound: float | None) -> str:
     return f"{bound:.3g}" if bound and math.isfinite(bound) else "open"
 
 
-def _fitted_models(result: Reproduction) -> Table:
+def _candidates_table(result: Reproduction) -> Table:
     from rich.table import Table
 
     chosen: list[Any] = [cause["cause"] for cause in result.causes]
     table = Table(title="Causes tried (BIC: lower is better supported)")
     for heading in ("cause", "parameters", "free", "rms %", "worst %", "BIC"):
         table.add_column(heading, justify="left" if heading in ("cause", "parameters") else "right")
-    for item in sorted(result.fitted_models, key=lambda c: c.bic):
+    for item in sorted(result.candidates, key=lambda c: c.bic):
         parameters = ", ".join(f"{key} {entry['value']:.4g}" for key, entry in item.parameters.items())
         table.add_row(
             item.cause, parameters, str(item.free_parameters), f"{item.rms_percent:.3f}",

@@ -291,20 +291,24 @@ def _with_own_law(
 
 def _promising(scores: Sequence[Score]) -> list[CauseHypothesis]:
     """The best scored causes at their best place; none where no cause promises to be more probable than none."""
+    best = _best_of_each(scores)
+    least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, WORTH_A_FIT * max((s.log_bayes for s in scores), default=0.0))
+    return [score.hypothesis for score in best.values() if score.log_bayes > least][:RIVALS]
+
+
+def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
+    """The first, and so the best, score of each cause and label."""
     best: dict[str, Score] = {}
     for score in scores:
         best.setdefault(score.hypothesis.key, score)
-    least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, WORTH_A_FIT * max((s.log_bayes for s in scores), default=0.0))
-    return [score.hypothesis for score in best.values() if score.log_bayes > least][:RIVALS]
+    return best
 
 
 def _elsewhere(
     evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis]
 ) -> list[CauseHypothesis]:
     """Further beginnings: causes that go by the amplitude, for the law imitates what they do at first."""
-    best: dict[str, Score] = {}
-    for score in scores:
-        best.setdefault(score.hypothesis.key, score)
+    best = _best_of_each(scores)
     keys, found = {hypothesis.key for hypothesis in promising}, []
     for key, score in best.items():
         modification, full = score.hypothesis.modification(evidence), score.hypothesis.cause.tried_at_full_size

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.identify.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
 from twin.identify.identifiability import profile_likelihood
 from twin.identify.rms import rms
-from twin.papers.reproduction import FittedModel, Reproduction, describe_update
+from twin.papers.reproduction import Reproduction, TriedModel, describe_update
 from twin.papers.tables import Study, load_study, percent_error
 from twin.structure.free_beam import FreeBeam, free_beam
 
@@ -99,7 +99,7 @@ def reproduce_composite_beam() -> Reproduction:
         parameters={n: {"value": update.values[n], "std": scale * update.std[n]} for n in update.names},
         published_parameters={"youngs_modulus": study.stated["youngs_modulus_table"]},
         causes=[{"cause": cause, "parameters": _cause_parameters(cause, best)} for cause in best.causes],
-        fitted_models=[_fitted_model(trial) for trial in trials],
+        candidates=[_tried_model(trial) for trial in trials],
         identifiability=describe_update(update, profiles),
         assumed_std_percent=100 * RELATIVE_STD * scale,
         notes=notes,
@@ -230,7 +230,7 @@ def _cause_parameters(cause: str, trial: _Trial) -> dict[str, dict[str, float] |
     return {cause: entry(cause)}
 
 
-def _fitted_model(trial: _Trial) -> FittedModel:
+def _tried_model(trial: _Trial) -> TriedModel:
     parameters = {
         name: {"value": trial.update.values[name], "std": trial.update.std[name]} for name in trial.update.names[1:]
     }
@@ -238,4 +238,4 @@ def _fitted_model(trial: _Trial) -> FittedModel:
         parameters["position_m"] = {"value": trial.position_m, "std": float("nan")}
     name = " + ".join(trial.causes) or "none"
     update = trial.update
-    return FittedModel(name, parameters, trial.free, update.chi2, trial.bic, update.rms_percent, update.worst_percent)
+    return TriedModel(name, parameters, trial.free, update.chi2, trial.bic, update.rms_percent, update.worst_percent)

@@ -11,7 +11,7 @@ from twin.identify.eigensensitivity import model_frequencies
 from twin.papers.composite_beam import reproduce_composite_beam
 from twin.papers.hybrid_model import hybrid_model
 from twin.papers.hybrid_search import PRIORS, RELATIVE_STD, Found, search
-from twin.papers.reproduction import FittedModel, Reproduction, describe_update
+from twin.papers.reproduction import Reproduction, TriedModel, describe_update
 from twin.papers.tables import Study, load_study, percent_error
 from twin.rigs import LapJointRig, load_rig
 
@@ -66,9 +66,9 @@ def reproduce_hybrid_joint() -> Reproduction:
                 "parameters": {"position_m": {"value": rig.length, "std": 0.0}, "mass_kg": parameters["sensor_mass"]},
             },
         ],
-        fitted_models=[
-            _fitted_model("all free", found),
-            *(_fitted_model(name, trial) for name, trial in trials.items()),
+        candidates=[
+            _tried_model("all free", found),
+            *(_tried_model(name, trial) for name, trial in trials.items()),
         ],
         identifiability=identifiability,
         assumed_std_percent=100 * RELATIVE_STD,
@@ -106,7 +106,7 @@ def _statements(
     }
 
 
-def _fitted_model(name: str, found: Found) -> FittedModel:
+def _tried_model(name: str, found: Found) -> TriedModel:
     update = found.update
     parameters = {n: {"value": update.values[n], "std": update.std[n]} for n in PRIORS if n in update.values}
     parameters["overlap"] = {"value": found.overlap_m, "std": float("nan")}
@@ -114,7 +114,7 @@ def _fitted_model(name: str, found: Found) -> FittedModel:
     free = len(update.names) + 1
     # With priors the objective, not the frequencies' misfit alone, is what a change of model has to pay for.
     bic = update.objective + free * float(np.log(count))
-    return FittedModel(name, parameters, free, update.chi2, bic, update.rms_percent, update.worst_percent)
+    return TriedModel(name, parameters, free, update.chi2, bic, update.rms_percent, update.worst_percent)
 
 
 def _table2(measured: Mapping[str, list[float]], found: Found) -> dict[str, Any]:

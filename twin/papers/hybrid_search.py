@@ -188,9 +188,9 @@ def _rescan(sets: Sequence[FrequencySet], values: Mapping[str, float]) -> dict[s
     best: dict[str, float] = {}
     for item in sets:
         names = f"normal_modulus[{item.name}]", f"shear_modulus[{item.name}]"
-        fitted_models = _anywhere(values[names[0]], values[names[1]])
-        misfits = [_misfit(item, {**values, **dict(zip(names, pair, strict=True))}) for pair in fitted_models]
-        best |= dict(zip(names, map(float, fitted_models[int(np.argmin(misfits))]), strict=True))
+        candidates = _anywhere(values[names[0]], values[names[1]])
+        misfits = [_misfit(item, {**values, **dict(zip(names, pair, strict=True))}) for pair in candidates]
+        best |= dict(zip(names, map(float, candidates[int(np.argmin(misfits))]), strict=True))
     return best
 
 

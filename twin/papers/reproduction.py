@@ -8,11 +8,11 @@ from typing import Any
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.identifiability import Profile, weak_directions
 
-__all__ = ["FittedModel", "NonlinearSweeps", "Reproduction", "describe_update"]
+__all__ = ["NonlinearSweeps", "Reproduction", "TriedModel", "describe_update"]
 
 
 @dataclass(frozen=True)
-class FittedModel:
+class TriedModel:
     """A cause that was tried: what it adds, and the misfit it leaves."""
 
     cause: str
@@ -42,7 +42,7 @@ class Reproduction:
     parameters: dict[str, dict[str, float]]
     published_parameters: dict[str, float]
     causes: list[dict[str, Any]]
-    fitted_models: list[FittedModel]
+    candidates: list[TriedModel]
     identifiability: dict[str, Any]
     assumed_std_percent: float
     notes: list[str] = field(default_factory=list)

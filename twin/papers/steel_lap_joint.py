@@ -11,7 +11,7 @@ import numpy as np
 from twin.identify.eigensensitivity import FrequencyUpdate, Parameter
 from twin.identify.identifiability import profile_likelihood
 from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
-from twin.papers.reproduction import FittedModel, Reproduction, describe_update
+from twin.papers.reproduction import Reproduction, TriedModel, describe_update
 from twin.papers.tables import load_study, percent_error
 from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
@@ -91,8 +91,7 @@ def reproduce_steel_lap_joint() -> Reproduction:
             f"{key}[{n}]": value for n, c in study.condition.items() for key, value in c.published.items()
         },
         causes=[{"cause": best.cause, "parameters": best.parameters}],
-        fitted_models=[_fitted_model("none", {}, base)]
-        + [_fitted_model(t.cause, t.parameters, t.update) for t in tried],
+        candidates=[_tried_model("none", {}, base)] + [_tried_model(t.cause, t.parameters, t.update) for t in tried],
         identifiability=describe_update(update, profiles),
         assumed_std_percent=100 * RELATIVE_STD,
         notes=list(study.note),
@@ -128,8 +127,8 @@ def _measured(rig: Rig) -> dict[str, list[float]]:
     return {preload: table.natural_frequencies for preload, table in rig.measured.items()}
 
 
-def _fitted_model(cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate) -> FittedModel:
-    return FittedModel(
+def _tried_model(cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate) -> TriedModel:
+    return TriedModel(
         cause, parameters, len(update.names), update.chi2, update.bic, update.rms_percent, update.worst_percent
     )
 

@@ -17,7 +17,7 @@ def test_transverse_shear_is_the_cause_and_cuts_the_error_threefold(result):
     assert result.rms_percent["euler_bernoulli"] > 3 * result.rms_percent["this_model"]
     assert result.rms_percent["published_model"] > 3 * result.rms_percent["this_model"]
     assert result.free_parameters == 2
-    ranking = sorted((c for c in result.fitted_models if c.free_parameters < 4), key=lambda c: c.bic)
+    ranking = sorted((c for c in result.candidates if c.free_parameters < 4), key=lambda c: c.bic)
     assert ranking[0].cause == "transverse-shear"
     assert {c.cause for c in ranking} == {"none", "transverse-shear", "added-mass", "thickness"}
 

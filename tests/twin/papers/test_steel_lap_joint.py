@@ -60,7 +60,7 @@ def test_the_named_cause_is_a_mass_at_the_tip_and_removes_the_error(printed):
     assert cause["cause"] == "added-mass"
     assert cause["parameters"]["position_m"]["value"] == pytest.approx(0.42)
     assert 0.017 < cause["parameters"]["mass_kg"]["value"] < 0.022
-    ranking = sorted(printed["fitted_models"], key=lambda c: c["bic"])
+    ranking = sorted(printed["candidates"], key=lambda c: c["bic"])
     assert ranking[0]["cause"] == "added-mass"
     assert ranking[1]["bic"] > ranking[0]["bic"] + 20, "no other candidate comes near"
     gain = printed["details"]["gain_rms_percent"]
@@ -111,7 +111,7 @@ def test_table_for_people_names_every_frequency_and_the_cause(capsys, monkeypatc
         source="S", measured={"a": [10.0]}, published_model={"a": [11.0]}, this_model={"a": [10.01]},
         error_percent={"published_model": {"a": [-10.0]}, "this_model": {"a": [-0.1]}}, rms_percent={},
         free_parameters=1, parameters={"p": entry}, published_parameters={"p": 2.0},
-        causes=[{"cause": "added-mass", "parameters": {"mass_kg": entry}}], fitted_models=[], identifiability={},
+        causes=[{"cause": "added-mass", "parameters": {"mass_kg": entry}}], candidates=[], identifiability={},
         assumed_std_percent=0.1, notes=["odd"], residual_percent={"3N": {"published": 1.33, "this_model": 0.2}},
     )  # fmt: skip
     monkeypatch.setattr(twin.papers.studies, "reproduce", lambda name, **options: small)

@@ -62,7 +62,7 @@ def best_sensor_place(
     if not evidence.broadband or not rivals:
         return None
     found = []
-    for place in _fitted_models(evidence):
+    for place in _candidate_places(evidence):
         predicted_data = [_predict_test_data(evidence, truth, place) for truth in (best, *rivals)]
         promises = []
         for rival, if_rival in zip(rivals, predicted_data[1:], strict=True):
@@ -74,7 +74,7 @@ def best_sensor_place(
     return max(found, key=lambda one: one.separation / one.needed, default=None)
 
 
-def _fitted_models(evidence: MeasuredData) -> list[Place]:
+def _candidate_places(evidence: MeasuredData) -> list[Place]:
     """Places across the beams and the parts given by matrices, without those that have a sensor already."""
     layout, structure = evidence.rig.layout(), evidence.model.structure
     whole, found = sum(beam.length for beam in layout.beams), []

@@ -110,14 +110,14 @@ def fit_modes(
         raise ValueError("the frequencies must rise from above zero")
     known, omega = std is not None, 2 * np.pi * frequency_Hz
     weight = _weight(np.asarray(std, float) if std is not None else noise_of_responses(H))
-    chart, groups = _fitted_models(frequency_Hz, H, weight, highest_order)
+    chart, groups = _candidate_poles(frequency_Hz, H, weight, highest_order)
     if not groups:
         raise ValueError("no pole is stable over the orders: no mode in this band, or too much noise")
     groups, fit = _worth_their_parameters(frequency_Hz, H, weight, groups)
     for _ in range(ROUNDS):
         if not known:  # what the fit leaves tells the noise better than the responses do
             weight = _weight(noise_of_residual(H - fit.responses(omega), fit.responses(omega)))
-        missed = _fitted_models(frequency_Hz, H - fit.responses(omega), weight, highest_order)[1]
+        missed = _candidate_poles(frequency_Hz, H - fit.responses(omega), weight, highest_order)[1]
         more = _together(_refined(groups, fit), missed)
         before = len(groups)
         groups, fit = _worth_their_parameters(frequency_Hz, H, weight, more)
@@ -142,7 +142,7 @@ def fit_modes(
     )  # fmt: skip
 
 
-def _fitted_models(
+def _candidate_poles(
     frequency_Hz: Array, H: Array, weight: Array, highest_order: int
 ) -> tuple[tuple[ChartPole, ...], list[StableGroup]]:
     """The whole band's chart, and the stable poles of it and of charts of narrower bands.
