@@ -8,7 +8,7 @@ from recordings.recover import RecoverReport, recover
 from recordings.run import Channel, DeviceSamples, Event, Gap, Indicator, Run, SampleBlock, Step, StepState
 from recordings.sweeps import Stretch, Sweep, sweeps
 from recordings.tables import FrequencyTable, SweepTable, read_table
-from recordings.whole import whole_file
+from recordings.whole import check_writable, whole_file
 from recordings.writer import RunWriter
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "Sweep",
     "SweepTable",
     "check_run",
+    "check_writable",
     "read_run",
     "read_table",
     "recover",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from recordings.errors import InputError
 
-__all__ = ["whole_file"]
+__all__ = ["check_writable", "whole_file"]
 
 
 @contextmanager
@@ -21,7 +21,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     InputError
         In place of an operating system's error in the block: `path` cannot be written, and why.
     """
-    part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    part = _part(path)
     try:
         yield part
         part.replace(path)
@@ -29,3 +29,30 @@ def whole_file(path: Path) -> Iterator[Path]:
         raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def check_writable(*paths: Path | None) -> None:
+    """Refuse, before a long computation, what :func:`whole_file` could not write after it.
+
+    Raises
+    ------
+    InputError
+        If a path is a folder, or cannot be written.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        if path.is_dir():
+            raise InputError(path, "", "is a folder", "name a file")
+        if not path.absolute().parent.is_dir():
+            raise InputError(path, "", "its folder does not exist")
+        part = _part(path)
+        try:
+            part.touch()
+        except OSError as error:
+            raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+        part.unlink()
+
+
+def _part(path: Path) -> Path:
+    return path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from twin.identify.joint_law import LayerLaw
 from twin.identify.model_modification import Opening
@@ -84,15 +85,16 @@ def _harmonic(tau: Array, order: Array) -> Array:
 
 def _force(law: LayerLaw, openings: Openings, slap: Opening | None, opening: Array) -> tuple[Array, Array]:
     """The law's force beyond its secant stiffness and its tangent, (s, p, t), N and N/m."""
-    x, f, slope = _odd_force(law, openings.modulus[0])
+    x, _, slope = _odd_force(law, openings.modulus[0])
     size, sign = np.abs(opening), np.sign(opening)
-    odd = np.interp(size, x, f) + np.maximum(size - x[-1], 0.0) * slope[-1]
     tangent = np.interp(size, x, slope)
+    whole = make_interp_spline(x, slope, k=1).antiderivative()
+    odd = whole(np.minimum(size, x[-1])) + np.maximum(size - x[-1], 0.0) * slope[-1]
     force = sign * odd
     if slap is not None:
         share = (slap.factor - 1) / (slap.factor + 1)
         lost = size > slap.gap_m
-        force = force + share * np.where(lost, odd - np.interp(slap.gap_m, x, f), 0.0)
+        force = force + share * np.where(lost, odd - whole(slap.gap_m), 0.0)
         tangent = tangent * (1 + share * sign * lost)
     w, E = openings.weight[:, :, None], openings.modulus[0]
     rest = openings.secant[:, :, None] + E * w

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings import InputError, whole_file
+from recordings import InputError, check_writable, whole_file
 
 
 def test_it_appears_at_the_end_and_keeps_its_suffix(tmp_path: Path) -> None:
@@ -33,3 +33,11 @@ def test_what_the_system_refuses_is_told_of_the_file_that_was_asked_for(tmp_path
     told = r"none/table\.csv: cannot be written: no such file or directory"
     with pytest.raises(InputError, match=told), whole_file(path) as part:
         part.write_text("a")
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path):
+    check_writable(None, tmp_path / "fine.csv")
+    assert list(tmp_path.iterdir()) == []
+    for path in (tmp_path, tmp_path / "missing" / "x.csv", Path("/proc/none")):
+        with pytest.raises(InputError):
+            check_writable(path)

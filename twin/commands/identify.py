@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from recordings.whole import whole_file
+from recordings.whole import check_writable, whole_file
 from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, print_json, say, standard_output, working
 from twin.commands.outside import causes_option
@@ -77,13 +77,7 @@ def command(
 
 def _check_places(out: Path, page: Path | None) -> None:
     """What can be wrong with where to write, before the work."""
-    for path in (out, page):
-        if path is None:
-            continue
-        if not path.parent.is_dir():
-            raise InputError(path, "", "its folder does not exist")
-        if path.is_dir():
-            raise InputError(path, "", "is a folder", "name a file")
+    check_writable(out, page)
     if page is not None and page == out:
         raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from recordings.whole import whole_file
+from recordings.whole import check_writable, whole_file
 from twin.commands.output import json_option, print_json, standard_output, working
 
 if TYPE_CHECKING:
@@ -36,9 +36,7 @@ def command(
     Poles that stay where they are as the order grows are modes; maximum likelihood then gives their frequencies,
     damping ratios and standard deviations.
     """
-    for path in (out, picture):
-        if path is not None and not path.parent.is_dir():
-            raise InputError(path, "", "its folder does not exist")
+    check_writable(out, picture)
     if band is not None and not 0 < band[0] < band[1]:
         raise InputError("--band", "", f"{band[0]:g} to {band[1]:g} Hz is no band")
     force, channels, found = _found(run, force, band)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from recordings.errors import InputError
+from recordings.whole import check_writable
 from twin.commands.laws import laws_option
 from twin.commands.output import json_option, print_json, say, working
 from twin.commands.outside import causes_option
@@ -32,8 +32,7 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     from twin.identify.drive_table import read_drive, write_response
     from twin.lab import load_rig
 
-    if not out.absolute().parent.is_dir():
-        raise InputError(out, "", "its folder does not exist")
+    check_writable(out)
     with working("predicting"):
         rig = load_rig(model)
         asked = read_drive(drive)

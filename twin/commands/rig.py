@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from recordings.whole import check_writable, whole_file
 from twin.commands.laws import laws_option
 from twin.commands.output import json_option, print_json, say, working
 from twin.commands.outside import causes_option
@@ -47,9 +48,7 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     from twin.structure.modelled_rig import modelled_rig
     from twin.structure.plausibility import implausible
 
-    for path in (save, picture):
-        if path is not None and not path.parent.is_dir():
-            raise InputError(path, "", "its folder does not exist")
+    check_writable(save, picture)
     if picture is not None and picture.suffix.lower() not in PICTURES:
         raise InputError(picture, "", f"{picture.suffix!r} is no picture's suffix", f"one of {', '.join(PICTURES)}")
     if is_modal_rig(rig) or is_beam_rig(rig):
@@ -95,7 +94,6 @@ def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> No
 
             save_rig_view(modelled, view)
         return
-    from recordings.whole import whole_file
     from twin.views.rig_figure import rig_figure
 
     with whole_file(picture) as part:

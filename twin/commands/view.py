@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from recordings.errors import InputError
-from recordings.whole import whole_file
+from recordings.whole import check_writable, whole_file
 from twin.commands.output import console, json_option, print_json, say, working
 
 __all__ = ["command"]
@@ -43,8 +43,7 @@ def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) 
         raise click.UsageError(f"--picture: {picture} must end in .png")
     if not what.exists():
         raise InputError(what, "", "no such file or folder")
-    if picture is not None and not picture.absolute().parent.is_dir():
-        raise InputError(picture, "", "cannot be written: no such folder")
+    check_writable(picture)
     made = Path(tempfile.mkdtemp(prefix="twin-view-")) if save is None else None
     told: dict[str, Any] = {"opened": False}
     try:

@@ -14,6 +14,7 @@ import click
 from recordings.errors import InputError
 from recordings.run import Channel, Event, Indicator, SampleBlock, Step
 from recordings.streams import Acquisition, Excitation
+from recordings.whole import check_writable
 from twin.commands.output import console, say
 
 if TYPE_CHECKING:
@@ -80,8 +81,7 @@ class WatchOptions:
         if self.save_view is not None:
             if self.save_view.suffix.lower() != ".rrd":
                 raise InputError("--save-view", "", f"{self.save_view} must end in .rrd")
-            if not self.save_view.absolute().parent.is_dir():
-                raise InputError(self.save_view, "", "cannot be written: no such folder")
+            check_writable(self.save_view)
 
 
 class Watch:

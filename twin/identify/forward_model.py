@@ -282,34 +282,47 @@ class ForwardModel:
         )  # fmt: skip
 
     def openings(self, baseline: BaselineParameters, balance: Balance, orders: tuple[int, ...]) -> Openings:
-        """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency.
+        """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency."""
+        p, drive = len(self.points), self.model.ports.drive
+        at = self.moving[: 2 * p]
+        compliance, driven = [], []
+        for h in orders:
+            R, force, _ = self.at_harmonic(h, baseline, balance)
+            compliance.append(R[:, at[:, None], at[:p]])
+            driven.append(R[:, at, drive] * force[:, None])
+        to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
+        return Openings(
+            balance.motion[:, :p], self._secant(balance)[:, :p].real, self.local.weights[:, :p], baseline.base.E,
+            self.points.joint, orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:],
+            points_driven[:, :, p:],
+        )  # fmt: skip
+
+    def _secant(self, balance: Balance) -> Array:
+        """The law's stiffness (s, 2 p) at the points, without what harmonics add to the openings'."""
+        p = len(self.points)
+        secant = balance.stiffness[:, : 2 * p].copy()
+        secant[:, :p] -= balance.more[:, :p]
+        return secant
+
+    def at_harmonic(
+        self, h: int, baseline: BaselineParameters, balance: Balance, *, inner: bool = False
+    ) -> tuple[Array, Array, Array]:
+        """Receptances at a multiple of the drive frequency, with the law's secant stiffness; drive force (s,); omega.
 
         Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones
         move the openings too little to be taken into account: what lost contact does is many times that.
         """
-        steps, time, p = self.evidence.steps, self.step_times, len(self.points)
-        at, drive = self.moving[: 2 * p], self.model.ports.drive
-        secant = balance.stiffness[:, : 2 * p].copy()
-        secant[:, :p] -= balance.more[:, :p]
-        first = self.clock(steps.omega, time)
-        compliance, driven = [], []
-        for h in orders:
-            omega = h * first
-            free = self.receptance(omega, baseline.base, time, inner=False, points=True)
-            R = update_receptance(free, self.moving[: 2 * p], at_harmonic(secant, h))
-            force = np.zeros(len(steps), complex)
-            if 0 < h <= steps.force.shape[1]:
-                known = np.isfinite(steps.force_variance[:, h - 1])
-                force = np.where(known, steps.force[:, h - 1], 0.0)
-                shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.shaker, omega))
-                R = update_receptance(R, np.array([drive]), shaker[:, None])
-            compliance.append(R[:, at[:, None], at[:p]])
-            driven.append(R[:, at, drive] * (force * (h % 2))[:, None])
-        to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
-        return Openings(
-            balance.motion[:, :p], secant[:, :p].real, self.local.weights[:, :p], baseline.base.E, self.points.joint,
-            orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:], points_driven[:, :, p:],
-        )  # fmt: skip
+        steps, time = self.evidence.steps, self.step_times
+        omega = h * self.clock(steps.omega, time)
+        free = self.receptance(omega, baseline.base, time, inner=inner, points=True)
+        R = update_receptance(free, self.moving[: 2 * len(self.points)], at_harmonic(self._secant(balance), h))
+        force = np.zeros(len(steps), complex)
+        if 0 < h <= steps.force.shape[1]:
+            known = np.isfinite(steps.force_variance[:, h - 1])
+            force = np.where(known, steps.force[:, h - 1], 0.0)
+            shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.shaker, omega))
+            R = update_receptance(R, np.array([self.model.ports.drive]), shaker[:, None])
+        return R, force * (h % 2), omega
 
     @property
     def nonlinear_ports(self) -> slice:

@@ -23,10 +23,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from twin.identify.joint_law import LayerLaw, spline_basis
 from twin.identify.model_modification import Opening
-from twin.identify.opening_kernel import balance
+from twin.identify.opening_kernel import balance, force_at
 
 __all__ = [
     "EVEN_TOO",
@@ -36,7 +37,7 @@ __all__ = [
     "at_harmonic",
     "balance_openings",
     "loss_among_harmonics",
-    "stiffness_by_softening",
+    "stiffness_sensitivity",
 ]
 
 Array = NDArray[Any]
@@ -193,7 +194,7 @@ def balance_openings(
     for number, slap in enumerate(slaps):
         if slap is not None:
             share = (slap.factor - 1) / (slap.factor + 1)
-            lost[number] = share, slap.gap_m, np.interp(slap.gap_m, tables[number, 0], tables[number, 1])
+            lost[number] = share, slap.gap_m, force_at(slap.gap_m, tables[number])[0]
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
     balance(
         a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus[openings.joint],
@@ -203,25 +204,31 @@ def balance_openings(
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
 
-def stiffness_by_softening(laws: Sequence[LayerLaw], openings: Openings, motion: Array) -> list[Array]:
-    """Derivatives of the stiffness that harmonics add to the fundamental's, by each law's softening at its knots.
+def stiffness_sensitivity(
+    laws: Sequence[LayerLaw], openings: Openings, motion: Array, moved: Array
+) -> tuple[list[Array], Array]:
+    """Derivatives of the stiffness that harmonics add to the fundamental's.
 
-    The fundamentals are held, and the harmonics follow the law's time form: the implicit function theorem on the
-    balance of :func:`balance_openings`.
+    The fundamentals are held, and the harmonics follow: the implicit function theorem on the balance of
+    :func:`balance_openings`.
 
     Parameters
     ----------
     motion : ndarray, (s, h, p)
         Odd harmonics in balance.
+    moved : ndarray, (s, h, p, u)
+        Their change with parameters of what is around the openings, at forces that are held.
 
     Returns
     -------
     list of ndarray, (s, p, n)
-        Per joint; its softening moves the harmonics at the other joints' points as well.
+        Per joint, by its law's softening at the knots; that moves the harmonics at the other joints' points as well.
+    ndarray, (s, p, u)
+        By these parameters.
     """
     a, orders = openings.fundamental, np.array(openings.orders)
     if not laws:
-        return []
+        return [], np.zeros((*a.shape, moved.shape[3]), complex)
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
     waves = np.exp(1j * np.outer(theta, orders))
     # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.
@@ -246,6 +253,13 @@ def stiffness_by_softening(laws: Sequence[LayerLaw], openings: Openings, motion:
     J = np.einsum("siqjp,spjk->siqkp", C, by_motion).reshape(s, two * p, two * p) + np.eye(two * p)
     first = 2 / SAMPLES * np.exp(-1j * theta)
     by_change = (first * tangent) @ onto
+    at_rest = np.where(a == 0, 1.0, a)[:, :, None]
+
+    def back(change: Array) -> Array:
+        """Fundamentals (s, p, u) of the force, once the harmonics have followed their change (s, two p, u)."""
+        followed = np.linalg.solve(J, change).reshape(s, two, p, -1).transpose(0, 2, 1, 3)
+        return np.asarray((by_change[:, :, None] @ followed)[:, :, 0])
+
     out = []
     for joint, law in enumerate(laws):
         own = np.flatnonzero(openings.joint == joint)
@@ -254,20 +268,21 @@ def stiffness_by_softening(laws: Sequence[LayerLaw], openings: Openings, motion:
         at_fundamental = _taken_off(table, alone[:, own], openings.weight[:, own])
         by_law = 2 / SAMPLES * (onto.T @ at_motion)
         driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
-        change = -np.linalg.solve(J, driven).reshape(s, two, p, -1).transpose(0, 2, 1, 3)
-        back = (by_change[:, :, None] @ change)[:, :, 0]
-        back[:, own] += first @ (at_motion - at_fundamental)
-        out.append(np.asarray(back / np.where(a == 0, 1.0, a)[:, :, None]))
-    return out
+        force = back(-driven)
+        force[:, own] += first @ (at_motion - at_fundamental)
+        out.append(force / at_rest)
+    both = np.concatenate([moved.real, moved.imag], axis=1)
+    return out, back(both.reshape(s, two * p, -1)) / at_rest
 
 
-def _taken_off(table: tuple[Array, Array], opening: Array, weight: Array) -> Array:
+def _taken_off(table: tuple[Array, Array, Array], opening: Array, weight: Array) -> Array:
     """Force (s, p, t, n) at openings (s, p, t) by a unit of softening at each knot."""
-    x, by_softening = table
+    x, by_softening, slopes = table
     place = np.minimum(np.abs(opening), x[-1]) / x[1]
     k = np.minimum(place.astype(int), len(x) - 2)
     part = (place - k)[..., None]
-    off = (1 - part) * by_softening[k] + part * by_softening[k + 1]
+    slope = slopes[k] + part * (slopes[k + 1] - slopes[k])
+    off = by_softening[k] + part * x[1] * (slopes[k] + slope) / 2
     return np.asarray(np.sign(opening)[..., None] * off * -weight[:, :, None, None])
 
 
@@ -277,16 +292,18 @@ def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:
     The inverse of f -> N(a) = 2 / (pi a) int_0^pi f(a cos t) cos t dt is Abel's; with u = sin t it reads
     f(x) = x / 2 int_0^(pi/2) (3 sin^3 t N(x sin t) + x sin^4 t N'(x sin t)) dt.
     """
-    x, by_softening = _abel(law.opening_knots.tobytes())
-    f = modulus * x - by_softening @ law.softening
-    rises = np.maximum(np.diff(f), LEAST_TANGENT * modulus * np.diff(x))
-    f = np.concatenate([[0.0], np.cumsum(rises)])
-    return x, f, np.gradient(f, x)
+    x, _, slopes = _abel(law.opening_knots.tobytes())
+    slope = np.maximum(modulus - slopes @ law.softening, LEAST_TANGENT * modulus)
+    # The integral of a slope that is straight between the grid's points, as the kernel has it.
+    return x, cumulative_trapezoid(slope, x, initial=0.0), slope
 
 
 @lru_cache(maxsize=16)
-def _abel(knots: bytes) -> tuple[Array, Array]:
-    """A grid of openings (g,), and the matrix (g, n) from a softening at the knots to the force it takes off there."""
+def _abel(knots: bytes) -> tuple[Array, Array, Array]:
+    """A grid of openings (g,), and matrices (g, n) from a softening at the knots to the force it takes off there.
+
+    The second one is that force's slope, of which the first is the integral as of one that is straight between points.
+    """
     at = np.frombuffer(knots)
     last = at[-1]
     x = np.linspace(0.0, 1.5 * last, GRID)
@@ -297,4 +314,5 @@ def _abel(knots: bytes) -> tuple[Array, Array]:
     bend = np.diff(np.eye(matrix.shape[1]), 2, axis=0)
     # Over the same stretch of amplitude however many knots there are.
     waves = WAVES * ((len(at) - 1) / (STRETCH * np.log(last / at[0]))) ** 4
-    return x, matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + waves * bend.T @ bend)
+    slopes = np.gradient(matrix @ np.linalg.inv(np.eye(matrix.shape[1]) + waves * bend.T @ bend), x, axis=0)
+    return x, cumulative_trapezoid(slopes, x, axis=0, initial=0.0), slopes

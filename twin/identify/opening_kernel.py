@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twin.identify.elimination import COMPILED, eliminate
 
-__all__ = ["balance"]
+__all__ = ["balance", "force_at"]
 
 Array = NDArray[Any]
 
@@ -115,24 +115,30 @@ def _forces(
     around: Array, secant: Array, weight: Array, modulus: Array, table: Array, slap: Array, path: Array, tangent: Array
 ) -> None:
     """Fill in the force beyond the secant stiffness, and its tangent, (p, t)."""
-    last = table.shape[2] - 1
     for i in range(len(around)):
-        reach, spacing = table[i, 0, last], table[i, 0, 1]
         rest = secant[i] + modulus[i] * weight[i]
         for t in range(around.shape[1]):
             size = abs(around[i, t])
             sign = 1.0 if around[i, t] >= 0.0 else -1.0
-            inside = min(size, reach)
-            k = min(int(inside / spacing), last - 1)
-            u = inside / spacing - k
-            whole = table[i, 1, k] + u * (table[i, 1, k + 1] - table[i, 1, k]) + (size - inside) * table[i, 2, last]
-            slope = table[i, 2, k] + u * (table[i, 2, k + 1] - table[i, 2, k])
+            whole, slope = force_at(size, table[i])
             value = sign * whole
             if slap[i, 0] != 0.0 and size > slap[i, 1]:
                 value += slap[i, 0] * (whole - slap[i, 2])
                 slope *= 1.0 + slap[i, 0] * sign
             path[i, t] = weight[i] * value - rest * around[i, t]
             tangent[i, t] = weight[i] * slope - rest
+
+
+@COMPILED
+def force_at(size: float, table: Array) -> tuple[float, float]:
+    """The layer's whole force per weight at an opening, and its slope: straight between the table's points."""
+    last, spacing = table.shape[1] - 1, table[0, 1]
+    inside = min(size, table[0, last])
+    k = min(int(inside / spacing), last - 1)
+    u = inside / spacing - k
+    slope = table[2, k] + u * (table[2, k + 1] - table[2, k])
+    whole = table[1, k] + u * spacing * (table[2, k] + slope) / 2
+    return whole + (size - inside) * table[2, last], slope
 
 
 @COMPILED

@@ -17,13 +17,19 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.forward_model import ForwardModel
-from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.local_forces import Balance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_by_softening
+from twin.identify.opening_harmonics import (
+    EVEN_TOO,
+    ODD,
+    OpeningBalance,
+    Openings,
+    balance_openings,
+    stiffness_sensitivity,
+)
 from twin.identify.whitening import HarmonicResiduals
 from twin.structure import points_of_joints
 
@@ -51,10 +57,10 @@ class Linearisation:
         What surrounds the layer's openings at all harmonics, where contact is lost there.
     harmonics : ndarray, (s, h, p), or None
         Motion of the openings from which their balance begins.
-    laws : tuple of LayerLaw
+    baseline : BaselineParameters
         That the balance was found with,
-    by_softening : tuple of ndarray, (s, p, n)
-        and the derivative by each one's softening of what the harmonics add to the openings' stiffness; empty where
+    by_unknowns : ndarray, (s, p, u)
+        and the derivative by each unknown of what the harmonics add to the openings' stiffness; no columns where
         contact is lost.
     """
 
@@ -63,23 +69,23 @@ class Linearisation:
     balance: Balance | None
     openings: Openings | None
     harmonics: Array | None
-    laws: tuple[LayerLaw, ...]
-    by_softening: tuple[Array, ...]
+    baseline: BaselineParameters
+    by_unknowns: Array
 
-    def follows(self, laws: tuple[LayerLaw, ...]) -> bool:
-        """Whether :attr:`by_softening` goes by these laws' knots."""
-        return len(self.by_softening) > 0 and all(
-            np.array_equal(law.opening_knots, mine.opening_knots) for law, mine in zip(laws, self.laws, strict=True)
+    def follows(self, baseline: BaselineParameters) -> bool:
+        """Whether :attr:`by_unknowns` is by these parameters: laws have knots of their own."""
+        return self.by_unknowns.shape[2] > 0 and all(
+            np.array_equal(law.opening_knots, mine.opening_knots) and np.array_equal(law.slip_knots, mine.slip_knots)
+            for law, mine in zip(baseline.laws, self.baseline.laws, strict=True)
         )
 
-    def balance_with(self, laws: tuple[LayerLaw, ...]) -> Balance:
-        """The balance with what the harmonics add, to first order, where the laws are others."""
+    def balance_with(self, baseline: BaselineParameters) -> Balance:
+        """The balance with what the harmonics add, to first order, where the unknowns are others."""
         assert self.balance is not None
-        if not self.follows(laws):
+        if not self.follows(baseline):
             return self.balance
-        more, points = self.balance.more.copy(), self.by_softening[0].shape[1]
-        for law, mine, by_softening in zip(laws, self.laws, self.by_softening, strict=True):
-            more[:, :points] += by_softening @ (law.softening - mine.softening)
+        more, points = self.balance.more.copy(), self.by_unknowns.shape[1]
+        more[:, :points] += self.by_unknowns @ (baseline.vector - self.baseline.vector)
         return replace(self.balance, more=more)
 
 
@@ -165,9 +171,7 @@ class ResidualModel(ForwardModel):
             for i, factor in enumerate(held.broadband_factors)
         ]
         if len(self.evidence.steps):
-            R, omega, balance = self.step_receptance(
-                baseline, inner=sensitivities, held=held.balance_with(baseline.laws)
-            )
+            R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=held.balance_with(baseline))
             change = self._step_changes(baseline, R, omega, held) if sensitivities else None
             out.append(("steps", self._steps(baseline, R, omega, held.step_factor, change)))
             if self.harmonics is not None:
@@ -253,16 +257,41 @@ class ResidualModel(ForwardModel):
         made_of = self._covariances(baseline, state)
         factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
         if state is None:
-            return Linearisation(*factors, None, None, None, baseline.laws, ())
+            return Linearisation(*factors, None, None, None, baseline, np.zeros((0, 0, 0)))
         found = state[2]
         if not self.modification.opening:
             odd = self.openings(baseline, found, ODD)
-            motion = balance_openings(baseline.laws, odd).motion
-            by_softening = tuple(stiffness_by_softening(baseline.laws, odd, motion))
-            return Linearisation(*factors, found, None, None, baseline.laws, by_softening)
+            by_unknowns = self._harmonics_by_unknowns(baseline, found, odd, balance_openings(baseline.laws, odd))
+            return Linearisation(*factors, found, None, None, baseline, by_unknowns)
         openings = self.openings(baseline, found, EVEN_TOO)
         harmonics = balance_openings(baseline.laws, openings, self.slaps).motion
-        return Linearisation(*factors, found, openings, harmonics, baseline.laws, ())
+        return Linearisation(*factors, found, openings, harmonics, baseline, np.zeros((0, 0, 0)))
+
+    def _harmonics_by_unknowns(
+        self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance
+    ) -> Array:
+        """Derivatives (s, p, u) of the stiffness that odd harmonics add to the openings.
+
+        A harmonic may meet a resonance, whose frequency and damping are unknown, too.
+        """
+        p, drive = len(self.points), self.model.ports.drive
+        opening, slip = self.moving[:p], self.moving[p : 2 * p]
+        lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
+        moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
+        for order, h in enumerate(openings.orders):
+            R, force, omega = self.at_harmonic(h, baseline, found, inner=True)
+            by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
+            into = R[:, :, drive] * force[:, None] - by_force
+            change = self._base_change(R, omega, baseline, self.step_times, opening, into)
+            moved[:, order, :, : change.shape[2]] = change
+            for joint, by_loss in enumerate(lossier):
+                own = slip[self.local.of_joint(joint)]
+                by_slip = -R[:, opening[:, None], own] * into[:, None, own]
+                moved[:, order, :, baseline.loss(joint)] = by_slip @ (h * by_loss)
+        by_softening, by_unknowns = stiffness_sensitivity(baseline.laws, openings, harmonics.motion, moved)
+        for joint, by in enumerate(by_softening):
+            by_unknowns[:, :, baseline.softening(joint)] = by
+        return by_unknowns
 
     def motion_at_forces(self, baseline: BaselineParameters) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
@@ -342,21 +371,18 @@ class ResidualModel(ForwardModel):
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
-        by_harmonics = held.by_softening if held and held.follows(baseline.laws) else ()
+        if held is not None and held.follows(baseline):
+            # A law's harmonics are felt at every joint's points.
+            response += influence.response[:, :, :points] @ held.by_unknowns
+            moved += influence.motion[:, :, :points] @ held.by_unknowns
         for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude)):
             own = self.local.of_joint(joint)
-            openings = own
-            if by_harmonics:
-                # A law's harmonics are felt at every joint's points.
-                openings, by_fundamental = np.arange(points), softer
-                softer = by_harmonics[joint].astype(complex)
-                softer[:, own] += by_fundamental
             for which, columns, k in (
-                (openings, baseline.softening(joint), softer),
+                (own, baseline.softening(joint), softer),
                 (points + own, baseline.loss(joint), lossier),
             ):
-                response[:, :, columns] = influence.response[:, :, which] @ k
-                moved[:, :, columns] = influence.motion[:, :, which] @ k
+                response[:, :, columns] += influence.response[:, :, which] @ k
+                moved[:, :, columns] += influence.motion[:, :, which] @ k
         moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response)
         return response, moved
 

@@ -49,7 +49,9 @@ def gauss_newton_three_modes() -> Measured:
     found = free.local.balance(baseline.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    residual_model = ResidualModel(evidence, held=Linearisation((), np.array(factor), found, None, None, (), ()))
+    residual_model = ResidualModel(
+        evidence, held=Linearisation((), np.array(factor), found, None, None, baseline, np.zeros((0, 0, 0)))
+    )
     # Residuals are those of measured over predicted: with the forces that are predicted, changes are of logarithms.
     R, omega, _ = residual_model.step_receptance(baseline, inner=False, held=found)
     evidence.steps.force[:, 0] = evidence.steps.response[:, 0, 0] / residual_model.responses(R, omega)[:, 0]

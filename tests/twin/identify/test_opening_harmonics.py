@@ -18,7 +18,7 @@ from twin.identify.opening_harmonics import (
     Openings,
     balance_openings,
     loss_among_harmonics,
-    stiffness_by_softening,
+    stiffness_sensitivity,
 )
 from twin.identify.residual_model import ResidualModel
 from twin.joint import RunningLoss, Saturating
@@ -234,7 +234,8 @@ def test_what_harmonics_add_follows_the_laws_of_all_joints(exact):
     laws = tuple(LayerLaw(knots, knots, share * softening, np.zeros(7)) for share in (1.0, 0.7))
     joint = (0, 1, 0)
     found = openings_of(laws, joint)
-    by_softening = stiffness_by_softening(laws, found, balance_openings(laws, found).motion)
+    motion = balance_openings(laws, found).motion
+    by_softening, _ = stiffness_sensitivity(laws, found, motion, np.zeros((*motion.shape, 0)))
     step = 1e-4 * E
     for number, knot in ((0, 2), (0, 4), (1, 3)):
         sides = []
