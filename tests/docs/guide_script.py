@@ -70,9 +70,12 @@ def _command(block: Block) -> str:
 
 
 def matches(promised: str, printed: str) -> bool:
-    """Whether an output is the one a guide shows."""
+    """Whether an output is the one a guide shows, which leaves out the lines of progress before it."""
     pieces = [r"\s*".join(re.escape(word) for word in piece.split()) for piece in promised.split("...")]
-    return re.fullmatch(r"\s*" + r".*?".join(rf"\s*{piece}\s*" for piece in pieces), printed, re.DOTALL) is not None
+    return (
+        re.fullmatch(r"(?:.*\n)??\s*" + r".*?".join(rf"\s*{piece}\s*" for piece in pieces), printed, re.DOTALL)
+        is not None
+    )
 
 
 def run_guide(page: Path, folder: Path, *, timeout_s: float, path: str = "") -> list[tuple[Block, str, str]]:
