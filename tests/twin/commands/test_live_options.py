@@ -126,7 +126,7 @@ def test_a_viewer_listens_on_loopback_alone(viewer: Viewer) -> None:
         (["--view-to", "127.0.0.1:9"], "no viewer listens there"),
         (["--view", "--view-to", "127.0.0.1:9"], "goes not with --view-to"),
         (["--save-view", "live.txt"], "must end in .rrd"),
-        (["--save-view", "nowhere/live.rrd"], "no such folder"),
+        (["--save-view", "nowhere/live.rrd"], "its folder does not exist"),
     ],
 )
 def test_what_cannot_be_shown_is_told_before_anything_moves(
