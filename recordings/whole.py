@@ -26,7 +26,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield part
         part.replace(path)
     except OSError as error:
-        raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+        raise _refused(path, error) from error
     finally:
         part.unlink(missing_ok=True)
 
@@ -50,8 +50,12 @@ def check_writable(*paths: Path | None) -> None:
         try:
             part.touch()
         except OSError as error:
-            raise InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}") from error
+            raise _refused(path, error) from error
         part.unlink()
+
+
+def _refused(path: Path, error: OSError) -> InputError:
+    return InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}")
 
 
 def _part(path: Path) -> Path:

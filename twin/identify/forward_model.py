@@ -6,6 +6,7 @@ them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,6 +35,8 @@ from twin.structure import points_of_joints
 __all__ = ["ForwardModel"]
 
 Array = NDArray[Any]
+AtHarmonic = tuple[Array, Array, Array]
+"""Receptances (s, p, p) at a multiple of the drive frequency, the drive's force there (s,), and omega (s,)."""
 
 LEAST_LEFT = 0.01
 """Share of E' that a drift leaves at the least, however long it goes on: a bolt never pushes."""
@@ -283,13 +286,21 @@ class ForwardModel:
             self.evidence.steps.response[:, reference, 0],
         )  # fmt: skip
 
-    def openings(self, baseline: BaselineParameters, balance: Balance, orders: tuple[int, ...]) -> Openings:
-        """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency."""
+    def openings(
+        self, baseline: BaselineParameters, balance: Balance, orders: tuple[int, ...],
+        around: Sequence[AtHarmonic] | None = None,
+    ) -> Openings:  # fmt: skip
+        """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency.
+
+        Parameters
+        ----------
+        around
+            What :meth:`at_harmonic` returns for each of them, where it is known.
+        """
         p, drive = len(self.points), self.model.ports.drive
         at = self.moving[: 2 * p]
         compliance, driven = [], []
-        for h in orders:
-            R, force, _ = self.at_harmonic(h, baseline, balance)
+        for R, force, _ in around or [self.at_harmonic(h, baseline, balance) for h in orders]:
             compliance.append(R[:, at[:, None], at[:p]])
             driven.append(R[:, at, drive] * force[:, None])
         to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
@@ -306,9 +317,7 @@ class ForwardModel:
         secant[:, :p] -= balance.more[:, :p]
         return secant
 
-    def at_harmonic(
-        self, h: int, baseline: BaselineParameters, balance: Balance, *, inner: bool = False
-    ) -> tuple[Array, Array, Array]:
+    def at_harmonic(self, h: int, baseline: BaselineParameters, balance: Balance, *, inner: bool = False) -> AtHarmonic:
         """Receptances at a multiple of the drive frequency, with the law's secant stiffness; drive force (s,); omega.
 
         Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones

@@ -123,7 +123,7 @@ class MeasuredData:
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
         kept = {name: value for name, value in vars(self).items() if name not in ("changed_models", "known")}
-        return kept | {"runs": (), "origin_s": self.origin_s}
+        return kept | {"runs": (), "begun_s": self.origin_s}
 
     @cached_property
     def known(self) -> ModelModification:

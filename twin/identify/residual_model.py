@@ -22,14 +22,7 @@ from twin.identify.linear_model import nominal_parameters
 from twin.identify.local_forces import Balance
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.opening_harmonics import (
-    EVEN_TOO,
-    ODD,
-    OpeningBalance,
-    Openings,
-    balance_openings,
-    stiffness_sensitivity,
-)
+from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_sensitivity
 from twin.identify.whitening import HarmonicResiduals
 from twin.structure import points_of_joints
 
@@ -59,9 +52,9 @@ class Linearisation:
         Motion of the openings from which their balance begins.
     baseline : BaselineParameters
         That the balance was found with,
-    by_unknowns : ndarray, (s, p, u)
-        and the derivative by each unknown of what the harmonics add to the openings' stiffness; no columns where
-        contact is lost.
+    by_unknowns : ndarray, (s, p, u), or None
+        and the derivative by each unknown of what the harmonics add to the openings' stiffness; none where contact is
+        lost.
     """
 
     broadband_factors: tuple[Array, ...]
@@ -70,22 +63,24 @@ class Linearisation:
     openings: Openings | None
     harmonics: Array | None
     baseline: BaselineParameters
-    by_unknowns: Array
+    by_unknowns: Array | None
 
-    def follows(self, baseline: BaselineParameters) -> bool:
-        """Whether :attr:`by_unknowns` is by these parameters: laws have knots of their own."""
-        return self.by_unknowns.shape[2] > 0 and all(
+    def derivative(self, baseline: BaselineParameters) -> Array | None:
+        """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
+        same = all(
             np.array_equal(law.opening_knots, mine.opening_knots) and np.array_equal(law.slip_knots, mine.slip_knots)
             for law, mine in zip(baseline.laws, self.baseline.laws, strict=True)
         )
+        return self.by_unknowns if same else None
 
     def balance_with(self, baseline: BaselineParameters) -> Balance:
         """The balance with what the harmonics add, to first order, where the unknowns are others."""
         assert self.balance is not None
-        if not self.follows(baseline):
+        derivative = self.derivative(baseline)
+        if derivative is None:
             return self.balance
-        more, points = self.balance.more.copy(), self.by_unknowns.shape[1]
-        more[:, :points] += self.by_unknowns @ (baseline.vector - self.baseline.vector)
+        more = self.balance.more.copy()
+        more[:, : derivative.shape[1]] += derivative @ (baseline.vector - self.baseline.vector)
         return replace(self.balance, more=more)
 
 
@@ -257,29 +252,28 @@ class ResidualModel(ForwardModel):
         made_of = self._covariances(baseline, state)
         factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
         if state is None:
-            return Linearisation(*factors, None, None, None, baseline, np.zeros((0, 0, 0)))
+            return Linearisation(*factors, None, None, None, baseline, None)
         found = state[2]
         if not self.modification.opening:
-            odd = self.openings(baseline, found, ODD)
-            by_unknowns = self._harmonics_by_unknowns(baseline, found, odd, balance_openings(baseline.laws, odd))
+            by_unknowns = self._harmonics_by_unknowns(baseline, found)
             return Linearisation(*factors, found, None, None, baseline, by_unknowns)
         openings = self.openings(baseline, found, EVEN_TOO)
         harmonics = balance_openings(baseline.laws, openings, self.slaps).motion
-        return Linearisation(*factors, found, openings, harmonics, baseline, np.zeros((0, 0, 0)))
+        return Linearisation(*factors, found, openings, harmonics, baseline, None)
 
-    def _harmonics_by_unknowns(
-        self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance
-    ) -> Array:
+    def _harmonics_by_unknowns(self, baseline: BaselineParameters, found: Balance) -> Array:
         """Derivatives (s, p, u) of the stiffness that odd harmonics add to the openings.
 
         A harmonic may meet a resonance, whose frequency and damping are unknown, too.
         """
         p, drive = len(self.points), self.model.ports.drive
         opening, slip = self.moving[:p], self.moving[p : 2 * p]
+        around = [self.at_harmonic(h, baseline, found, inner=True) for h in ODD]
+        openings = self.openings(baseline, found, ODD, around)
+        harmonics = balance_openings(baseline.laws, openings)
         lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
         moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
-        for order, h in enumerate(openings.orders):
-            R, force, omega = self.at_harmonic(h, baseline, found, inner=True)
+        for order, (h, (R, force, omega)) in enumerate(zip(ODD, around, strict=True)):
             by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
             into = R[:, :, drive] * force[:, None] - by_force
             change = self._base_change(R, omega, baseline, self.step_times, opening, into)
@@ -371,10 +365,11 @@ class ResidualModel(ForwardModel):
         moved = change[:, outputs:] / into[:, moving, None] - response[:, self.evidence.reference, None]
         motion, influence = self.port_motion(R, omega)
         amplitude, points = np.abs(motion), len(self.points)
-        if held is not None and held.follows(baseline):
+        by_harmonics = held.derivative(baseline) if held is not None else None
+        if by_harmonics is not None:
             # A law's harmonics are felt at every joint's points.
-            response += influence.response[:, :, :points] @ held.by_unknowns
-            moved += influence.motion[:, :, :points] @ held.by_unknowns
+            response += influence.response[:, :, :points] @ by_harmonics
+            moved += influence.motion[:, :, :points] @ by_harmonics
         for joint, (softer, lossier) in enumerate(self.local.by_law(baseline.laws, amplitude)):
             own = self.local.of_joint(joint)
             for which, columns, k in (

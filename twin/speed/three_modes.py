@@ -49,9 +49,8 @@ def gauss_newton_three_modes() -> Measured:
     found = free.local.balance(baseline.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    residual_model = ResidualModel(
-        evidence, held=Linearisation((), np.array(factor), found, None, None, baseline, np.zeros((0, 0, 0)))
-    )
+    held = Linearisation((), np.array(factor), found, None, None, baseline, None)
+    residual_model = ResidualModel(evidence, held=held)
     # Residuals are those of measured over predicted: with the forces that are predicted, changes are of logarithms.
     R, omega, _ = residual_model.step_receptance(baseline, inner=False, held=found)
     evidence.steps.force[:, 0] = evidence.steps.response[:, 0, 0] / residual_model.responses(R, omega)[:, 0]
@@ -103,9 +102,8 @@ def _sweeps() -> tuple[MeasuredData, BaselineParameters]:
     )  # fmt: skip
     evidence = MeasuredData(
         rig=rig, preload=rig.preload_name(None), model=model, outputs=outputs, force="force", reference=0,
-        broadband=(), steps=steps, unsettled=(), linear=None, runs=(),
+        broadband=(), steps=steps, unsettled=(), linear=None, runs=(), begun_s=0.0,
     )  # fmt: skip
-    vars(evidence)["origin_s"] = 0.0  # there is no recording to begin
     opening, slip = choose_knots(np.geomspace(1e-8, 1e-5, 50), KNOTS), choose_knots(np.geomspace(1e-8, 2e-6, 50), KNOTS)
     law = LayerLaw(opening, slip, 0.5 * base.E * opening / (opening + 1e-6), 4.0 * base.G * slip**2 / (slip**2 + 1e-12))
     return evidence, BaselineParameters(base, (law,))
