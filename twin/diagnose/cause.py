@@ -95,7 +95,8 @@ class Cause(ABC):
     summary: ClassVar[str]
     tried_at_full_size: ClassVar[bool] = False
     """Whether a search fits it from its usual size even where its first order at nothing promises no gain: an effect
-    that the base family's own law imitates leaves no slope there."""
+    that the base family's own law imitates leaves no slope there, nor does one that moves resonances by many widths
+    from sweep to sweep."""
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Choices that are names, such as the channel at fault: one search each; a single empty one by default."""

@@ -94,7 +94,8 @@ def diagnose(
     findings += find_unsettled([*evidence.steps.states, *evidence.unsettled], force=evidence.force)
     unseen: MeasuredData | None
     if held_out:
-        unseen = sound_data(held_out, rig, preload=preload, source=source).evidence
+        # What drifts has gone on since the first run, not since the first that is held out.
+        unseen = replace(sound_data(held_out, rig, preload=preload, source=source).evidence, begun_s=evidence.origin_s)
         aside: tuple[str, ...] = ()
     else:
         kept, unseen, aside = set_aside(evidence)

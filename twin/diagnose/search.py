@@ -195,7 +195,7 @@ def _fitted_rivals(
     for begin, rivals in (
         (_beside_the_law, beside),
         (_beside_no_law, imitated),
-        (_beside_no_law, _elsewhere(evidence, scores, promising) if promising else []),
+        (_beside_no_law, _elsewhere(evidence, scores, promising) if promising or not model.errors.is_sound else []),
     ):
         if rivals and not any(fit.errors.is_sound for fit in fits):
             report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
@@ -307,7 +307,7 @@ def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
 def _elsewhere(
     evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis]
 ) -> list[CauseHypothesis]:
-    """Further beginnings: causes that go by the amplitude, for the law imitates what they do at first."""
+    """Further beginnings: causes that go by the amplitude, for the law imitates what they do at first, and by time."""
     best = _best_of_each(scores)
     keys, found = {hypothesis.key for hypothesis in promising}, []
     for key, score in best.items():

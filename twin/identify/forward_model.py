@@ -35,6 +35,8 @@ __all__ = ["ForwardModel"]
 
 Array = NDArray[Any]
 
+LEAST_LEFT = 0.01
+"""Share of E' that a drift leaves at the least, however long it goes on: a bolt never pushes."""
 HARMONIC_TURNS, HARMONICS_SETTLED = 6, 1e-6
 """Most turns of fundamentals and harmonics, and the change of what the latter add to the former, over the law's largest
 stiffness, that ends them: a turn leaves a tenth of it."""
@@ -101,7 +103,7 @@ class ForwardModel:
 
     def normal_left(self, time_s: Array) -> Array:
         """Share (t, j) that a drift has left of each joint's E', and of what its law takes off it at an opening."""
-        return np.asarray(1 - self._drift_per_s * np.asarray(time_s)[:, None])
+        return np.maximum(1 - self._drift_per_s * np.asarray(time_s)[:, None], LEAST_LEFT)
 
     def clock(self, omega: Array, time_s: Array) -> Array:
         """Frequency at which the undrifted model responds as the rig does at commanded `omega` and at `time_s`.

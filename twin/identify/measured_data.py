@@ -101,6 +101,8 @@ class MeasuredData:
         Base parameters from the last broadband run alone.
     effects : tuple of Known
         Of the rig file; every prediction has them.
+    begun_s : float, optional
+        Time from which drifts count, on the recordings' time base; that of the first step of `runs` if left out.
     """
 
     rig: Rig
@@ -116,6 +118,7 @@ class MeasuredData:
     runs: tuple[Run, ...]
     dropped: int = 0
     effects: tuple[Known, ...] = ()
+    begun_s: float | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
@@ -142,7 +145,9 @@ class MeasuredData:
 
     @cached_property
     def origin_s(self) -> float:
-        """Time of the first step of all runs, on the recordings' time base."""
+        """Time from which drifts count, on the recordings' time base."""
+        if self.begun_s is not None:
+            return self.begun_s
         return min(step.time_ns for run in self.runs for step in run.steps) * 1e-9
 
     def records(self) -> list[BroadbandRecord]:

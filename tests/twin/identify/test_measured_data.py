@@ -70,6 +70,7 @@ def test_steady_steps_are_the_rigs_responses_and_amplitudes(swept):
     expected = np.abs(H[kept, 1]) / steps.omega**2
     np.testing.assert_allclose(steps.amplitude_m, expected, rtol=1e-3)
     assert evidence.origin_s == 0.0
+    assert replace(evidence, begun_s=-60.0).origin_s == -60.0
     np.testing.assert_allclose(steps.time_s, [0.5, 1.5, 3.5], atol=1e-6)
 
 

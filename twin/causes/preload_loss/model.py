@@ -16,6 +16,7 @@ class PreloadLoss(Cause):
 
     name = "preload-loss"
     summary = "the joint softens while the test goes on, as a bolt that loses its preload does"
+    tried_at_full_size = True
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any joint."""

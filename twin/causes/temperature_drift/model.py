@@ -16,6 +16,7 @@ class TemperatureDrift(Cause):
 
     name = "temperature-drift"
     summary = "all resonances sink slowly while the test goes on, as in a structure that warms up"
+    tried_at_full_size = True
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall per second."""
