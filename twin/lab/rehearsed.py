@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from recordings.streams import SampleSource
 from twin.lab.recording import Recording, load_run
-from twin.lab.shown import Shown
+from twin.lab.shown import Reported
 from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
 from twin.rehearsal import (
     NominalRig,
@@ -27,8 +27,9 @@ from twin.rehearsal import (
 )
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
+from twin.views.page import Page
 from twin.views.rehearsal_figures import range_figure, responses_figures
-from twin.views.rehearsal_report import rehearsal_sentence, write_rehearsal_report
+from twin.views.rehearsal_report import rehearsal_page, rehearsal_sentence
 from twin.views.table import Table
 
 __all__ = ["RehearsedProcedure", "rehearse_procedure"]
@@ -37,7 +38,7 @@ Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class RehearsedProcedure(Shown):
+class RehearsedProcedure(Reported):
     """A procedure run on the twin.
 
     Attributes
@@ -92,9 +93,9 @@ class RehearsedProcedure(Shown):
         """Write :attr:`procedure` (TOML)."""
         save_procedure(self.procedure, Path(path))
 
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_rehearsal_report(self.result, Path(path), commands=commands)
+    def page(self) -> Page:
+        """The report."""
+        return rehearsal_page(self.result)
 
     def plot_responses(self, *, resonance: int = 1) -> Figure:
         """Response per force at every step, over the branches that harmonic balance predicts.

@@ -15,7 +15,6 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
-from twin.views.answer import answer_markdown
 from twin.views.chart import Chart, common_range
 from twin.views.curves import (
     LawBand,
@@ -27,6 +26,7 @@ from twin.views.curves import (
 )
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label
+from twin.views.report import diagnosis_page
 from twin.views.rerun_fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun_mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun_parts import SLOW_MOTION
@@ -51,7 +51,7 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
     evidence = diagnosis.evidence
     fitted = list(compared_models(diagnosis).values())[-1]
     with recording_file(path) as recording:
-        answer = rr.TextDocument(answer_markdown(diagnosis), media_type=rr.MediaType.MARKDOWN)
+        answer = rr.TextDocument(diagnosis_page(diagnosis).markdown(), media_type=rr.MediaType.MARKDOWN)
         recording.log("answer", answer, static=True)
         motions = operating_motions(
             evidence, fitted, diagnosis.sweeps, modification=modification_of(evidence, fitted.hypotheses)

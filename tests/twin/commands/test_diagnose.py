@@ -145,7 +145,7 @@ def test_a_picture_that_cannot_be_drawn_loses_no_result(tmp_path, capsys, monkey
     def undrawn(*_, **__):
         raise ValueError("need at least one array to concatenate")
 
-    monkeypatch.setattr(diagnosed, "write_table_report", undrawn)
+    monkeypatch.setattr(diagnosed, "table_page", undrawn)
     status, printed, said = run(capsys, SWEEPS, *REUSS, "--out", tmp_path / "out", "--json")
     assert status == 1  # for what the sweeps leave unexplained
     assert json.loads(printed) == json.loads((tmp_path / "out" / "result.json").read_text())
