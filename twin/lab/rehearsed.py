@@ -29,7 +29,7 @@ from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 from twin.views.page import Page
 from twin.views.rehearsal_figures import range_figure, responses_figures
-from twin.views.rehearsal_report import rehearsal_page, rehearsal_sentence
+from twin.views.rehearsal_report import rehearsal_page, rehearsal_sentence, sweeps_table, warnings_table
 from twin.views.table import Table
 
 __all__ = ["RehearsedProcedure", "rehearse_procedure"]
@@ -77,17 +77,8 @@ class RehearsedProcedure(Reported):
 
     def tables(self) -> Sequence[Table]:
         """Sweeps, and warnings with what to change."""
-        rows = [
-            (s.sweep, str(s.steps), f"{s.duration_s:.0f}", f"{s.peak_frequency_Hz:.6g}", f"{s.peak_response:.4g}")
-            for s in self.first.rehearsal.summaries()
-        ]
-        head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units")
-        tables = [Table(caption="Sweeps", head=head, rows=rows, numbers=(1, 2, 3, 4))] if rows else []
-        warnings = [(c.kind, c.severity, c.sweep, c.reason, c.advice) for c in self.first.cautions]
-        if warnings:
-            head = ("warning", "severity", "sweep", "what is wrong", "what to change")
-            tables.append(Table(caption="Warnings, gravest first", head=head, rows=warnings))
-        return tables
+        tables = (sweeps_table(self.result), warnings_table(self.result))
+        return [table for table in tables if table.rows]
 
     def save_procedure(self, path: str | Path) -> None:
         """Write :attr:`procedure` (TOML)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -11,7 +12,7 @@ from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
-__all__ = ["rehearsal_page", "rehearsal_sentence"]
+__all__ = ["rehearsal_page", "rehearsal_sentence", "sweeps_table", "warnings_table"]
 
 MOST_CHANNELS = 4
 
@@ -83,39 +84,35 @@ def _sections(result: Mapping[str, Any]) -> Iterator[Section | None]:
         yield steps_section(result["improved"]["steps"], "Every step of the improved procedure")
 
 
-def _warnings(result: Mapping[str, Any], title: str) -> Section:
+def warnings_table(result: Mapping[str, Any]) -> Table:
+    """What would mislead, and how to change it."""
     rows = [
         (
-            w["kind"],
-            w["severity"],
+            w["kind"], w["severity"],
             f"{w['sweep']}, step {w['index']}" + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
-            str(w["steps"]),
-            w["reason"],
-            w["advice"],
+            str(w["steps"]), w["reason"], w["advice"],
         )
         for w in result["warnings"]
-    ]
-    if not rows:
-        return Section(title=title, texts=["None."])
+    ]  # fmt: skip
     head = ("kind", "severity", "worst step", "steps", "what is wrong", "what to change")
-    return Section(title=title, tables=[Table(caption="Gravest first", head=head, rows=rows, numbers=(3,))])
+    return Table(caption="Warnings, gravest first", head=head, rows=rows, numbers=(3,))
 
 
-def _sweep_table(result: Mapping[str, Any]) -> Table:
+def _warnings(result: Mapping[str, Any], title: str) -> Section:
+    table = warnings_table(result)
+    return Section(title=title, tables=[table]) if table.rows else Section(title=title, texts=["None."])
+
+
+def sweeps_table(result: Mapping[str, Any]) -> Table:
+    """How long each sweep takes, and the largest response in it."""
     rows = [
         (
-            s["sweep"],
-            str(s["steps"]),
-            f"{s['duration_s']:.0f}",
-            f"{s['peak_frequency_Hz']:.6g}",
-            f"{s['peak_response']:.4g}",
-            s["response_channel"],
-            f"{s['quality_factor']:.0f}"
-            if s["quality_factor"] is not None and s["quality_factor"] == s["quality_factor"]
-            else "",
+            s["sweep"], str(s["steps"]), f"{s['duration_s']:.0f}", f"{s['peak_frequency_Hz']:.6g}",
+            f"{s['peak_response']:.4g}", s["response_channel"],
+            "" if s["quality_factor"] is None or math.isnan(s["quality_factor"]) else f"{s['quality_factor']:.0f}",
         )
         for s in result["sweeps"]
-    ]
+    ]  # fmt: skip
     head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units", "channel", "Q")
     return Table(caption="Each sweep at a glance", head=head, rows=rows, numbers=(1, 2, 3, 4, 6))
 
@@ -125,7 +122,7 @@ def _sweeps(result: Mapping[str, Any]) -> Section | None:
         return None
     return Section(
         title="Sweeps",
-        tables=[_sweep_table(result)],
+        tables=[sweeps_table(result)],
         pictures=_responses(result["steps"], result["sweeps"], result.get("branches") or []),
     )
 
@@ -208,7 +205,7 @@ def _resources(result: Mapping[str, Any]) -> Section | None:
 def _improved(better: Mapping[str, Any], branches: Sequence[Mapping[str, Any]]) -> Section:
     took = f"{len(better['steps'])} steps in {better['duration_s'] / 60:.1f} min of the rig's time."
     warned = _warnings(better, "The improved procedure")
-    tables = [*warned.tables, *([_sweep_table(better)] if better["sweeps"] else [])]
+    tables = [*warned.tables, *([sweeps_table(better)] if better["sweeps"] else [])]
     left = [] if better["cleared"] or not better["remaining"] else [f"Not cleared: {', '.join(better['remaining'])}."]
     return Section(
         title=warned.title,

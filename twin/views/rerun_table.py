@@ -16,6 +16,7 @@ from twin.views.chart import Chart, common_range
 from twin.views.receptance import per_force
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
+from twin.views.table import Table, table_markdown
 
 __all__ = ["save_table"]
 
@@ -95,23 +96,23 @@ def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
 
 def _about_sweeps(table: SweepTable) -> str:
     unit = unit_text(quantity(table.quantity).unit)
-    rows = ["| level | steps | frequency, Hz | largest force, N | largest response |", "|---|---|---|---|---|"]
+    rows = []
     for level, at in table.sweeps().items():
         f = table.frequency_Hz[at]
-        rows.append(
-            f"| {level:g} | {len(at)} | {f.min():g} to {f.max():g} | {table.force_N[at].max():.4g} "
-            f"| {table.response[at].max():.4g} {unit} |"
-        )
-    return _document(table.path, f"{len(table)} steps of {len(table.sweeps())} sweeps.", rows)
+        force, response = table.force_N[at].max(), table.response[at].max()
+        rows.append((f"{level:g}", str(len(at)), f"{f.min():g} to {f.max():g}", f"{force:.4g}", f"{response:.4g}"))
+    head = ("level", "steps", "frequency, Hz", "largest force, N", f"largest response, {unit}")
+    caption = f"{len(table)} steps of {len(rows)} sweeps."
+    return f"# {Path(table.path).name}\n\n" + table_markdown(Table(caption=caption, head=head, rows=rows))
 
 
 def _about_frequencies(table: FrequencyTable) -> str:
-    rows = ["| mode | frequency, Hz | std, Hz | preload |", "|---|---|---|---|"]
-    states = table.preload or [""] * len(table)
-    for n, f, std, state in zip(table.mode.tolist(), table.frequency_Hz, table.std_Hz, states, strict=True):
-        rows.append(f"| {n} | {f:g} | {'' if np.isnan(std) else f'{std:.2g}'} | {state} |")
-    return _document(table.path, f"{len(table)} natural frequencies.", rows)
-
-
-def _document(path: str, sentence: str, rows: list[str]) -> str:
-    return "\n".join([f"# {Path(path).name}", "", sentence, "", *rows])
+    rows = [
+        (str(n), f"{f:g}", "" if np.isnan(std) else f"{std:.2g}", state)
+        for n, f, std, state in zip(
+            table.mode, table.frequency_Hz, table.std_Hz, table.preload or [""] * len(table), strict=True
+        )
+    ]
+    head = ("mode", "frequency, Hz", "std, Hz", "preload")
+    caption = f"{len(table)} natural frequencies."
+    return f"# {Path(table.path).name}\n\n" + table_markdown(Table(caption=caption, head=head, rows=rows))

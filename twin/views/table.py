@@ -43,7 +43,7 @@ def table_markdown(table: Table) -> str:
     if len(table.head) > NARROW:
         others = table.head[1:]
         lines = [
-            f"- **{first}**: " + "; ".join(f"{name} {cell}" for name, cell in zip(others, rest, strict=True))
+            f"- **{first}**: " + "; ".join(f"{name} {cell}" for name, cell in zip(others, rest, strict=True) if cell)
             for first, *rest in table.rows
         ]
     else:
