@@ -21,8 +21,6 @@ from twin.bench.planned import MONITORS, planned
 from twin.bench.shaker import Shaker
 from twin.rigs import Effect, Layout, Rig
 
-__all__ = ["Bench", "SAMPLE_RATES_Hz", "drive_limits", "open_bench"]
-
 SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
 """Rates the converter has."""
 INTERNAL_RATE_Hz = 11264.0

@@ -21,8 +21,6 @@ from twin.bench.linear import Poles
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
 
-__all__ = ["LANES", "Coefficients", "Elements", "coefficients", "eliminate", "march"]
-
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

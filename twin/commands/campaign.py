@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from twin.campaign import CampaignSummary, CaseResult
     from twin.views.table import Table
 
-__all__ = ["command"]
-
 SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png"
 
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from twin.procedures import Procedure
     from twin.rigs import Rig
 
-__all__ = ["command"]
-
 RIG = "steel-lap-joint"
 LEAST_MEASURED = 0.5
 """Share of the planned steps without which there is nothing to learn from."""

@@ -27,8 +27,6 @@ from twin.commands.staging import staged_folder
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
 
-__all__ = ["command"]
-
 REPORT, RESULT = "report.html", "result.json"
 HELD_OUT = "--held-out"
 MOST_LIMITS = 3

@@ -16,8 +16,6 @@ from twin.commands.output import json_option, print_json, print_tables, working
 if TYPE_CHECKING:
     from twin.identify.friction_loops import FrictionFit, FrictionIdentification
 
-__all__ = ["command"]
-
 R2_WANTED = 0.97
 
 

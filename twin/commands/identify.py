@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
 
-__all__ = ["command"]
-
 
 @click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))

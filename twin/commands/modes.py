@@ -14,8 +14,6 @@ from twin.commands.output import json_option, print_json, print_tables, working
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
 
-__all__ = ["command"]
-
 
 @click.command(short_help="Natural frequencies and damping from a broadband recording, without a model.")
 @click.argument("run", metavar="RUN.mcap", type=click.Path(path_type=Path))

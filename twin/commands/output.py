@@ -30,22 +30,6 @@ from rich.text import Text
 if TYPE_CHECKING:
     from twin.views.table import Table
 
-__all__ = [
-    "console",
-    "json_option",
-    "next_step",
-    "plain",
-    "print_json",
-    "print_tables",
-    "printable",
-    "progress_bar",
-    "say",
-    "stage",
-    "trace",
-    "working",
-    "write_json",
-]
-
 console = Console(stderr=True, highlight=False, markup=False)
 """Progress, warnings and tables for people.  No markup: names from a stranger's file have brackets as they like."""
 

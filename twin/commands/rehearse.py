@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from twin.rigs import Rig
     from twin.views.live_about import LiveAbout
 
-__all__ = ["command"]
-
 REHEARSED_WINDOW_S = 120.0
 """Of the rig's time that a live view has in sight: it passes hundreds of times as fast as the wall's."""
 

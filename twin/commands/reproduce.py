@@ -14,8 +14,6 @@ from twin.views.table import Table
 if TYPE_CHECKING:
     from twin.papers.reproduction import Reproduction
 
-__all__ = ["command"]
-
 STUDIES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 
 

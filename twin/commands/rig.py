@@ -16,8 +16,6 @@ from twin.commands.outside import causes_option
 if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig
 
-__all__ = ["command"]
-
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 TOLD = 10
 """Natural frequencies that are told at least, as far as there are so many."""

@@ -29,8 +29,6 @@ from twin.views.table_report import table_figure, table_page, tried_table
 if TYPE_CHECKING:
     from twin.lab.rig import LabRig
 
-__all__ = ["EXTENDED", "VIEW", "DiagnosedRecordings", "DiagnosedTables"]
-
 EXTENDED, VIEW = "extended.toml", "view.rrd"
 """Files of a saved diagnosis."""
 

@@ -26,8 +26,6 @@ from twin.views.page import Page
 from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
 
-__all__ = ["IdentifiedJoint", "identify_recordings"]
-
 Report = Callable[[str], None]
 
 

@@ -16,8 +16,6 @@ from twin.views.mode_report import mode_figure, mode_page, mode_sentence, mode_t
 from twin.views.page import Page
 from twin.views.table import Table
 
-__all__ = ["IdentifiedMode", "identify_mode"]
-
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class IdentifiedMode(IdentifiedModel):

@@ -14,8 +14,6 @@ from twin.rigs.modal import ModalRig, save_modal_rig
 if TYPE_CHECKING:
     from twin.lab.rig import LabRig
 
-__all__ = ["IdentifiedModel", "save_any"]
-
 
 class IdentifiedModel(Reported):
     """A model that was identified."""

@@ -29,8 +29,6 @@ from twin.views.moduli_report import (
 from twin.views.page import Page
 from twin.views.table import Table
 
-__all__ = ["IdentifiedModuli", "identify_moduli"]
-
 USUAL_STD = 1e-3
 """Relative uncertainty of a natural frequency whose table does not say it."""
 

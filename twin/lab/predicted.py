@@ -21,8 +21,6 @@ from twin.views.figures import dressed, panels
 from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table
 
-__all__ = ["PredictedResponse", "predict_response"]
-
 MOST_ROWS = 40
 
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from twin.views.curves import SteppedSweep
 
-__all__ = ["Recording", "as_runs", "load_run"]
-
 MOST_POINTS = 20_000
 """Samples of one picture; of longer stretches the largest and the smallest of each piece are drawn."""
 

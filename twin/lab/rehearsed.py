@@ -32,8 +32,6 @@ from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_report import rehearsal_page, rehearsal_sentence, sweeps_table, warnings_table
 from twin.views.table import Table
 
-__all__ = ["RehearsedProcedure", "rehearse_procedure"]
-
 Report = Callable[[str], None]
 
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
 
-__all__ = ["LabRig", "load_rig"]
-
 AnyRun = Recording | Run | str | Path
 Runs = AnyRun | Iterable[AnyRun]
 Report = Callable[[str], None]

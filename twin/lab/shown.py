@@ -12,8 +12,6 @@ from twin.views.table import Table, table_html, table_text
 if TYPE_CHECKING:
     from twin.views.page import Page
 
-__all__ = ["Reported", "Shown"]
-
 
 class Shown:
     """A result that is shown as a sentence and tables."""

@@ -14,8 +14,6 @@ from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 
-__all__ = ["diagnose_tables"]
-
 
 def diagnose_tables(
     runs: Sequence[Path],

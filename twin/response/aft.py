@@ -16,8 +16,6 @@ from twin.bench.force_factor import lost_force
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FUNCTIONS, LINEAR, POLYNOMIAL, SLIDERS
 
-__all__ = ["BESIDE", "MOST_PERIODS", "SETTLED", "alternate", "alternate_pair", "fourier_basis", "loss_gain", "running"]
-
 Matrix = NDArray[np.float64]
 
 BESIDE = 1e-6

@@ -22,8 +22,6 @@ from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
 
-__all__ = ["HarmonicBalance"]
-
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -15,8 +15,6 @@ from twin.bench.marching import LANES, Elements, coefficients, march
 from twin.joint.kernel import COMPILED, remember
 from twin.joint.kinds import RUNNING_LOSS
 
-__all__ = ["floquet_multipliers"]
-
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -12,8 +12,6 @@ from recordings.toml_input import read_toml
 from twin.rigs.lap_joint import Beam
 from twin.rigs.tables import Effect
 
-__all__ = ["BEAM_RIG_FILES", "BeamRig", "is_beam_rig", "load_beam_rig", "save_beam_rig"]
-
 
 class BeamRig(BaseModel):
     """A uniform beam, what holds it, and, after a diagnosis, by what its model was extended (`effect`)."""

@@ -16,8 +16,6 @@ from twin.rigs.layout import BeamPart, Layout, Place, Stretch, Support, ThinLaye
 from twin.rigs.rig import Rig
 from twin.rigs.tables import AnyLaw, NonNegative, Positive, Preload, Shaker, Table, Transducer, check_law
 
-__all__ = ["Beam", "Drive", "Joint", "LapJointRig", "Mesh", "Sensor"]
-
 BENCH_BEAM_ELEMENTS, BENCH_LAYER_ELEMENTS = 60, 6
 
 

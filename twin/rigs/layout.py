@@ -16,19 +16,6 @@ from pydantic import Field, model_validator
 
 from twin.rigs.tables import AnyLaw, Name, NonNegative, Positive, Preload, Table, check_law
 
-__all__ = [
-    "DIRECTIONS",
-    "BeamPart",
-    "Layout",
-    "MatricesPart",
-    "Part",
-    "Place",
-    "Stretch",
-    "Support",
-    "ThinLayer",
-    "Tie",
-]
-
 Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 At = Annotated[float, Field(ge=0, allow_inf_nan=False)]

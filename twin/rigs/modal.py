@@ -11,16 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from recordings.toml_input import read_toml
 
-__all__ = [
-    "MODAL_RIG_FILES",
-    "LevelFit",
-    "ModalLaw",
-    "ModalRig",
-    "is_modal_rig",
-    "load_modal_rig",
-    "save_modal_rig",
-]
-
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]

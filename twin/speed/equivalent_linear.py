@@ -17,8 +17,6 @@ from twin.identify.linear_model import LinearModel, Output, build_linear_model, 
 from twin.rigs import load_rig
 from twin.speed.measured import Measured, parallel_map
 
-__all__ = ["SofteningSweep", "banded_model", "equivalent_linear_sweep", "in_bands", "softening_sweep"]
-
 Array = NDArray[Any]
 
 

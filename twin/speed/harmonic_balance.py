@@ -11,8 +11,6 @@ from twin.response import HarmonicBalance
 from twin.rigs import Effect, load_rig
 from twin.speed.measured import Measured, least_seconds, parallel_map
 
-__all__ = ["balance", "ten_sliders"]
-
 PROMISED_MS = 0.15
 AGAINST = "marching the bench until it has settled"
 FREQUENCY_Hz, FORCE_N = 26.6, 1.0

@@ -15,8 +15,6 @@ from twin.bench.marching import LANES, coefficients, march
 from twin.rigs import load_rig
 from twin.speed.measured import Measured, least_seconds
 
-__all__ = ["VOLTS", "FREQUENCY_Hz", "RATE_Hz", "against_solve_ivp", "marched"]
-
 RATE_Hz = 25600.0
 SECONDS = 0.2
 """Of rig time."""

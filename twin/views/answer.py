@@ -11,15 +11,6 @@ from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.result import Estimate, Gain, NamedCause
 from twin.views.table import Table
 
-__all__ = [
-    "causes_table",
-    "errors_table",
-    "estimate_text",
-    "excluded_table",
-    "residual_rows",
-    "residuals_table",
-]
-
 
 def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
     """A value with its standard deviation, both to the digits that the deviation supports."""

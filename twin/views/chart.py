@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from twin.views.style import on_dark, tick_text, ticks
 
-__all__ = ["Chart", "common_range"]
-
 Array = NDArray[Any]
 
 WIDTH, HEIGHT = 1000.0, 640.0

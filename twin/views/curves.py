@@ -25,27 +25,6 @@ from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.receptance import per_force
 
-__all__ = [
-    "Fitted",
-    "LawBand",
-    "SeenByMode",
-    "SteppedSweep",
-    "about_each_resonance",
-    "broadband_responses",
-    "compared_models",
-    "has_law",
-    "largest_receptance",
-    "law_bands",
-    "law_in_lowest_mode",
-    "law_reach",
-    "modelled_by",
-    "parted",
-    "resonance_names",
-    "sensor_places",
-    "shown_models",
-    "stepped_sweeps",
-]
-
 Array = NDArray[Any]
 
 

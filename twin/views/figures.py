@@ -27,20 +27,6 @@ from twin.views.curves import (
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
-__all__ = [
-    "Drawing",
-    "broadband_figure",
-    "draw_law",
-    "dressed",
-    "frame_law",
-    "law_figure",
-    "legend",
-    "panels",
-    "residuals_figure",
-    "sweeps_figure",
-    "unmeasured_entry",
-]
-
 Array = NDArray[Any]
 
 WIDTH_IN = 9.0

@@ -15,8 +15,6 @@ from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.page import Picture, Section
 from twin.views.rig_figure import modes_figure
 
-__all__ = ["assumed_of_rig", "broadband_section", "fit_facts", "modes_picture", "residuals_picture", "sweeps_picture"]
-
 
 def fit_facts(evidence: MeasuredData) -> str:
     """Rig, preload where there is one, and the recordings without their folders."""

@@ -36,8 +36,6 @@ from twin.views.identified_tables import (
 from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, CAUTION
 
-__all__ = ["fitted_sweeps", "identified_page", "identified_sentence"]
-
 AMPLITUDE = {"softening": "an opening of", "loss": "a slip of"}
 
 

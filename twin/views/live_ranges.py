@@ -12,8 +12,6 @@ from recordings.run import Channel, SampleBlock
 from twin.views.chart import Chart
 from twin.views.style import INK
 
-__all__ = ["RangeUse"]
-
 LOWEST, HIGHEST = 0.01, 100.0
 """Ends of the axis, %."""
 GOOD, HIGH, OVER = "#009e73", "#e69f00", "#d55e00"

@@ -14,8 +14,6 @@ from recordings.run import Channel, SampleBlock
 from twin.views.chart import Chart
 from twin.views.style import level_colour
 
-__all__ = ["LiveSpectrum"]
-
 SPAN_S = 1.0
 EVERY_S = 0.5
 """Between two drawings, on the wall's clock."""

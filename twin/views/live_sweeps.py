@@ -16,8 +16,6 @@ from twin.views.live_about import LiveAbout
 from twin.views.receptance import per_force, per_force_label, reading_label
 from twin.views.style import INK, level_colour, unit_text
 
-__all__ = ["HarmonicsChart", "SweepChart", "stepped"]
-
 WIDE = 1200.0
 GROW = 0.35
 """Spare room, as a share of the range, when a point falls outside the axes and these are drawn anew."""

@@ -13,8 +13,6 @@ from twin.views.figures import dressed, legend, panels
 from twin.views.page import Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
-__all__ = ["missing_force_figure", "missing_force_section"]
-
 SENSOR = "#009e73"
 
 

@@ -11,8 +11,6 @@ from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, BEFORE, MEASURED
 from twin.views.table import Table
 
-__all__ = ["mode_figure", "mode_page", "mode_sentence", "mode_table"]
-
 
 def mode_sentence(model: ModalRig) -> str:
     """The answer in one sentence."""

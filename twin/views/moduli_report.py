@@ -16,8 +16,6 @@ from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, BEFORE, INK
 from twin.views.table import Table
 
-__all__ = ["errors_figure", "frequency_table", "moduli_page", "moduli_sentence", "moduli_table"]
-
 OPEN = 1.0
 """Relative standard deviation from which on the frequencies leave a combination open."""
 

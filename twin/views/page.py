@@ -16,8 +16,6 @@ from twin.views.style import AFTER
 from twin.views.table import Table, table_markdown
 from twin.views.templates import template
 
-__all__ = ["Page", "Picture", "Section", "Table"]
-
 DPI = 130
 
 

@@ -12,8 +12,6 @@ from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
-__all__ = ["rehearsal_page", "rehearsal_sentence", "sweeps_table", "warnings_table"]
-
 MOST_CHANNELS = 4
 
 

@@ -24,8 +24,6 @@ from twin.views.page import Page, Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, CAUTION
 from twin.views.tried import fitted_table, scores_table
 
-__all__ = ["ACCENT", "causes_section", "diagnosis_page"]
-
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""
 ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": CAUTION, "unknown": BEFORE}

@@ -14,8 +14,6 @@ from twin.views.curves import SteppedSweep
 from twin.views.receptance import farthest_response, per_force, reading_label
 from twin.views.style import INK, level_colour
 
-__all__ = ["draw_backbone"]
-
 
 def draw_backbone(
     recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], *, path: str = "/backbone"

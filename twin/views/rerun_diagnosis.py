@@ -33,8 +33,6 @@ from twin.views.rerun_parts import SLOW_MOTION
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
-__all__ = ["save_diagnosis"]
-
 Array = NDArray[Any]
 
 UNREACHED = "#5f5f5f"

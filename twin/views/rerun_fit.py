@@ -23,8 +23,6 @@ from twin.views.curves import about_each_resonance, compared_models, resonance_n
 from twin.views.receptance import per_force, reading_label
 from twin.views.style import INK, KIND, level_colour
 
-__all__ = ["draw_backbones", "draw_history", "draw_l_curve", "draw_residuals", "l_curve_of", "residual_table"]
-
 Array = NDArray[Any]
 
 FULL = 1900.0

@@ -19,8 +19,6 @@ from twin.views.rerun_parts import SLOW_MOTION, animate_parts, cycle, seen_from
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
 
-__all__ = ["animate_joint", "animate_rig", "draw_loops"]
-
 Array = NDArray[Any]
 
 OPEN, PRESSED = "#d55e00", "#0072b2"

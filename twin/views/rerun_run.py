@@ -23,8 +23,6 @@ from twin.views.rrd import recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
 
-__all__ = ["save_run"]
-
 Array = NDArray[Any]
 
 BLOCK = 65536

@@ -18,8 +18,6 @@ from twin.views.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
 from twin.views.table import Table, table_markdown
 
-__all__ = ["save_table"]
-
 Array = NDArray[Any]
 
 WIDE = 2400.0

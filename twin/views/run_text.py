@@ -15,8 +15,6 @@ from twin.views.rehearsal_report import warnings_table
 from twin.views.style import unit_text
 from twin.views.table import Table, table_markdown
 
-__all__ = ["run_markdown", "run_tables"]
-
 
 def run_tables(run: Run, sweeps: Sequence[SteppedSweep]) -> list[Table]:
     """Channels, the sweeps that were reduced, and events, as far as there are any."""

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from twin.views.templates import template
 
-__all__ = ["Table", "table_html", "table_markdown", "table_text"]
-
 NARROW = 4
 """Columns that a text pane has room for."""
 

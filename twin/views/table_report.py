@@ -14,8 +14,6 @@ from twin.views.page import Page, Picture, Section, Table
 from twin.views.report import ACCENT, causes_section
 from twin.views.style import AFTER, BEFORE, MEASURED
 
-__all__ = ["table_figure", "table_page", "tried_table"]
-
 MOST_TRIED = 12
 
 
