@@ -14,8 +14,8 @@ from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.tables import TableDiagnosis
-from twin.lab.identified_model import save_any
 from twin.lab.shown import Reported
+from twin.rigs.kinds import save_any_rig
 from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import has_law, shown_models
 from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
@@ -64,7 +64,7 @@ class _Diagnosed(Reported):
         Returns what ``twin diagnose --json`` prints.
         """
         with whole_file(_folder(folder) / EXTENDED) as part:
-            save_any(self.rig.file, part)
+            save_any_rig(self.rig.file, part)
         return {**self.to_dict(), "extended_model": EXTENDED}
 
 

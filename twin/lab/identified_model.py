@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from recordings import whole_file
 from twin.lab.shown import Reported
-from twin.rigs import Rig, save_rig
-from twin.rigs.beam import BeamRig, save_beam_rig
-from twin.rigs.modal import ModalRig, save_modal_rig
+from twin.rigs import Rig
+from twin.rigs.kinds import save_any_rig
+from twin.rigs.modal import ModalRig
 
 if TYPE_CHECKING:
     from twin.lab.rig import LabRig
@@ -37,14 +37,4 @@ class IdentifiedModel(Reported):
     def save(self, path: str | Path) -> None:
         """Write the model file (TOML), whole or not at all."""
         with whole_file(Path(path)) as part:
-            save_any(self.file, part)
-
-
-def save_any(rig: Rig | BeamRig | ModalRig, path: Path) -> None:
-    """Write a rig of whatever kind."""
-    if isinstance(rig, ModalRig):
-        save_modal_rig(rig, path)
-    elif isinstance(rig, BeamRig):
-        save_beam_rig(rig, path)
-    else:
-        save_rig(rig, path)
+            save_any_rig(self.file, part)
