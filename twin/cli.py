@@ -21,8 +21,6 @@ import click  # noqa: E402
 from recordings.errors import InputError  # noqa: E402
 from twin.commands.stopping import terminable  # noqa: E402
 
-__all__ = ["main"]
-
 SUMMARIES = {
     "demo": "The main job from end to end: serve, acquire, identify, find a hidden effect, report.",
     "rig": "Show a rig: drawn, its natural frequencies, what is implausible.",

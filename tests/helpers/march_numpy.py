@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.force_factor import lost_force
+from twin.bench.marching import Elements, Step
 from twin.joint.kernel import evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR
 
@@ -18,27 +19,10 @@ SHORTEST = 0.01
 FORGET = 0.9995
 
 
-def march_numpy(
-    step_s: float,
-    decay: Matrix,
-    Gamma: Matrix,
-    C: Matrix,
-    D: Matrix,
-    locals_: int,
-    auxiliaries: int,
-    kind: NDArray[np.int64],
-    coordinate: NDArray[np.int64],
-    auxiliary: NDArray[np.int64],
-    scale: Matrix,
-    parameters: Matrix,
-    state: Matrix,
-    w: Matrix,
-    y: Matrix,
-    u: Matrix,
-    voltage: Matrix,
-    out: Matrix,
-) -> int:
+def march_numpy(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, voltage: Matrix, out: Matrix) -> int:
     """March as the compiled kernel does; arguments and result are the same."""
+    step_s, decay, Gamma, C, D, locals_, auxiliaries = step
+    kind, coordinate, auxiliary, scale, parameters, state = elements
     m = len(w) // 2
     e_z, gamma = decay[:m] + 1j * decay[m:], Gamma[:, :m] + 1j * Gamma[:, m:]
     rows = C[:, :m] - 1j * C[:, m:]

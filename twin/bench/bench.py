@@ -15,13 +15,11 @@ from twin.bench.decimation import decimate, decimation_taps
 from twin.bench.generator import Generator
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
-from twin.bench.marching import LANES, coefficients, march
+from twin.bench.marching import coefficients, march, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
 from twin.bench.shaker import Shaker
 from twin.rigs import Effect, Layout, Rig
-
-__all__ = ["Bench", "SAMPLE_RATES_Hz", "drive_limits", "open_bench"]
 
 SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
 """Rates the converter has."""
@@ -160,12 +158,7 @@ class Bench:
         steps = out.shape[1] * self._substeps
         voltage = self._generator.samples(steps)
         internal = np.empty((steps, len(self._instruments)))
-        e = self._elements
-        failures = march(
-            self._step_s, self._decay, self._Gamma, self._C, self._D, self._built.locals, self._built.auxiliaries,
-            e.kind, e.coordinate, e.auxiliary, e.scale, e.parameters, e.state,
-            self._w, self._y, self._u, voltage, internal,
-        )  # fmt: skip
+        failures = march(self._step, self._elements, self._w, self._y, self._u, voltage, internal)
         if failures or not np.isfinite(internal[-1]).all():
             raise ArithmeticError(f"the joint's equations had no solution in {failures} of {steps} steps")
         self._time_s += steps * self._step_s
@@ -197,11 +190,8 @@ class Bench:
         self._coefficients = c = coefficients(self._poles, self._step_s)
         states = self._built.from_common(self._states, self._time_s, 1.0 / self._step_s)
         w = c.decay * (self._poles.to_poles @ states - c.G1 @ self._u) + c.Gamma @ self._u
-        self._w = _parts(w)
-        self._decay = _parts(c.decay)
-        self._Gamma = _parts(c.Gamma.T)
-        self._C = _parts(c.C.conj())
-        self._D = np.ascontiguousarray(c.D)
+        self._w = packed(w)
+        self._step = c.packed(self._built.locals, self._built.auxiliaries)
         self._elements.scale[:] = self._built.scales(self._time_s)
 
     def _convert(self, signals: Matrix, first: int) -> tuple[dict[str, NDArray[np.float32]], dict[str, int]]:
@@ -255,12 +245,6 @@ def _described(instrument: InstrumentChannel) -> Channel:
     return Channel(
         name=i.name, quantity=measured, unit=i.unit, position_m=i.position_m, range=i.range, direction=direction
     )
-
-
-def _parts(poles: NDArray[np.complex128]) -> Matrix:
-    """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
-    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
-    return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
 
 
 def drive_limits(rig: Rig) -> dict[str, float]:

@@ -24,8 +24,6 @@ from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
 
-__all__ = ["Built", "altered_matrices", "build"]
-
 Matrix = NDArray[np.float64]
 
 RESOLVED = 0.4

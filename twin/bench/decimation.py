@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from twin.joint.kernel import COMPILED
 
-__all__ = ["HALF_LENGTH", "decimate", "decimation_taps"]
-
 HALF_LENGTH = 12
 """Output samples on either side of the filter's centre."""
 DIFFERENCE = np.convolve([1.0, -1.0], [-1 / 24, 13 / 12, -1 / 24])

@@ -13,8 +13,6 @@ from twin.bench.plan import Plan
 from twin.causes import Registered, from_folders
 from twin.rigs import Effect
 
-__all__ = ["EFFECTS", "apply_effects"]
-
 
 def _effect(module: Any, name: str) -> Callable[..., None]:
     """The function named as the folder."""

@@ -13,8 +13,6 @@ from twin.joint.kernel import COMPILED
 from twin.joint.kinds import FORCE_FACTOR
 from twin.joint.law import Series
 
-__all__ = ["ForceFactor", "lost_force"]
-
 
 @dataclass(frozen=True)
 class ForceFactor:

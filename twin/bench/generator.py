@@ -11,8 +11,6 @@ from scipy.signal import butter, sosfilt, sosfreqz
 from recordings.streams import Excitation
 from twin.bench.multisine import Multisine
 
-__all__ = ["Generator"]
-
 
 class Generator:
     """Makes the voltage at the bench's internal steps.

@@ -13,8 +13,6 @@ from twin.bench.layer import default_law
 from twin.causes import DRAWS, Dice
 from twin.rigs import Effect, Rig
 
-__all__ = ["FIRST_CAUSES", "HiddenCase", "draw_case"]
-
 FIRST_CAUSES = (
     "added-mass",
     "clamp-compliance",

@@ -15,8 +15,6 @@ from recordings.quantities import quantity
 from twin.joint.kernel import COMPILED
 from twin.rigs import Transducer
 
-__all__ = ["InstrumentChannel", "convert", "high_pass_coefficients"]
-
 
 @dataclass
 class InstrumentChannel:

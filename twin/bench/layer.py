@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from twin.joint import Law, Linear, RunningLoss, Saturating, Table, loss_of_knots, softening_of_knots
 from twin.rigs import LayerLawTable, NamedLaws
 
-__all__ = ["REFERENCE_OPENING", "JointLaw", "default_law", "law_by_name", "law_from_table", "no_law", "slapping"]
-
 Matrix = NDArray[np.float64]
 
 SOFT_SHARE = 0.9

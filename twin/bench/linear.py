@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from twin.bench.reduction import ModalModel, MODES_BELOW_Hz
 from twin.bench.shaker import COORDINATES, Shaker
 
-__all__ = ["LinearRig", "Output", "Poles", "linear_rig", "to_poles", "with_resonance"]
-
 Matrix = NDArray[np.float64]
 
 FOLLOWING_s = 1 / (2 * np.pi * MODES_BELOW_Hz)

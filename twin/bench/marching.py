@@ -12,6 +12,7 @@ between samples; an explicit or held joint force instead would add false damping
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,6 @@ from twin.bench.force_factor import lost_force
 from twin.bench.linear import Poles
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
-
-__all__ = ["LANES", "Coefficients", "Elements", "coefficients", "eliminate", "march"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -51,9 +50,39 @@ class Coefficients:
     C: Complex
     D: Matrix
 
+    def packed(self, locals_: int, auxiliaries: int, *, rows: int | None = None) -> Step:
+        """The same for the compiled march; of the outputs, the first `rows` alone if given."""
+        C, D = self.C[:rows], np.ascontiguousarray(self.D[:rows])
+        return Step(self.step_s, packed(self.decay), packed(self.Gamma.T), packed(C.conj()), D, locals_, auxiliaries)
 
-@dataclass(frozen=True)
-class Elements:
+
+class Step(NamedTuple):
+    """What :func:`march` takes of one step: real arrays, padded to whole vectors of m / 2 poles.
+
+    Attributes
+    ----------
+    decay : ndarray, (m,)
+        Real parts of e^z, then imaginary parts.
+    Gamma : ndarray, (inputs, m)
+        Likewise.
+    C : ndarray, (outputs, m)
+        Real parts, then minus the imaginary parts.
+    D : ndarray, (outputs, inputs)
+        Of the step, not of the rig.
+    locals_, auxiliaries : int
+        How many of the outputs are local coordinates, and how many auxiliary rows follow them.
+    """
+
+    step_s: float
+    decay: Matrix
+    Gamma: Matrix
+    C: Matrix
+    D: Matrix
+    locals_: int
+    auxiliaries: int
+
+
+class Elements(NamedTuple):
     """Nonlinear elements as arrays: which law, on which local coordinate, with which auxiliary output (or -1).
 
     `parameters` and `state` have one row an element; the force on the coordinate is `scale` times the law's.  A force
@@ -82,46 +111,23 @@ def coefficients(poles: Poles, step_s: float) -> Coefficients:
     return Coefficients(step_s, e, Gamma, G1, poles.C, D)
 
 
+def packed(poles: Complex) -> Matrix:
+    """Real parts, then imaginary parts, of poles along the last axis, each with zeros up to whole vectors."""
+    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
+    return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
+
+
 @COMPILED
-def march(
-    step_s: float,
-    decay: Matrix,
-    Gamma: Matrix,
-    C: Matrix,
-    D: Matrix,
-    locals_: int,
-    auxiliaries: int,
-    kind: NDArray[np.int64],
-    coordinate: NDArray[np.int64],
-    auxiliary: NDArray[np.int64],
-    scale: Matrix,
-    parameters: Matrix,
-    state: Matrix,
-    w: Matrix,
-    y: Matrix,
-    u: Matrix,
-    voltage: Matrix,
-    out: Matrix,
-) -> int:
-    """March over the samples of `voltage`; `w`, `y`, `u` and `state` are moved on in place.
+def march(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, voltage: Matrix, out: Matrix) -> int:
+    """March over the samples of `voltage`; `w`, `y`, `u` and the elements' states are moved on in place.
 
     Parameters
     ----------
-    decay : ndarray, (m,)
-        Real parts of e^z, then imaginary parts.
-    Gamma : ndarray, (inputs, m)
-        Likewise.
-    C : ndarray, (outputs, m)
-        Real parts, then minus the imaginary parts.
-    D : ndarray, (outputs, inputs)
-        Of the step, not of the rig.
-    locals_, auxiliaries : int
-        How many of the outputs are local coordinates, and how many auxiliary rows follow them.
     w : ndarray, (m,)
         States, real parts, then imaginary parts.
-    y : ndarray, (locals_,)
+    y : ndarray, (locals,)
         Last local coordinates, the first guess.
-    u : ndarray, (1 + locals_,)
+    u : ndarray, (1 + locals,)
         Last inputs, filled.
     voltage : ndarray, (count,)
         Generator.
@@ -133,6 +139,8 @@ def march(
     int
         Newton solves that did not converge.
     """
+    step_s, decay, Gamma, C, D, locals_, auxiliaries = step
+    kind, coordinate, auxiliary, scale, parameters, state = elements
     m, inputs = w.shape[0], locals_ + 1
     half = m // 2
     first = locals_ + auxiliaries

@@ -11,8 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import CZT
 
-__all__ = ["Multisine"]
-
 
 class Multisine:
     """Values of unit rms at equal steps, whatever part of the period a step is.

@@ -15,8 +15,6 @@ from twin.rigs import BeamPart, Layout, Place, Rig
 from twin.rigs.layout import unit_vector
 from twin.structure import Structure
 
-__all__ = ["Element", "JointPlan", "JointSlider", "Matrices", "Plan"]
-
 Matrix = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from twin.bench.layer import JointLaw
 from twin.bench.plan import JointPlan, Plan
 from twin.rigs import Effect, Layout, Rig
 
-__all__ = ["MONITORS", "check_effects", "planned"]
-
 MONITORS = {
     "voltage": ("voltage", "voltage", 10.0, 1e-6),
     "amplifier": ("command", "voltage", 1000.0, 1e-6),

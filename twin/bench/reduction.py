@@ -12,8 +12,6 @@ from scipy.linalg import eigh
 from twin.bench.plan import Matrices
 from twin.structure import normal_modes
 
-__all__ = ["Condensed", "MODES_BELOW_Hz", "ModalModel", "condense"]
-
 Matrix = NDArray[np.float64]
 
 MODES_BELOW_Hz = 4500.0

@@ -21,8 +21,6 @@ from twin.bench.force_factor import ForceFactor
 from twin.joint import PiecewiseLinearContact
 from twin.rigs.tables import Shaker as ShakerTable
 
-__all__ = ["COORDINATES", "Shaker"]
-
 COORDINATES = ("stroke", "armature-velocity", "current", "reference", "command")
 """What a law of the shaker may act on.
 

@@ -20,8 +20,6 @@ from twin.diagnose.models import CAUSES, DRIFTS
 from twin.procedures import DirectAcquisition, Procedure, load_procedure, run_procedure
 from twin.rigs import Rig, preload_record
 
-__all__ = ["CasePlan", "CaseResult", "in_model", "record_case", "record_hidden", "run_case"]
-
 NEXT = "next.mcap"
 """Recording of the test that an ambiguous diagnosis proposed."""
 

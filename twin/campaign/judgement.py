@@ -7,8 +7,6 @@ from typing import Literal
 
 from twin.campaign.case import CaseResult, in_model
 
-__all__ = ["Outcome", "covered", "judge", "named_first", "probability_first", "resolved"]
-
 Outcome = Literal["right", "in a set", "partly", "none", "unknown", "wrong", "failed"]
 """``right``: the hidden cause is first; every one is named, if there are several, and nothing, if there is none.
 

@@ -9,8 +9,6 @@ import numpy as np
 from twin.campaign.case import CasePlan
 from twin.causes import DRAWS
 
-__all__ = ["campaign_causes", "planned_cases"]
-
 
 def campaign_causes() -> tuple[str, ...]:
     """What can be hidden in a rig, causes from outside last.

@@ -17,8 +17,6 @@ from twin.diagnose.parallel_map import become_helper
 from twin.joint.registry import loaded_files
 from twin.rigs import Rig
 
-__all__ = ["read_results", "run_campaign"]
-
 CASES, RECORDINGS = "cases", "recordings"
 """Folders of the results and of kept recordings."""
 SCHEDULER_S = 10.0

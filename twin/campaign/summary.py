@@ -14,8 +14,6 @@ from scipy.stats import binomtest
 from twin.campaign.case import CaseResult
 from twin.campaign.judgement import Outcome, covered, judge, named_first, probability_first, resolved
 
-__all__ = ["Calibration", "CampaignSummary", "CauseRow", "summarise"]
-
 FOUND: tuple[Outcome, ...] = ("right", "in a set")
 POWER = 0.9
 """Share of cases in which an effect must be found for its size to count as detectable."""

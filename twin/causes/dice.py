@@ -8,8 +8,6 @@ import numpy as np
 
 from twin.rigs import Rig
 
-__all__ = ["Dice", "Parameters"]
-
 Parameters = dict[str, float | str]
 
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from twin.causes.dice import Dice, Parameters
 
-__all__ = ["LISTED"]
-
 
 def _clamp_compliance(dice: Dice) -> Parameters:
     """A share of the beam's own compliance, L / EI."""

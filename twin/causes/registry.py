@@ -16,8 +16,6 @@ from typing import Any, Generic, TypeVar
 
 from twin.causes.draws import LISTED
 
-__all__ = ["DRAWS", "FINDINGS", "NAMES", "Registered", "from_folders"]
-
 T = TypeVar("T")
 
 NAMES = tuple(LISTED)
@@ -85,7 +83,8 @@ DRAWS: Mapping[str, Callable[..., dict[str, float | str]]] = Registered("draw", 
 
 
 def _finding(module: Any, name: str) -> Any:
-    return next(getattr(module, function) for function in module.__all__ if function.startswith("find_"))
+    """The function named as the folder."""
+    return getattr(module, f"find_{name.replace('-', '_')}")
 
 
 FINDINGS: Mapping[str, Callable[..., Any]] = Registered("finding", from_folders("finding", _finding))

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from twin.procedures import Procedure, ProcedureResult, RunSink, StepResult
     from twin.views.live_about import LiveAbout
 
-__all__ = ["command"]
-
 
 @click.command()
 @click.argument("procedure_name", metavar="[PROCEDURE]", required=False)

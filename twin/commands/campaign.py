@@ -10,15 +10,12 @@ import click
 from recordings.errors import InputError
 from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json, progress_bar, say, stage, write_json
+from twin.commands.output import console, json_option, print_json, print_tables, progress_bar, say, stage, write_json
 from twin.commands.outside import causes_option
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from twin.campaign import CampaignSummary, CaseResult
-
-__all__ = ["command"]
+    from twin.views.table import Table
 
 SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png"
 
@@ -101,8 +98,7 @@ def command(
     if as_json:
         print_json(data)
     else:
-        for table in _tables(summary):
-            console.print(table)
+        print_tables(*_tables(summary), to=console)
         say(f"written: {out / SUMMARY}, {out / CONFUSION}, {out / DETECTION}")
 
 
@@ -121,35 +117,36 @@ def _line(result: CaseResult) -> str:
 
 
 def _tables(summary: CampaignSummary) -> list[Table]:
-    from rich.box import SIMPLE
-    from rich.table import Table
+    from twin.views.table import Table
 
-    cases = Table(title="What was found", box=SIMPLE, padding=(0, 1, 0, 0), title_justify="left")
-    cases.add_column("hidden", no_wrap=True)
-    for heading in ("size", "cases", "found"):
-        cases.add_column(heading, justify="right")
-    cases.add_column("otherwise")
-    for heading in ("next test", "extra", "in 95 %", "gain", "/ oracle", "s"):
-        cases.add_column(heading, justify="right")
+    cases = []
     for row in summary.rows:
         other = {k: n for k, n in row.outcomes.items() if k not in ("right", "in a set")}
-        cases.add_row(
+        cases.append((
             row.label, f"{row.strength:g}", str(row.cases), str(row.found),
             ", ".join(f"{n} {k}" for k, n in other.items()),
             f"{row.resolved}/{row.followed}" if row.followed else "-", str(row.extra), f"{row.inside}/{row.intervals}",
             _number(row.gain), _number(row.oracle_ratio), _number(row.diagnosis_s),
-        )  # fmt: skip
-    calibration = Table("probability said", "cases", "mean", "right", title="Calibration", box=SIMPLE)
-    for entry in summary.calibration:
-        calibration.add_row(
-            f"{entry.low:g} to {entry.high:g}", str(entry.cases), f"{entry.mean_probability:.2f}", f"{entry.right:.2f}"
-        )
-    wrong = Table("hidden", "named first", "cases", title="What was taken for what", box=SIMPLE)
-    for label, names in summary.confusion.items():
-        for name, count in names.items():
-            if name != label:
-                wrong.add_row(label, name, str(count))
-    return [cases, calibration, *([wrong] if wrong.row_count else [])]
+        ))  # fmt: skip
+    head = (
+        "hidden", "size", "cases", "found", "otherwise", "next test", "extra", "in 95 %", "gain", "/ oracle", "s",
+    )  # fmt: skip
+    calibration = [
+        (f"{e.low:g} to {e.high:g}", str(e.cases), f"{e.mean_probability:.2f}", f"{e.right:.2f}")
+        for e in summary.calibration
+    ]
+    wrong = [
+        (label, name, str(count))
+        for label, names in summary.confusion.items()
+        for name, count in names.items()
+        if name != label
+    ]
+    tables = [
+        Table(caption="What was found", head=head, rows=cases, numbers=(1, 2, 3, *range(5, 11))),
+        Table(caption="Calibration", head=("probability said", "cases", "mean", "right"), rows=calibration),
+        Table(caption="What was taken for what", head=("hidden", "named first", "cases"), rows=wrong),
+    ]
+    return [table for table in tables if table.rows]
 
 
 def _number(value: float | None) -> str:

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from recordings.check import CheckReport
     from recordings.recover import RecoverReport
 
-__all__ = ["command"]
-
 LISTED = 20
 """Problems printed for people; --json has them all."""
 

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
-__all__ = ["NameOrFile", "completion_script", "named_types"]
-
 
 class NameOrFile(click.ParamType):
     """Text that is the name of something shipped, or a file.

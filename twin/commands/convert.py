@@ -14,8 +14,6 @@ from twin.commands.output import json_option, print_json, say, working
 if TYPE_CHECKING:
     from recordings.convert import Format
 
-__all__ = ["command", "formats"]
-
 
 @click.command(name="convert")
 @click.argument("source", metavar="IN", type=click.Path(path_type=Path))

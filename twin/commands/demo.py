@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from twin.procedures import Procedure
     from twin.rigs import Rig
 
-__all__ = ["command"]
-
 RIG = "steel-lap-joint"
 LEAST_MEASURED = 0.5
 """Share of the planned steps without which there is nothing to learn from."""
@@ -204,10 +202,10 @@ def _diagnose(runs: dict[str, Run], nominal: Rig, out: Path, stages: Stages) -> 
 def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:
     from twin.demo import BROADBAND, HELD_OUT, SWEEPS
     from twin.rigs import save_rig
-    from twin.views import save_diagnosis, write_report
+    from twin.views import diagnosis_page, save_diagnosis
 
     stages.begin("report", "Writing the report and the pictures")
-    write_report(found, out / REPORT, commands=[_again(BROADBAND, SWEEPS, "--held-out", HELD_OUT)])
+    diagnosis_page(found).write(out / REPORT, commands=[_again(BROADBAND, SWEEPS, "--held-out", HELD_OUT)])
     stages.turn("pictures for rerun")
     save_diagnosis(found, out / VIEW)
     save_rig(case.rig, out / TRUTH)

@@ -10,8 +10,6 @@ from rich.table import Table
 
 from twin.commands.output import console, say
 
-__all__ = ["tell_result"]
-
 
 def tell_result(result: Mapping[str, Any], out: Path) -> None:
     """Print the ending of a demonstration whose results lie in `out`."""

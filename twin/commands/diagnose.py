@@ -10,14 +10,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from twin.commands.laws import laws_option, laws_words
-from twin.commands.output import console, json_option, next_step, print_json, printable, say, trace, working, write_json
+from twin.commands.output import (
+    console,
+    json_option,
+    next_step,
+    print_json,
+    print_tables,
+    say,
+    trace,
+    working,
+    write_json,
+)
 from twin.commands.outside import causes_option
 from twin.commands.staging import staged_folder
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
-
-__all__ = ["command"]
 
 REPORT, RESULT = "report.html", "result.json"
 HELD_OUT = "--held-out"
@@ -129,8 +137,6 @@ def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path, again: str) -
 
 def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     """The answer for a person."""
-    from rich.table import Table
-
     from twin.views.answer import causes_table
 
     say((data["answer"], "bold"))
@@ -140,11 +146,7 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
         f"(agreement up to {misfit['threshold']:.3g})"
     )
     if data["causes"]:
-        causes = causes_table(found.diagnosis.causes)
-        table = Table(*causes.head)
-        for row in causes.rows:
-            table.add_row(*map(printable, row))
-        console.print(table)
+        print_tables(causes_table(found.diagnosis.causes), to=console)
     limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:MOST_LIMITS]
     if data["verdict"] == "none" and limits:
         told = "; ".join(f"{each['cause']}, {each['parameter']} {each['limit_95']:.2g}" for each in limits)

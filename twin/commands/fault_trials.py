@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from drivers.virtual.tone import Tone
     from recordings import DeviceSamples, Event, Run
 
-__all__ = ["CASES", "CHANNELS", "Case", "Outcome", "judge", "served_tone", "try_fault"]
-
 CHANNELS = {"force": "daq", "acc1": "daq", "acc2": "can", "acc3": "can"}
 PAST_ITS_TIME_ns = 278
 """A tenth of a degree at 1 kHz; a sample stored with a time that is off by more is a wrong number."""

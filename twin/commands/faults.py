@@ -16,8 +16,6 @@ from twin.commands.output import console, json_option, print_json, progress_bar,
 if TYPE_CHECKING:
     from twin.commands.fault_trials import Outcome
 
-__all__ = ["Row", "command"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Row:

@@ -20,8 +20,6 @@ from twin.commands.fault_trials import Outcome, judge, served_tone
 if TYPE_CHECKING:
     from drivers.virtual.tone import Tone
 
-__all__ = ["RATE_Hz", "try_full_disk", "try_kill", "try_read_only"]
-
 RATE_Hz = 25600.0
 DISK_BYTES = 600_000
 """How long a file may get; a limit of the process stands for the disk."""

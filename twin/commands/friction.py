@@ -11,12 +11,10 @@ import numpy as np
 
 from recordings.errors import InputError
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import json_option, print_json, standard_output, working
+from twin.commands.output import json_option, print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.friction_loops import FrictionFit, FrictionIdentification
-
-__all__ = ["command"]
 
 R2_WANTED = 0.97
 
@@ -69,37 +67,29 @@ def _result(found: FrictionIdentification, names: list[str]) -> dict[str, Any]:
 
 
 def _tell(found: FrictionIdentification, result: dict[str, Any]) -> None:
-    from rich.table import Table
+    from twin.views.table import Table
 
-    out = standard_output()
-    table = Table(title="Laws (BIC: lower is better supported)")
-    for heading in ("law", "shared", "least R2", "BIC"):
-        table.add_column(heading, justify="left" if heading in ("law", "shared") else "right")
-    for fit in found.fits:
-        table.add_row(fit.law, _shared(fit), f"{min(fit.r2.values()):.4f}", f"{fit.bic:.0f}")
-    out.print(table)
+    laws = [(fit.law, _shared(fit), f"{min(fit.r2.values()):.4f}", f"{fit.bic:.0f}") for fit in found.fits]
     best = found.best
-    table = Table(title=f"{best.law}, loop by loop")
-    for heading in (
-        "loop",
-        "slip force + (N)",
-        "slip force - (N)",
-        "R2",
-        "R2 unfiltered",
-        "R2, shared from the others",
-    ):
-        table.add_column(heading, justify="left" if heading == "loop" else "right", overflow="fold")
-    for name, (up, down) in best.slip_force_N.items():
-        left_out = found.left_out_r2.get(name)
-        table.add_row(
+    loops = [
+        (
             name, f"{up:.0f}", f"{down:.0f}", f"{best.r2[name]:.4f}", f"{best.r2_unfiltered[name]:.4f}",
-            "" if left_out is None else f"{left_out:.4f}",
-        )  # fmt: skip
-    out.print(table)
+            f"{found.left_out_r2[name]:.4f}" if name in found.left_out_r2 else "",
+        )
+        for name, (up, down) in best.slip_force_N.items()
+    ]  # fmt: skip
+    head = ("loop", "slip force + (N)", "slip force - (N)", "R2", "R2 unfiltered", "R2, shared from the others")
+    print_tables(
+        Table(
+            caption="Laws (BIC: lower is better supported)", head=("law", "shared", "least R2", "BIC"), rows=laws,
+            numbers=(2, 3),
+        ),
+        Table(caption=f"{best.law}, loop by loop", head=head, rows=loops, numbers=range(1, 6)),
+    )  # fmt: skip
     if len(best.slip_force_N) > 1:
         rises = "rises" if result["slip_force_rises"] else "does not rise"
         holds = "holds" if result["one_law_holds"] else "does not hold"
-        out.print(f"The slip force {rises} from loop to loop; one law with the slip force as its only change {holds}.")
+        click.echo(f"The slip force {rises} from loop to loop; one law with the slip force as its only change {holds}.")
 
 
 def _shared(fit: FrictionFit) -> str:

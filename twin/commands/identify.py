@@ -6,22 +6,20 @@ import shlex
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
 from twin.commands.laws import laws_option, laws_words
-from twin.commands.output import json_option, next_step, print_json, say, standard_output, working
+from twin.commands.output import json_option, next_step, print_json, print_tables, say, working
 from twin.commands.outside import causes_option
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
-
-__all__ = ["command"]
 
 
 @click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
@@ -70,7 +68,7 @@ def command(
     if as_json:
         print_json({**model.to_dict(), **files})
     else:
-        _tell(model.to_dict())
+        print_tables(*model.tables())
     say(f"model in {out}" + (f", report in {page}" if page else ""))
     next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
 
@@ -98,31 +96,3 @@ def _again(runs: Sequence[Path], rig_name: str, preload: str | None, out: Path) 
     return shlex.join(
         ["twin", "identify", *map(str, runs), "--rig", rig_name, *laws_words(), *state, "--out", str(out)]
     )
-
-
-def _tell(result: dict[str, Any]) -> None:
-    from rich.table import Table
-
-    out = standard_output()
-    table = Table(title="Linear")
-    for heading in ("parameter", "value", "std"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
-    for name, entry in result["linear"].items():
-        several = entry if isinstance(entry, list) else [entry]
-        of_modes = name == "modal_damping" or "joints" not in result
-        whose = range(1, len(several) + 1) if of_modes else result["joints"]
-        for owner, one in zip(whose, several, strict=True):
-            std = "" if one["std"] is None else f"{one['std']:.2g}"
-            table.add_row(f"{name} {owner}" if len(several) > 1 else name, f"{one['value']:.4g}", std)
-    out.print(table)
-    if not result["residual_percent"]:
-        return
-    polynomial = result["nonlinear"].get("residual_percent", {})
-    table = Table(title="Residual (%)")
-    for heading in ("", "model", "polynomials of its level", "polynomials of all levels"):
-        table.add_column(heading, justify="right" if heading else "left")
-    for name, value in result["residual_percent"].items():
-        beside = polynomial.get(name, {})
-        cells = [f"{beside[key]:.2f}" if key in beside else "" for key in ("level", "together")]
-        table.add_row(name, f"{value:.3f}", *cells)
-    out.print(table)

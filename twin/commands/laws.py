@@ -8,8 +8,6 @@ from typing import Any
 
 import click
 
-__all__ = ["laws_option", "laws_words"]
-
 
 def laws_option(function: Callable[..., Any]) -> Callable[..., Any]:
     """Add ``--laws``, which runs the files that it names before the command reads a rig."""

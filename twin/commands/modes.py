@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.output import json_option, print_json, standard_output, working
+from twin.commands.output import json_option, print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
-
-__all__ = ["command"]
 
 
 @click.command(short_help="Natural frequencies and damping from a broadband recording, without a model.")
@@ -109,14 +107,14 @@ def _draw(found: RecordedModes, out: Path) -> None:
 
 
 def _tell(found: RecordedModes) -> None:
-    from rich.table import Table
+    from twin.views.table import Table
 
-    table: Any = Table(title="Modes")
-    for heading in ("mode", "frequency (Hz)", "std", "damping ratio (%)", "std", "in share of orders"):
-        table.add_column(heading, justify="right")
-    for number, mode in enumerate(found.fit.modes, 1):
-        table.add_row(
+    rows = [
+        (
             str(number), f"{mode.frequency_Hz:.4f}", f"{mode.frequency_std_Hz:.2g}", f"{100 * mode.damping_ratio:.4f}",
             f"{100 * mode.damping_std:.2g}", f"{mode.share:.0%}",
-        )  # fmt: skip
-    standard_output().print(table)
+        )
+        for number, mode in enumerate(found.fit.modes, 1)
+    ]  # fmt: skip
+    head = ("mode", "frequency (Hz)", "std", "damping ratio (%)", "std", "in share of orders")
+    print_tables(Table(caption="Modes", head=head, rows=rows, numbers=range(6)))

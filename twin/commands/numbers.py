@@ -6,8 +6,6 @@ import math
 
 import click
 
-__all__ = ["FiniteRange"]
-
 
 class FiniteRange(click.FloatRange):
     """A range of numbers; what is no number (nan), which is neither below nor above a bound, is refused."""

@@ -9,10 +9,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
+import rich.box
+import rich.table
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -25,21 +27,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
-__all__ = [
-    "console",
-    "json_option",
-    "next_step",
-    "plain",
-    "print_json",
-    "printable",
-    "progress_bar",
-    "say",
-    "stage",
-    "standard_output",
-    "trace",
-    "working",
-    "write_json",
-]
+if TYPE_CHECKING:
+    from twin.views.table import Table
 
 console = Console(stderr=True, highlight=False, markup=False)
 """Progress, warnings and tables for people.  No markup: names from a stranger's file have brackets as they like."""
@@ -127,9 +116,16 @@ def say(*pieces: str | tuple[str, str]) -> None:
     console.print(Text.assemble(*((printable(text), style) for text, style in parts)), soft_wrap=True)
 
 
-def standard_output() -> Console:
-    """Where tables go that are a command's answer."""
-    return Console(highlight=False, markup=False)
+def print_tables(*tables: Table, to: Console | None = None) -> None:
+    """Print tables: on standard output if they are a command's answer, or on `to`."""
+    out = to or Console(highlight=False, markup=False)
+    for table in tables:
+        drawn = rich.table.Table(title=table.caption, title_justify="left", box=rich.box.SIMPLE, padding=(0, 1, 0, 0))
+        for place, heading in enumerate(table.head):
+            drawn.add_column(heading, justify="right" if place in table.numbers else "left", overflow="fold")
+        for row in table.rows:
+            drawn.add_row(*map(printable, row))
+        out.print(drawn)
 
 
 def next_step(text: str) -> None:

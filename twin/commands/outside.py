@@ -8,8 +8,6 @@ from typing import Any
 
 import click
 
-__all__ = ["causes_option"]
-
 
 def _load(context: click.Context, parameter: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
     from twin.causes import load_causes

@@ -11,8 +11,6 @@ from twin.commands.laws import laws_option
 from twin.commands.output import json_option, print_json, say, working
 from twin.commands.outside import causes_option
 
-__all__ = ["command"]
-
 
 @click.command(short_help="Predict responses to given frequencies and forces.")
 @click.argument("model", metavar="MODEL")

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from twin.rigs import Rig
     from twin.views.live_about import LiveAbout
 
-__all__ = ["command"]
-
 REHEARSED_WINDOW_S = 120.0
 """Of the rig's time that a live view has in sight: it passes hundreds of times as fast as the wall's."""
 
@@ -126,7 +124,7 @@ class _Job:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
-        from twin.views import write_rehearsal_report
+        from twin.views import rehearsal_page
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
@@ -172,7 +170,7 @@ class _Job:
         )
         result = plain({**table, "wall_s": wall_s})
         write_json(result, self.out / "result.json")
-        write_rehearsal_report(result, self.out / "report.html", commands=[self.command])
+        rehearsal_page(result).write(self.out / "report.html", commands=[self.command])
         return result
 
     @property

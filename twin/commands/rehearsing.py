@@ -22,8 +22,6 @@ from twin.commands.stopping import deaf
 if TYPE_CHECKING:
     from twin.procedures import Procedure
 
-__all__ = ["Meter", "run_here", "run_side_by_side"]
-
 SHOWN_EVERY_S = 0.1
 
 

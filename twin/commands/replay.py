@@ -11,8 +11,6 @@ from recordings.errors import InputError
 from twin.commands.output import json_option, say
 from twin.commands.serving import address_options, serve_source
 
-__all__ = ["command"]
-
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))

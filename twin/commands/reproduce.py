@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from twin.commands.output import json_option, print_json, standard_output, working
+from twin.commands.output import json_option, print_json, print_tables, working
+from twin.views.table import Table
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from twin.papers.reproduction import Reproduction
-
-__all__ = ["command"]
 
 STUDIES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 
@@ -40,112 +36,91 @@ def command(names: tuple[str, ...], frequencies_only: bool, as_json: bool) -> No
     if as_json:
         print_json({name: asdict(result) for name, result in results.items()})
         return
-    out = standard_output()
     for name, result in results.items():
-        out.rule(f"{name}")
-        out.print(f"[dim]{result.source}[/dim]")
-        for table in _tables(result):
-            out.print(table)
+        click.echo(f"{name}: {result.source}\n")
+        print_tables(*_tables(result))
         for note in result.notes:
-            out.print(f"- {note}")
+            click.echo(f"- {note}")
 
 
-def _tables(result: Reproduction) -> Iterator[Table]:
-    yield _frequencies(result)
-    yield _parameters(result)
-    if result.candidates:
-        yield _candidates_table(result)
-    if "element_choice" in result.details:
-        yield _elements(result)
-    if result.residual_percent:
-        yield _residuals(result)
+def _tables(result: Reproduction) -> list[Table]:
+    tables = (_frequencies(result), _parameters(result), _candidates(result), _elements(result), _residuals(result))
+    return [table for table in tables if table.rows]
 
 
 def _frequencies(result: Reproduction) -> Table:
-    from rich.table import Table
-
-    table = Table(title=f"Natural frequencies (Hz), {result.free_parameters} free parameters here")
-    for heading in ("", "mode", "measured", "paper", "error %", "here", "error %"):
-        table.add_column(heading, justify="left" if not heading else "right")
+    rows = []
     for condition, here in result.this_model.items():
+        paper, errors = result.published_model.get(condition), result.error_percent
         for i, frequency in enumerate(here):
-            paper = result.published_model.get(condition, [])
-            table.add_row(
-                condition if i == 0 else "",
-                str(i + 1),
-                f"{result.measured[condition][i]:.2f}",
-                f"{paper[i]:.2f}" if paper else "",
-                f"{result.error_percent['published_model'][condition][i]:+.3f}" if paper else "",
-                f"{frequency:.2f}",
-                f"{result.error_percent['this_model'][condition][i]:+.3f}",
-                end_section=i == len(here) - 1,
-            )
-    return table
+            printed = (f"{paper[i]:.2f}", f"{errors['published_model'][condition][i]:+.3f}") if paper else ("", "")
+            ours = (f"{frequency:.2f}", f"{errors['this_model'][condition][i]:+.3f}")
+            rows.append((condition, str(i + 1), f"{result.measured[condition][i]:.2f}", *printed, *ours))
+    return Table(
+        caption=f"Natural frequencies (Hz), {result.free_parameters} free parameters here",
+        head=("", "mode", "measured", "paper", "error %", "here", "error %"),
+        rows=rows,
+        numbers=range(1, 7),
+    )
 
 
 def _parameters(result: Reproduction) -> Table:
-    from rich.table import Table
-
-    table = Table(title="Parameters")
-    for heading in ("parameter", "here", "std", "95 % interval", "paper"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
     intervals = result.identifiability.get("profile_95", {})
+    rows = []
     for name, entry in result.parameters.items():
-        low, high = intervals.get(name, (None, None))
-        interval = "" if name not in intervals else f"{_open(low)} .. {_open(high)}"
-        paper = result.published_parameters.get(name)
-        std = entry["std"] if entry["std"] < abs(entry["value"]) else None
-        table.add_row(
-            name, f"{entry['value']:.4g}", "open" if std is None else f"{std:.2g}", interval,
-            "" if paper is None else f"{paper:.4g}",
-        )  # fmt: skip
-    return table
+        interval = " .. ".join(map(_open, intervals[name])) if name in intervals else ""
+        std = f"{entry['std']:.2g}" if entry["std"] < abs(entry["value"]) else "open"
+        paper = f"{result.published_parameters[name]:.4g}" if name in result.published_parameters else ""
+        rows.append((name, f"{entry['value']:.4g}", std, interval, paper))
+    head = ("parameter", "here", "std", "95 % interval", "paper")
+    return Table(caption="Parameters", head=head, rows=rows, numbers=range(1, 5))
 
 
 def _open(bound: float | None) -> str:
     return f"{bound:.3g}" if bound and math.isfinite(bound) else "open"
 
 
-def _candidates_table(result: Reproduction) -> Table:
-    from rich.table import Table
-
-    chosen: list[Any] = [cause["cause"] for cause in result.causes]
-    table = Table(title="Causes tried (BIC: lower is better supported)")
-    for heading in ("cause", "parameters", "free", "rms %", "worst %", "BIC"):
-        table.add_column(heading, justify="left" if heading in ("cause", "parameters") else "right")
+def _candidates(result: Reproduction) -> Table:
+    rows = []
     for item in sorted(result.candidates, key=lambda c: c.bic):
         parameters = ", ".join(f"{key} {entry['value']:.4g}" for key, entry in item.parameters.items())
-        table.add_row(
-            item.cause, parameters, str(item.free_parameters), f"{item.rms_percent:.3f}",
-            f"{item.worst_percent:.3f}", f"{item.bic:.1f}", style="bold" if item.cause in chosen[:1] else None,
-        )  # fmt: skip
-    return table
+        errors = (f"{item.rms_percent:.3f}", f"{item.worst_percent:.3f}", f"{item.bic:.1f}")
+        rows.append((item.cause, parameters, str(item.free_parameters), *errors))
+    head = ("cause", "parameters", "free", "rms %", "worst %", "BIC")
+    return Table(caption="Causes tried (BIC: lower is better supported)", head=head, rows=rows, numbers=range(2, 6))
 
 
 def _elements(result: Reproduction) -> Table:
-    from rich.table import Table
-
-    choice: dict[str, dict[str, Any]] = result.details["element_choice"]
-    names = list(next(iter(choice.values()))["parameters"])
-    table = Table(title="The layer's element: what the choice changes")
-    for heading in ("element", *names, "worst %"):
-        table.add_column(heading, justify="left" if heading == "element" else "right")
-    for element, entry in choice.items():
-        values = [f"{entry['parameters'][name]['value']:.4g}" for name in names]
-        table.add_row(element, *values, f"{entry['worst_percent']:.3f}")
-    return table
+    choice: dict[str, dict[str, Any]] = result.details.get("element_choice", {})
+    names = list(next(iter(choice.values()))["parameters"]) if choice else []
+    rows = [
+        (
+            element,
+            *(f"{entry['parameters'][name]['value']:.4g}" for name in names),
+            f"{entry['worst_percent']:.3f}",
+        )
+        for element, entry in choice.items()
+    ]
+    return Table(
+        caption="The layer's element: what the choice changes",
+        head=("element", *names, "worst %"),
+        rows=rows,
+        numbers=range(1, len(names) + 2),
+    )
 
 
 def _residuals(result: Reproduction) -> Table:
-    from rich.table import Table
-
-    table = Table(title="Nonlinear sweeps: residual of the complex response (%)")
     columns = {
-        "sweep": "", "paper": "published", "own law": "this_model", "one law for all forces": "one_law_for_all_forces",
+        "paper": "published", "own law": "this_model", "one law for all forces": "one_law_for_all_forces",
         "law of the other forces": "left_out_at_force",
     }  # fmt: skip
-    for heading in columns:
-        table.add_column(heading, justify="left" if heading == "sweep" else "right")
-    for sweep, entry in result.residual_percent.items():
-        table.add_row(sweep, *(f"{entry[key]:.2f}" if key in entry else "" for key in list(columns.values())[1:]))
-    return table
+    rows = [
+        (sweep, *(f"{entry[key]:.2f}" if key in entry else "" for key in columns.values()))
+        for sweep, entry in result.residual_percent.items()
+    ]
+    return Table(
+        caption="Nonlinear sweeps: residual of the complex response (%)",
+        head=("sweep", *columns),
+        rows=rows,
+        numbers=range(1, 5),
+    )

@@ -16,8 +16,6 @@ from twin.commands.outside import causes_option
 if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig
 
-__all__ = ["command"]
-
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 TOLD = 10
 """Natural frequencies that are told at least, as far as there are so many."""
@@ -43,15 +41,14 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     """
     from twin.bench import check_effects
     from twin.rigs import known_preload, load_rig
-    from twin.rigs.beam import is_beam_rig
-    from twin.rigs.modal import is_modal_rig
+    from twin.rigs.kinds import kind_of
     from twin.structure.modelled_rig import modelled_rig
     from twin.structure.plausibility import implausible
 
     check_writable(save, picture)
     if picture is not None and picture.suffix.lower() not in PICTURES:
         raise InputError(picture, "", f"{picture.suffix!r} is no picture's suffix", f"one of {', '.join(PICTURES)}")
-    if is_modal_rig(rig) or is_beam_rig(rig):
+    if kind_of(rig) is not None:
         raise InputError(rig, "kind", "has no parts and sensors to show", "give a rig of format 1 or 2")
     loaded = load_rig(rig)
     with working(f"assembling {loaded.name}"):

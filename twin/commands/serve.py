@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from recordings.streams import SampleSource
     from twin.rigs import Rig
 
-__all__ = ["JointMeter", "command"]
-
 ROOM_degC = 21.0
 STEEL_SOFTENING_per_K = 3e-4
 """How much Young's modulus of structural steel falls by, relatively, for each kelvin near room temperature; typical."""

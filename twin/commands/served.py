@@ -9,8 +9,6 @@ import time
 from pathlib import Path
 from types import TracebackType
 
-__all__ = ["ServedRig", "ServedRigError"]
-
 READY_s = 180.0
 """Longest wait for the instruments; on a fresh installation they compile their kernels first."""
 STOPPED_s = 10.0

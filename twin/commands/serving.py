@@ -19,8 +19,6 @@ from twin.commands.output import say
 if TYPE_CHECKING:
     from recordings.streams import SampleSource, SlowSource
 
-__all__ = ["address_options", "serve_source"]
-
 _OPTIONS = [
     click.option("--serial", metavar="auto|PATH", help="New pseudo-terminal, a name for one, or a port."),
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),

@@ -9,8 +9,6 @@ import click
 
 from twin.commands.output import json_option, print_json, progress_bar, say, stage
 
-__all__ = ["command"]
-
 
 @click.command("speed")
 @click.option("--only", multiple=True, metavar="NAME", help="Measure this line alone; several times for several.")

@@ -24,8 +24,6 @@ from twin.speed.measured import Measured
 if TYPE_CHECKING:
     from recordings import SampleBlock
 
-__all__ = ["BENCHMARKS", "acquisition", "can_fd_at_capacity", "framed_serial", "recording"]
-
 RATE_Hz = 25600.0
 CHANNELS = ("force", "acc1", "acc2", "acc3")
 REALTIME_BYTES_per_s = len(CHANNELS) * RATE_Hz * 4

@@ -9,8 +9,6 @@ from rich.progress import TaskID
 
 from twin.commands.output import progress_bar, say, stage
 
-__all__ = ["Stages"]
-
 
 class Stages:
     """Progress over stages: how long each lasts nobody knows, but of some the share that is done."""

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from recordings.errors import InputError
 
-__all__ = ["staged_folder"]
-
 
 @contextmanager
 def staged_folder(out: Path) -> Iterator[Path]:

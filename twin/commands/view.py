@@ -15,8 +15,6 @@ from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
 from twin.commands.output import console, json_option, print_json, say, working
 
-__all__ = ["command"]
-
 RESULT = "result.json"
 LARGEST_RESULT = 200_000_000
 """Bytes; a larger result.json is nobody's."""

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from twin.views.live import LiveView
     from twin.views.live_about import LiveAbout
 
-__all__ = ["Watch", "WatchOptions", "known_branches", "view_options", "watched"]
-
 
 def view_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Add ``--view``, ``--view-to`` and ``--save-view`` to a command, as the argument `watch`."""

@@ -10,8 +10,6 @@ import numpy as np
 from twin.bench import FIRST_CAUSES, draw_case
 from twin.rigs import Rig
 
-__all__ = ["DemoCase", "draw_demo_case"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class DemoCase:

@@ -15,10 +15,6 @@ from twin.procedures import Random, SteppedSine, load_procedure
 from twin.rigs import Rig
 from twin.structure.modelled_rig import modelled_rig
 
-__all__ = [
-    "BROADBAND", "HELD_OUT", "SWEEPS", "broadband", "planned_sweeps", "recording_names", "resonance",
-]  # fmt: skip
-
 BROADBAND, SWEEPS, HELD_OUT = "broadband.mcap", "run.mcap", "held-out.mcap"
 """Names of the recordings, those of sweeps about the first mode."""
 FOLDER = Path(__file__).parent

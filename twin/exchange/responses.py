@@ -15,8 +15,6 @@ from recordings.run import Channel, Run
 from twin.identify.sine_fit import SteadyState, steady_states
 from twin.identify.spectrum import broadband_records, h1
 
-__all__ = ["FRF_FORMS", "FrequencyResponses", "frequency_responses"]
-
 FRF_FORMS = {one.name: one.per_force for one in sorted(QUANTITIES, key=lambda one: one.derivative) if one.per_force}
 """Name of a response per force, by the response's quantity."""
 

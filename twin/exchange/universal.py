@@ -16,8 +16,6 @@ from recordings.run import Channel, Run
 from recordings.whole import whole_file
 from twin.exchange.responses import FrequencyResponses
 
-__all__ = ["write_universal"]
-
 _FRF, _COHERENCE = 4, 6
 _FREQUENCY = 18
 _TEXT = 80

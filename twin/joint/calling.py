@@ -17,8 +17,6 @@ from numba.extending import intrinsic, overload
 
 from twin.joint.law import Series
 
-__all__ = ["SIGNATURE", "call_at"]
-
 _NUMBERS = types.CPointer(types.float64)
 SIGNATURE = types.void(_NUMBERS, types.intp, _NUMBERS, types.intp, types.float64, _NUMBERS)
 """Of such a function: a row of parameters and its length, a row of memory and its length, the coordinate, and two

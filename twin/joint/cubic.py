@@ -10,8 +10,6 @@ import numpy as np
 from twin.joint.kinds import CUBIC
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["Cubic"]
-
 
 @dataclass(frozen=True)
 class Cubic:

@@ -8,8 +8,6 @@ import numpy as np
 
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["describing_function"]
-
 
 def describing_function(
     path: Callable[[Series], Series], amplitude: Series | float, *, points: int = 4096, cycles: int = 3

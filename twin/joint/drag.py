@@ -10,8 +10,6 @@ import numpy as np
 from twin.joint.kinds import QUADRATIC_DRAG
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["QuadraticDrag"]
-
 
 @dataclass(frozen=True)
 class QuadraticDrag:

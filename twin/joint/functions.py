@@ -26,8 +26,6 @@ from twin.joint.describing import describing_function
 from twin.joint.kinds import FUNCTIONS
 from twin.joint.law import Law, Series, Stiffness
 
-__all__ = ["FunctionLaw", "law_of_functions"]
-
 Force = Callable[[Series, Series, float], tuple[float, float]]
 Remember = Callable[[Series, Series, float], None]
 

@@ -15,8 +15,6 @@ import numpy as np
 from twin.joint.law import Series
 from twin.joint.sliders import ParallelJenkins
 
-__all__ = ["iwan", "iwan_backbone"]
-
 
 def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, chi: float = 0.0) -> ParallelJenkins:
     """The network with a number of sliders, each of which stands for an equal share of the springs.

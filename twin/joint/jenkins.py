@@ -6,8 +6,6 @@ import numpy as np
 
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["jenkins_stiffness", "slide"]
-
 
 def slide(force: Series, move: float, stiffness_N_per_m: Series, slip_force_N: Series) -> Series:
     """Forces of elements after a move: a spring that sticks, or slips at its limit."""

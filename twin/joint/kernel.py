@@ -26,8 +26,6 @@ from twin.joint.kinds import (
 )
 from twin.joint.law import Series
 
-__all__ = ["BORROWING", "COMPILED", "evaluate", "remember"]
-
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Rounding may be reordered, but NaN and infinity keep their meaning."""
 

@@ -2,20 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = [
-    "CUBIC",
-    "FORCE_FACTOR",
-    "FUNCTIONS",
-    "HINGES",
-    "LINEAR",
-    "POLYNOMIAL",
-    "QUADRATIC_DRAG",
-    "RUNNING_LOSS",
-    "SATURATING",
-    "SLIDERS",
-    "TABLE",
-]
-
 LINEAR = 0
 CUBIC = 1
 SATURATING = 2

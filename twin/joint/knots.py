@@ -11,8 +11,6 @@ from twin.joint.law import Series
 from twin.joint.running_loss import RunningLoss
 from twin.joint.table import Table, table_from_stiffness
 
-__all__ = ["loss_of_knots", "softening_of_knots"]
-
 LOSS_POINTS = 1025
 RUN_OUT = 0.1
 """Share of the last knot's amplitude over which a softening levels off beyond it."""

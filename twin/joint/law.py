@@ -7,8 +7,6 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Law", "Series", "Stiffness"]
-
 Series = NDArray[np.float64]
 Stiffness = NDArray[np.complex128]
 

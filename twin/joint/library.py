@@ -23,8 +23,6 @@ from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.sliders import jenkins
 
-__all__ = ["LIBRARY"]
-
 LOSS_REACH = 6.0
 """Scales over which a running loss is tabulated; beyond, it is constant."""
 

@@ -10,8 +10,6 @@ import numpy as np
 from twin.joint.kinds import LINEAR
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["Linear"]
-
 
 @dataclass(frozen=True)
 class Linear:

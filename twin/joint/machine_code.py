@@ -14,8 +14,6 @@ from numba.core.errors import NumbaError
 from twin.joint.calling import SIGNATURE, call_at
 from twin.joint.law import Series
 
-__all__ = ["along", "machine_code"]
-
 AHEAD = 3
 """Parameters of the kernels before the law's own numbers: two addresses and the length of the memory."""
 

@@ -14,8 +14,6 @@ import numpy as np
 from twin.joint.law import Series, Stiffness
 from twin.joint.sliders import ParallelJenkins
 
-__all__ = ["masing", "masing_of_points", "masing_stiffness"]
-
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 
 

@@ -13,8 +13,6 @@ from twin.joint.law import Law, Series, Stiffness
 from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.table import Table
 
-__all__ = ["NamedLaw", "Parameter", "PointForce", "Value"]
-
 Value = float | list[float]
 
 AT_REST_m = 1e-12

@@ -16,8 +16,6 @@ import numpy as np
 from twin.joint.kinds import POLYNOMIAL
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["Polynomial", "loss_ratio", "storage_ratio"]
-
 
 def storage_ratio(k: int) -> float:
     """Describing function of |e|^k e over X^k."""

@@ -17,8 +17,6 @@ from recordings.errors import InputError
 from twin.joint.library import LIBRARY
 from twin.joint.named_law import NamedLaw
 
-__all__ = ["known_laws", "law_named", "load_laws", "loaded_files"]
-
 GROUP = "twin.joint_laws"
 
 _loaded: dict[Path, tuple[NamedLaw, ...]] = {}

@@ -21,8 +21,6 @@ import numpy as np
 from twin.joint.kinds import RUNNING_LOSS
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["RunningLoss"]
-
 
 @dataclass(frozen=True, eq=False)
 class RunningLoss:

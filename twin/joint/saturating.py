@@ -15,8 +15,6 @@ from scipy.special import ellipe, ellipk
 from twin.joint.kinds import SATURATING
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["Saturating"]
-
 SMALL = 1e-3
 """Below this m the elliptic form loses digits and its series is used."""
 

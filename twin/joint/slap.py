@@ -14,8 +14,6 @@ import numpy as np
 from twin.joint.kinds import HINGES
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["PiecewiseLinearContact", "one_sided"]
-
 
 @dataclass(frozen=True)
 class PiecewiseLinearContact:

@@ -11,8 +11,6 @@ from twin.joint.jenkins import jenkins_stiffness, slide
 from twin.joint.kinds import SLIDERS
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["ParallelJenkins", "jenkins"]
-
 
 @dataclass(frozen=True)
 class ParallelJenkins:

@@ -18,8 +18,6 @@ import numpy as np
 from twin.joint.kinds import TABLE
 from twin.joint.law import Series, Stiffness
 
-__all__ = ["TABLE_POINTS", "Table", "table_from_stiffness"]
-
 TABLE_POINTS = 4097
 """Points of a table; a linear interpolation of a curve this dense is good to about 1e-7 of its range."""
 

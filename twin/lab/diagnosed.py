@@ -14,30 +14,27 @@ from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.tables import TableDiagnosis
-from twin.lab.shown import Shown
-from twin.rigs import Rig, save_rig
-from twin.rigs.beam import BeamRig, save_beam_rig
-from twin.rigs.modal import ModalRig, save_modal_rig
+from twin.lab.shown import Reported
+from twin.rigs.kinds import save_any_rig
 from twin.views.answer import causes_table, errors_table, residuals_table
-from twin.views.curves import shown_models
+from twin.views.curves import has_law, shown_models
 from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_figure
-from twin.views.report import write_report
+from twin.views.page import Page
+from twin.views.report import diagnosis_page
 from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
-from twin.views.table_report import table_figure, tried_table, write_table_report
+from twin.views.table_report import table_figure, table_page, tried_table
 
 if TYPE_CHECKING:
     from twin.lab.rig import LabRig
-
-__all__ = ["EXTENDED", "VIEW", "DiagnosedRecordings", "DiagnosedTables"]
 
 EXTENDED, VIEW = "extended.toml", "view.rrd"
 """Files of a saved diagnosis."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class _Diagnosed(Shown):
+class _Diagnosed(Reported):
     """What the diagnoses of recordings and of tables have in common; `diagnosis` holds all that is behind it."""
 
     diagnosis: Diagnosis | TableDiagnosis
@@ -67,7 +64,7 @@ class _Diagnosed(Shown):
         Returns what ``twin diagnose --json`` prints.
         """
         with whole_file(_folder(folder) / EXTENDED) as part:
-            save_any(self.rig.file, part)
+            save_any_rig(self.rig.file, part)
         return {**self.to_dict(), "extended_model": EXTENDED}
 
 
@@ -98,9 +95,9 @@ class DiagnosedRecordings(_Diagnosed):
         rig = updated_rig_file(found.evidence, replace(found.search, model=accepted))
         return LabRig(source=f"{rig.name}, extended", file=rig)
 
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_report(self.diagnosis, Path(path), commands=commands)
+    def page(self) -> Page:
+        """The report."""
+        return diagnosis_page(self.diagnosis)
 
     def save(self, folder: str | Path) -> dict[str, Any]:
         """Write the extended model, and then a file for the rerun viewer, into a folder, made if it is not there.
@@ -131,10 +128,10 @@ class DiagnosedRecordings(_Diagnosed):
 
     def plot_law(self) -> Figure:
         """The joint's law, before and after."""
-        figure = law_figure(self.diagnosis.evidence, shown_models(self.diagnosis))
-        if figure is None:
+        models = shown_models(self.diagnosis)
+        if not any(map(has_law, models.values())):
             raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
-        return figure
+        return law_figure(self.diagnosis.evidence, models)
 
     def plot_broadband(self, index: int = 0) -> Figure:
         """Responses of one broadband run: measured, before and after."""
@@ -192,9 +189,9 @@ class DiagnosedTables(_Diagnosed):
         """As :meth:`save_model`."""
         return self.save_model(folder)
 
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_table_report(self.diagnosis, Path(path), commands=commands)
+    def page(self) -> Page:
+        """The report."""
+        return table_page(self.diagnosis)
 
     def plot(self) -> Figure:
         """Errors of the frequencies, or resonances of the sweeps beside their law."""
@@ -212,13 +209,3 @@ def _folder(path: str | Path) -> Path:
     except OSError as error:
         raise InputError(folder, "", (error.strerror or str(error)).lower()) from error
     return folder
-
-
-def save_any(rig: Rig | BeamRig | ModalRig, path: Path) -> None:
-    """Write a rig of whatever kind."""
-    if isinstance(rig, ModalRig):
-        save_modal_rig(rig, path)
-    elif isinstance(rig, BeamRig):
-        save_beam_rig(rig, path)
-    else:
-        save_rig(rig, path)

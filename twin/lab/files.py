@@ -7,8 +7,6 @@ from pathlib import Path
 
 from recordings import InputError
 
-__all__ = ["are_tables"]
-
 
 def are_tables(paths: Sequence[Path]) -> bool:
     """Whether all of these files are tables.

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from matplotlib.figure import Figure
 
-from recordings import Run, whole_file
+from recordings import Run
 from twin.bench import open_bench
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.effects import left_out_effects
@@ -17,25 +16,21 @@ from twin.diagnose.sound_data import sound_data
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
-from twin.lab.shown import Shown
-from twin.rigs import Rig, foreign_preload, save_rig
+from twin.lab.identified_model import IdentifiedModel
+from twin.rigs import Rig, foreign_preload
 from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.identified_figures import identified_law_figure, strength_figure
-from twin.views.identified_report import fitted_sweeps, identified_sentence, write_identified_report
+from twin.views.identified_report import fitted_sweeps, identified_page, identified_sentence
 from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
+from twin.views.page import Page
 from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
-
-if TYPE_CHECKING:
-    from twin.lab.rig import LabRig
-
-__all__ = ["IdentifiedJoint", "identify_recordings"]
 
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class IdentifiedJoint(Shown):
+class IdentifiedJoint(IdentifiedModel):
     """A lap joint's moduli, damping and law, identified from recordings.
 
     Attributes
@@ -52,6 +47,11 @@ class IdentifiedJoint(Shown):
     warnings: tuple[str, ...]
 
     @property
+    def file(self) -> Rig:
+        """The rig file with what was identified."""
+        return self.found.rig
+
+    @property
     def sentence(self) -> str:
         """What was identified, in one sentence."""
         return identified_sentence(self.found, self.evidence)
@@ -62,21 +62,9 @@ class IdentifiedJoint(Shown):
         left = [residual_table(self.found)] if self.found.residual_percent else []
         return [parameter_table(rows), determined_table(rows), *left]
 
-    @property
-    def rig(self) -> LabRig:
-        """The model as a rig, to rehearse, predict and diagnose with."""
-        from twin.lab.rig import LabRig
-
-        return LabRig(source=f"{self.found.rig.name}, identified", file=self.found.rig)
-
-    def save(self, path: str | Path) -> None:
-        """Write the model file (TOML), whole or not at all."""
-        with whole_file(Path(path)) as part:
-            save_rig(self.found.rig, part)
-
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_identified_report(self.found, self.evidence, Path(path), warnings=self.warnings, commands=commands)
+    def page(self) -> Page:
+        """The report."""
+        return identified_page(self.found, self.evidence, self.warnings)
 
     def plot_law(self) -> Figure:
         """Softening over opening and loss over slip, with one standard deviation, and the papers' polynomials."""

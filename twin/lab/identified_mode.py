@@ -5,29 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from matplotlib.figure import Figure
 
-from recordings import whole_file
 from twin.identify.modal_table import identify_sweep_table
-from twin.lab.shown import Shown
-from twin.rigs.modal import ModalRig, save_modal_rig
-from twin.views.mode_report import mode_figure, mode_sentence, mode_table, write_mode_report
+from twin.lab.identified_model import IdentifiedModel
+from twin.rigs.modal import ModalRig
+from twin.views.mode_report import mode_figure, mode_page, mode_sentence, mode_table
+from twin.views.page import Page
 from twin.views.table import Table
-
-if TYPE_CHECKING:
-    from twin.lab.rig import LabRig
-
-__all__ = ["IdentifiedMode", "identify_mode"]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class IdentifiedMode(Shown):
+class IdentifiedMode(IdentifiedModel):
     """One mode that depends on its amplitude, identified from a table of sweeps."""
 
     model: ModalRig
     table: str
+
+    @property
+    def file(self) -> ModalRig:
+        """The rig file with what was identified."""
+        return self.model
 
     @property
     def sentence(self) -> str:
@@ -43,21 +43,9 @@ class IdentifiedMode(Shown):
         """What to know beside it."""
         return tuple(self.model.note)
 
-    @property
-    def rig(self) -> LabRig:
-        """The model as a rig, to predict with."""
-        from twin.lab.rig import LabRig
-
-        return LabRig(source=f"{self.model.name}, identified", file=self.model)
-
-    def save(self, path: str | Path) -> None:
-        """Write the model file (TOML), whole or not at all."""
-        with whole_file(Path(path)) as part:
-            save_modal_rig(self.model, part)
-
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_mode_report(self.model, Path(path), table=Path(self.table).name, commands=commands)
+    def page(self) -> Page:
+        """The report."""
+        return mode_page(self.model, table=Path(self.table).name)
 
     def plot_law(self) -> Figure:
         """Resonance and damping ratio against amplitude, with one standard deviation."""

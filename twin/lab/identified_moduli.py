@@ -5,40 +5,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from recordings import FrequencyTable, InputError, read_table, whole_file
+from recordings import FrequencyTable, InputError, read_table
 from twin.diagnose.effects import with_effects
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import require_one_joint, update_moduli
 from twin.identify.predict import blank_data
 from twin.identify.residual_model import ResidualModel
-from twin.lab.shown import Shown
-from twin.rigs import Rig, save_rig
+from twin.lab.identified_model import IdentifiedModel
+from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 from twin.views.moduli_report import (
     errors_figure,
     frequency_table,
+    moduli_page,
     moduli_sentence,
     moduli_table,
-    write_moduli_report,
 )
+from twin.views.page import Page
 from twin.views.table import Table
-
-if TYPE_CHECKING:
-    from twin.lab.rig import LabRig
-
-__all__ = ["IdentifiedModuli", "identify_moduli"]
 
 USUAL_STD = 1e-3
 """Relative uncertainty of a natural frequency whose table does not say it."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class IdentifiedModuli(Shown):
+class IdentifiedModuli(IdentifiedModel):
     """A lap joint's moduli, identified from a table of natural frequencies.
 
     Attributes
@@ -60,6 +56,11 @@ class IdentifiedModuli(Shown):
     warnings: tuple[str, ...]
 
     @property
+    def file(self) -> Rig:
+        """The rig file with what was identified."""
+        return self.model
+
+    @property
     def sentence(self) -> str:
         """What was identified, in one sentence."""
         return moduli_sentence(self.update)
@@ -68,23 +69,11 @@ class IdentifiedModuli(Shown):
         """Moduli, and measured and modelled frequencies."""
         return [moduli_table(self.update, self._nominal()), frequency_table(self.update, self._modes())]
 
-    @property
-    def rig(self) -> LabRig:
-        """The model as a rig."""
-        from twin.lab.rig import LabRig
-
-        return LabRig(source=f"{self.model.name}, identified", file=self.model)
-
-    def save(self, path: str | Path) -> None:
-        """Write the model file (TOML), whole or not at all."""
-        with whole_file(Path(path)) as part:
-            save_rig(self.model, part)
-
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_moduli_report(
-            self.update, Path(path), rig=self.nominal.name, table=Path(self.table.path).name, modes=self._modes(),
-            nominal=self._nominal(), warnings=self.warnings, commands=commands,
+    def page(self) -> Page:
+        """The report."""
+        return moduli_page(
+            self.update, rig=self.nominal.name, table=Path(self.table.path).name, modes=self._modes(),
+            nominal=self._nominal(), warnings=self.warnings,
         )  # fmt: skip
 
     def plot_errors(self) -> Figure:

@@ -13,15 +13,14 @@ from twin.diagnose.effects import left_out_effects, with_effects
 from twin.identify.modal_prediction import ModalResponse, predict_forced, predict_held
 from twin.identify.predict import RigPrediction, RigResponse, blank_data
 from twin.lab.shown import Shown
-from twin.rigs import LawTable, Rig
+from twin.rigs import LawTable
 from twin.rigs.beam import BeamRig
+from twin.rigs.kinds import AnyRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
 from twin.views.figures import dressed, panels
 from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table
-
-__all__ = ["PredictedResponse", "predict_response"]
 
 MOST_ROWS = 40
 
@@ -85,7 +84,7 @@ class PredictedResponse(Shown):
 
 
 def predict_response(
-    rig: Rig | BeamRig | ModalRig,
+    rig: AnyRig,
     frequency_Hz: Iterable[float],
     *,
     force_N: float | Iterable[float] | None,

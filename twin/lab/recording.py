@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from twin.views.curves import SteppedSweep
 
-__all__ = ["Recording", "as_runs", "load_run"]
-
 MOST_POINTS = 20_000
 """Samples of one picture; of longer stretches the largest and the smallest of each piece are drawn."""
 
@@ -50,48 +48,9 @@ class Recording(Shown):
 
     def tables(self) -> Sequence[Table]:
         """Channels, sweeps and events."""
-        found = [self._channels()]
-        if self.sweeps:
-            found.append(self._sweeps())
-        if self.run.events:
-            found.append(self._events())
-        return found
+        from twin.views.run_text import run_tables
 
-    def _channels(self) -> Table:
-        rows = []
-        for name, channel in self.run.channels.items():
-            unit = unit_text(channel.unit)
-            span = f"±{channel.range:g}" if channel.range else ""
-            place = f"{channel.position_m:g}" if channel.position_m is not None else ""
-            rows.append((name, channel.quantity, unit, span, place, channel.direction, str(self._lost(name))))
-        head = ("channel", "quantity", "unit", "range", "at, m", "direction", "lost samples")
-        return Table(caption="Channels", head=head, rows=rows, numbers=(3, 4, 6))
-
-    def _lost(self, channel: str) -> int:
-        try:
-            return int(np.isnan(self.run.device_of(channel).values[channel]).sum())
-        except KeyError:
-            return 0
-
-    def _sweeps(self) -> Table:
-        from recordings.quantities import quantity
-        from twin.views.curves import largest_receptance
-
-        rows, unit = [], ""
-        for sweep in self.sweeps:
-            channel, sizes = largest_receptance(self.run, sweep)
-            peak = int(np.argmax(sizes))
-            rows.append((sweep.name, str(len(sizes)), f"{sweep.frequency_Hz[peak]:.6g}", f"{sizes[peak]:.4g}", channel))
-            unit = quantity(self.run.channels[channel].quantity).pictured
-        head = ("sweep", "steps", "peak at, Hz", f"receptance, {unit}/N", "channel")
-        return Table(caption="Sweeps", head=head, rows=rows, numbers=(1, 2, 3))
-
-    def _events(self) -> Table:
-        counts: dict[tuple[str, str], int] = {}
-        for event in self.run.events:
-            counts[event.source, event.kind] = counts.get((event.source, event.kind), 0) + 1
-        rows = [(source, kind, str(count)) for (source, kind), count in counts.items()]
-        return Table(caption="Events", head=("source", "kind", "how often"), rows=rows, numbers=(2,))
+        return run_tables(self.run, self.sweeps)
 
     def plot_sweeps(self) -> Figure:
         """Receptance against frequency, a panel a channel.

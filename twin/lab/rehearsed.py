@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from recordings.streams import SampleSource
 from twin.lab.recording import Recording, load_run
-from twin.lab.shown import Shown
+from twin.lab.shown import Reported
 from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
 from twin.rehearsal import (
     NominalRig,
@@ -27,17 +27,16 @@ from twin.rehearsal import (
 )
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
+from twin.views.page import Page
 from twin.views.rehearsal_figures import range_figure, responses_figures
-from twin.views.rehearsal_report import rehearsal_sentence, write_rehearsal_report
+from twin.views.rehearsal_report import rehearsal_page, rehearsal_sentence, sweeps_table, warnings_table
 from twin.views.table import Table
-
-__all__ = ["RehearsedProcedure", "rehearse_procedure"]
 
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class RehearsedProcedure(Shown):
+class RehearsedProcedure(Reported):
     """A procedure run on the twin.
 
     Attributes
@@ -76,25 +75,16 @@ class RehearsedProcedure(Shown):
 
     def tables(self) -> Sequence[Table]:
         """Sweeps, and warnings with what to change."""
-        rows = [
-            (s.sweep, str(s.steps), f"{s.duration_s:.0f}", f"{s.peak_frequency_Hz:.6g}", f"{s.peak_response:.4g}")
-            for s in self.first.rehearsal.summaries()
-        ]
-        head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units")
-        tables = [Table(caption="Sweeps", head=head, rows=rows, numbers=(1, 2, 3, 4))] if rows else []
-        warnings = [(c.kind, c.severity, c.sweep, c.reason, c.advice) for c in self.first.cautions]
-        if warnings:
-            head = ("warning", "severity", "sweep", "what is wrong", "what to change")
-            tables.append(Table(caption="Warnings, gravest first", head=head, rows=warnings))
-        return tables
+        tables = (sweeps_table(self.result), warnings_table(self.result))
+        return [table for table in tables if table.rows]
 
     def save_procedure(self, path: str | Path) -> None:
         """Write :attr:`procedure` (TOML)."""
         save_procedure(self.procedure, Path(path))
 
-    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
-        """Write the report as one HTML page; `commands` are what to type to get it again."""
-        write_rehearsal_report(self.result, Path(path), commands=commands)
+    def page(self) -> Page:
+        """The report."""
+        return rehearsal_page(self.result)
 
     def plot_responses(self, *, resonance: int = 1) -> Figure:
         """Response per force at every step, over the branches that harmonic balance predicts.

@@ -14,10 +14,10 @@ from recordings import InputError, Run
 from twin.lab.files import are_tables
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
-from twin.rigs import RIG_FILES, LapJointRig, Rig
-from twin.rigs import load_rig as load_lap_joint
-from twin.rigs.beam import BEAM_RIG_FILES, BeamRig, is_beam_rig, load_beam_rig
-from twin.rigs.modal import MODAL_RIG_FILES, ModalRig, is_modal_rig, load_modal_rig
+from twin.rigs import LapJointRig, Rig
+from twin.rigs.beam import BeamRig
+from twin.rigs.kinds import AnyRig, load_any_rig
+from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
 from twin.views.table import Table
 
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from twin.lab.predicted import PredictedResponse
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
-
-__all__ = ["LabRig", "load_rig"]
 
 AnyRun = Recording | Run | str | Path
 Runs = AnyRun | Iterable[AnyRun]
@@ -54,7 +52,7 @@ class LabRig(Shown):
     """
 
     source: str
-    file: Rig | BeamRig | ModalRig
+    file: AnyRig
 
     @property
     def sentence(self) -> str:
@@ -290,18 +288,10 @@ def load_rig(name_or_path: str | Path) -> LabRig:
     InputError
         If there is no such rig or file, or it does not describe a rig.
     """
-    shipped = [*RIG_FILES, *BEAM_RIG_FILES, *MODAL_RIG_FILES]
-    if str(name_or_path) not in shipped and not Path(name_or_path).exists():
-        raise InputError(name_or_path, "", "neither a file nor a shipped rig", f"shipped rigs: {', '.join(shipped)}")
-    file: Rig | BeamRig | ModalRig
-    if is_modal_rig(name_or_path):
-        file = load_modal_rig(name_or_path)
-    elif is_beam_rig(name_or_path):
-        file = load_beam_rig(name_or_path)
-    else:
+    file = load_any_rig(name_or_path)
+    if isinstance(file, Rig):
         from twin.bench import EFFECTS, check_effects
 
-        file = load_lap_joint(name_or_path)
         # A cause of one's own need have no effect on the bench.
         acting = [effect for effect in file.effect if effect.cause in EFFECTS]
         check_effects(file.model_copy(update={"effect": acting}), source=str(name_or_path))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from twin.views.table import Table, table_html, table_text
 
-__all__ = ["Shown"]
+if TYPE_CHECKING:
+    from twin.views.page import Page
 
 
 class Shown:
@@ -27,3 +30,15 @@ class Shown:
 
     def _repr_html_(self) -> str:
         return "\n".join([f"<p>{escape(self.sentence)}</p>", *map(table_html, self.tables())])
+
+
+class Reported(Shown):
+    """A result that has a report of its own."""
+
+    def page(self) -> Page:
+        """The report."""
+        raise NotImplementedError
+
+    def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the report as one HTML page; `commands` are what to type to get it again."""
+        self.page().write(Path(path), commands=commands)

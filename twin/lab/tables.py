@@ -11,16 +11,14 @@ from twin.diagnose.tables import TableDiagnosis, diagnose_frequencies, diagnose_
 from twin.identify.backbone import Sweep
 from twin.identify.modal_table import read_sweeps
 from twin.rigs import Rig
-from twin.rigs.beam import BeamRig
+from twin.rigs.kinds import AnyRig
 from twin.rigs.modal import ModalRig
-
-__all__ = ["diagnose_tables"]
 
 
 def diagnose_tables(
     runs: Sequence[Path],
     held_out: Sequence[Path],
-    rig: Rig | BeamRig | ModalRig,
+    rig: AnyRig,
     *,
     source: str,
     preloads: Sequence[str],
@@ -65,9 +63,7 @@ def diagnose_tables(
     )  # fmt: skip
 
 
-def _sweeps(
-    runs: Sequence[Path], held_out: Sequence[Path], rig: Rig | BeamRig | ModalRig, preloads: Sequence[str]
-) -> TableDiagnosis:
+def _sweeps(runs: Sequence[Path], held_out: Sequence[Path], rig: AnyRig, preloads: Sequence[str]) -> TableDiagnosis:
     if preloads:
         raise InputError("--preload", "", "a table of sweeps is diagnosed without a joint's model", "leave it out")
     channel, source = "acc1", ""

@@ -15,8 +15,6 @@ from twin.papers.reproduction import Reproduction, TriedModel, describe_update
 from twin.papers.tables import Study, load_study, percent_error
 from twin.structure.free_beam import FreeBeam, free_beam
 
-__all__ = ["composite_frequencies", "reproduce_composite_beam"]
-
 RELATIVE_STD = 1e-2
 """Weight of each frequency, about what the simplest adequate model leaves.
 

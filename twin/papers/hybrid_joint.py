@@ -15,8 +15,6 @@ from twin.papers.reproduction import Reproduction, TriedModel, describe_update
 from twin.papers.tables import Study, load_study, percent_error
 from twin.rigs import LapJointRig, load_rig
 
-__all__ = ["reproduce_hybrid_joint"]
-
 PRELOADS = ("9Nm", "14Nm")
 SEED = 9
 FEW_OVERLAPS_M = (0.014, 0.046)

@@ -12,8 +12,6 @@ from twin.identify.eigensensitivity import FrequencySet, Pencil
 from twin.rigs import LapJointRig
 from twin.structure import assemble
 
-__all__ = ["HybridModel", "hybrid_model"]
-
 Matrix = NDArray[np.float64]
 MASSES = ("sensor_mass", "bolt_mass", "drive_mass")
 

@@ -18,8 +18,6 @@ from twin.identify.eigensensitivity import (
 from twin.papers.hybrid_model import MASSES, hybrid_model
 from twin.rigs import LapJointRig
 
-__all__ = ["PRIORS", "RELATIVE_STD", "Found", "search"]
-
 RELATIVE_STD = 3e-3
 """Of each frequency.  Two tables of the same test in the same paper differ by up to 1.6 %."""
 

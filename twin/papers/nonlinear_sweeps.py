@@ -26,8 +26,6 @@ from twin.papers.tables import Law, Study, Sweeps
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.rigs import LawTable, Rig, preload_record
 
-__all__ = ["record_sweeps", "reproduce_sweeps", "rig_with_law"]
-
 LAW_KNOTS = 160
 HEADROOM = 0.98
 """Share of a sensor's range that the guards leave."""

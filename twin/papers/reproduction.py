@@ -8,8 +8,6 @@ from typing import Any
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.identifiability import Profile, weak_directions
 
-__all__ = ["NonlinearSweeps", "Reproduction", "TriedModel", "describe_update"]
-
 
 @dataclass(frozen=True)
 class TriedModel:

@@ -18,8 +18,6 @@ from twin.structure import Structure, assemble
 from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
 from twin.structure.shear_change import shear_change
 
-__all__ = ["nominal_rig", "reproduce_steel_lap_joint"]
-
 RELATIVE_STD = 1e-3
 """Assumed of every printed frequency: bolted joints repeat to about 0.1 %, ten times the print's rounding."""
 

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from twin.papers.reproduction import Reproduction
 from twin.papers.tables import load_study
 
-__all__ = ["STUDY_NAMES", "reproduce"]
-
 SEED = 11
 """Of the nonlinear sweeps' noise."""
 

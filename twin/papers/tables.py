@@ -10,8 +10,6 @@ from pydantic import BaseModel, ConfigDict
 
 from recordings.toml_input import read_toml
 
-__all__ = ["Condition", "Law", "Study", "Sweeps", "load_study", "percent_error"]
-
 
 class Condition(BaseModel):
     """What a paper prints of one condition: frequencies in Hz, moduli in N/m2."""

@@ -6,8 +6,6 @@ import cmath
 import math
 from typing import Protocol
 
-__all__ = ["AmplitudeControl", "FastHold", "OpenLoop", "SlowHold"]
-
 
 class AmplitudeControl(Protocol):
     """Chooses the generator's voltage."""

@@ -23,8 +23,6 @@ import numpy as np
 from twin.procedures.session import Session
 from twin.procedures.settling import SettlingDetector
 
-__all__ = ["Brake", "Detour", "plan_detour", "window_gain"]
-
 MOST_DETOURS = 4
 SHORTEST_S, LONGEST_S = 0.2, 1.0
 WIDEST_TURN = 0.6

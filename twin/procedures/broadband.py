@@ -16,8 +16,6 @@ from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish, measure, rms
 
-__all__ = ["run_multisine", "run_random"]
-
 TRIAL_S = 2.0
 """Over which a level, or the fall of a transient, is seen well enough; of a multisine whole periods."""
 MOST_TRIALS = 12

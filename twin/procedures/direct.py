@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from recordings.run import Channel, Event, SampleBlock
 from recordings.streams import Excitation, SampleSource
 
-__all__ = ["DirectAcquisition"]
-
 
 class DirectAcquisition:
     """An :class:`~recordings.streams.Acquisition` over a :class:`~recordings.streams.SampleSource`.

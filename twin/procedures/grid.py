@@ -10,8 +10,6 @@ import numpy as np
 from twin.procedures.kinds import Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 from twin.procedures.tables import Grid
 
-__all__ = ["fixed_frequencies", "planned_steps", "step_frequencies"]
-
 
 def fixed_frequencies(procedure: SteppedSine) -> list[float]:
     """The frequencies of a procedure, rising, in Hz; of an adaptive grid, those it would take at its widest step."""

@@ -23,8 +23,6 @@ from twin.procedures.tables import (
     Table,
 )
 
-__all__ = ["Dwell", "Multisine", "Procedure", "Random", "RingDown", "SteppedSine", "SweptSine"]
-
 
 class _Common(Table):
     sample_rate: Annotated[float, Field(ge=1, le=1e7)]

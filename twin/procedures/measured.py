@@ -14,8 +14,6 @@ from twin.procedures.step import SineStep
 from twin.procedures.stream import Series
 from twin.procedures.wait import Wait
 
-__all__ = ["measured"]
-
 HARMONICS = 5
 
 

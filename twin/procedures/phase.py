@@ -8,8 +8,6 @@ from recordings.quantities import quantity
 from recordings.run import Channel
 from twin.procedures.amplitude import wrapped
 
-__all__ = ["PhaseLock", "resonance_phase"]
-
 
 def resonance_phase(response: Channel, force: Channel) -> float:
     """Phase of a response ahead of the force at phase resonance, rad, where the displacement lags by a quarter turn."""

@@ -11,8 +11,6 @@ from twin.procedures.phase import resonance_phase
 from twin.procedures.session import Session
 from twin.procedures.sine_fit import SineFit
 
-__all__ = ["nearness", "relative_phasors"]
-
 
 def relative_phasors(session: Session, fits: Mapping[str, SineFit], target: str) -> dict[str, complex]:
     """Phasors relative to the phase of the force: at rest once settled, whatever the clocks of the devices do."""

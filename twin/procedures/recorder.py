@@ -9,8 +9,6 @@ from typing import Literal, Protocol
 
 from recordings.run import Event, Indicator, SampleBlock, Step
 
-__all__ = ["Recorder", "RunSink"]
-
 
 class RunSink(Protocol):
     """Where a run is written to: :class:`recordings.RunWriter`, or a list in a test."""

@@ -8,8 +8,6 @@ from typing import Literal
 
 from recordings.run import Event, Step
 
-__all__ = ["ProcedureResult", "StepResult"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:

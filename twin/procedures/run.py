@@ -19,8 +19,6 @@ from twin.procedures.sine_sweeps import run_sine
 from twin.procedures.stream import GuardTrip, Stream
 from twin.procedures.swept_sine import run_swept_sine
 
-__all__ = ["check_channels", "check_rate", "run_procedure"]
-
 
 def run_procedure(
     procedure: Procedure,

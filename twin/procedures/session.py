@@ -13,8 +13,6 @@ from twin.procedures.results import StepResult
 from twin.procedures.sine_fit import SineFit, fit_sine
 from twin.procedures.stream import Series, Stream
 
-__all__ = ["Place", "Session"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Place:

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["USUAL_DAMPING_RATIO", "SettlingDetector", "usual_rate"]
-
 USUAL_DAMPING_RATIO = 0.0023
 """Of a bolted steel structure: what is assumed before the data tell."""
 FULL, FEWEST = 8, 4

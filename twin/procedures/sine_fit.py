@@ -8,8 +8,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SineFit", "fit_sine"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SineFit:

@@ -10,8 +10,6 @@ from twin.procedures.step import SineStep
 from twin.procedures.stream import Series
 from twin.procedures.wait import Wait
 
-__all__ = ["run_sine_step"]
-
 
 def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) -> StepResult:
     """Run one step; the generator is left as it was while measuring."""

@@ -16,8 +16,6 @@ from twin.procedures.session import Place, Session
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.procedures.sine_step import SineStep, run_sine_step
 
-__all__ = ["run_sine"]
-
 TIME_CONSTANT_CYCLES = 1 / (2 * math.pi * USUAL_DAMPING_RATIO)
 """Of a free decay, in cycles: what response and phase control assume."""
 

@@ -10,8 +10,6 @@ from twin.procedures.phase import PhaseLock
 from twin.procedures.session import Place
 from twin.procedures.tables import Settle
 
-__all__ = ["SineStep"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SineStep:

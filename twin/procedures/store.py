@@ -12,8 +12,6 @@ from recordings.errors import InputError
 from recordings.toml_input import parse_toml
 from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 
-__all__ = ["PROCEDURE_FILES", "dump_procedure", "load_procedure", "parse_procedure", "save_procedure"]
-
 PROCEDURE_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped procedures by name."""
 

@@ -13,8 +13,6 @@ from recordings.run import Event, SampleBlock
 from recordings.streams import Acquisition
 from twin.procedures.recorder import Recorder, sample_at
 
-__all__ = ["GuardTrip", "Series", "Stream"]
-
 SILENT_DEVICE_S = 5.0
 """A device this far behind the others has fallen silent."""
 

@@ -13,8 +13,6 @@ from twin.procedures.results import StepResult
 from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 
-__all__ = ["finish", "measure", "rms"]
-
 
 def measure(session: Session, place: Place, start_ns: int, duration_s: float) -> dict[str, Series]:
     """Record a stretch; read in pieces of a second, so that progress is seen."""

@@ -13,8 +13,6 @@ from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish
 
-__all__ = ["run_swept_sine"]
-
 CHIRP_STEP_S = 0.05
 
 

@@ -6,22 +6,6 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-__all__ = [
-    "MOST_STEPS",
-    "Controller",
-    "Duration",
-    "Frequency",
-    "Grid",
-    "Limits",
-    "Measure",
-    "Name",
-    "NonNegative",
-    "Phase",
-    "Positive",
-    "Settle",
-    "Table",
-]
-
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Frequency = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]

@@ -14,8 +14,6 @@ from twin.procedures.settling import SettlingDetector, usual_rate
 from twin.procedures.sine_fit import SineFit
 from twin.procedures.step import SineStep
 
-__all__ = ["Wait", "window_seconds"]
-
 WINDOW_CYCLES = 10
 LEAST_SAMPLES = 64
 CONTROL_HARMONICS = 5

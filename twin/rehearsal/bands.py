@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from twin.identify.resonances import by_resonance, same_resonance
 
-__all__ = ["band_numbers"]
-
 FEWEST = 3
 """Steps about a resonance: fewer, as a coarse grid has at low frequencies, belong to the next one."""
 SUNK = 0.5

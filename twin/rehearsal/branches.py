@@ -14,8 +14,6 @@ from twin.procedures.grid import fixed_frequencies
 from twin.response import HarmonicBalance
 from twin.rigs import Rig
 
-__all__ = ["Branch", "predicted_branches"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Branch:

@@ -13,8 +13,6 @@ from twin.procedures import StepResult
 from twin.rehearsal.rehearsal import Rehearsal
 from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps, steepest_linear
 
-__all__ = ["Folds", "branches_of", "folds_within", "jumping_steps"]
-
 
 @dataclass(frozen=True)
 class Folds:

@@ -8,8 +8,6 @@ from dataclasses import replace
 from twin.rehearsal.improve import merged_changes
 from twin.rehearsal.rehearsal import Caution
 
-__all__ = ["gathered"]
-
 SEVERITIES = ("stop", "warning", "note")
 CAUSES_FIRST = (
     "dwell-too-short",

@@ -10,8 +10,6 @@ from pydantic import ValidationError
 from twin.procedures import Procedure
 from twin.rehearsal.rehearsal import Caution
 
-__all__ = ["improved_procedure", "merged_changes"]
-
 
 def improved_procedure(procedure: Procedure, cautions: Sequence[Caution]) -> Procedure | None:
     """`procedure` with the changes of all cautions; None if they change nothing.

@@ -11,8 +11,6 @@ from twin.procedures import SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
 from twin.rehearsal.rehearsal import Rehearsal
 
-__all__ = ["finer_grid", "resonance_between"]
-
 FINEST, REACH = 0.4, 4.0
 """Of the resonance's half width: the steps across it, and how far to either side of it they go."""
 WIDENING = 0.4

@@ -16,8 +16,6 @@ from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.rehearsal.bands import band_numbers
 
-__all__ = ["Caution", "Rehearsal", "SweepSummary"]
-
 NEAR = 0.02
 """Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of it."""
 

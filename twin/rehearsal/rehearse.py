@@ -25,8 +25,6 @@ from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rigs import Rig, nominal_rig_file, preload_record
 
-__all__ = ["NominalRig", "Rehearsed", "judge", "open_twin", "rehearse", "rehearse_until_clear"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class NominalRig:

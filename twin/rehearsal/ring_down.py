@@ -14,8 +14,6 @@ from recordings import read_run
 from recordings.run import Run, Step, StepState
 from twin.procedures import ProcedureResult, StepResult
 
-__all__ = ["Decay", "DecayPart", "free_decays"]
-
 WINDOW_CYCLES = 10
 LEAST_ABOVE_NOISE = 10.0
 """Amplitude over its own noise, down to which a decay is followed."""

@@ -13,8 +13,6 @@ from twin.rehearsal.ring_down import free_decays
 from twin.rehearsal.transient import transient_left
 from twin.rigs import Rig
 
-__all__ = ["branch_tables", "rehearsed_table", "result_table"]
-
 
 def result_table(
     first: Rehearsed,

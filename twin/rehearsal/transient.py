@@ -7,8 +7,6 @@ import math
 from twin.procedures import StepResult
 from twin.rehearsal.rehearsal import Rehearsal
 
-__all__ = ["transient_left"]
-
 
 def transient_left(rehearsal: Rehearsal, step: StepResult, before: StepResult | None) -> float:
     """What part of a measured response is transient, as far as the measurement shows.

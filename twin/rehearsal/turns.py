@@ -11,8 +11,6 @@ from twin.procedures import StepResult
 from twin.rehearsal.rehearsal import Rehearsal
 from twin.rehearsal.transient import transient_left
 
-__all__ = ["ALLOWED_DEGREES", "phase_steps", "steepest_linear"]
-
 ALLOWED_DEGREES = 80.0
 """Phase of the response between neighbouring steps.  At worst the peak lies half way: cos 40 degrees, a quarter low."""
 MARGIN_DEGREES = 45.0

@@ -9,21 +9,18 @@ steady states is found follows from where they lie, and not from rounding.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.build import Built
-from twin.response import continuation as compiled
-from twin.response import kernel_numpy as plain
+from twin.response import continuation
 from twin.response.kernel import drive_slope
 from twin.response.outcome import ENDED, FOUND, LONG, WORDS
 from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
-
-__all__ = ["HarmonicBalance"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -81,9 +78,9 @@ class HarmonicBalance:
         A period in the alternation.
     internal_rate_Hz
         Of the bench whose modes it shall have.
-    kernel
-        Compiled, or the plain numpy twin.
     """
+
+    _kernel: Any = continuation
 
     def __init__(
         self,
@@ -92,7 +89,6 @@ class HarmonicBalance:
         harmonics: int = 7,
         samples: int = 256,
         internal_rate_Hz: float = MODEL_RATE_Hz,
-        kernel: Literal["numba", "numpy"] = "numba",
     ) -> None:
         self._poles = built.poles(0.0, internal_rate_Hz)
         self._elements = built.elements()
@@ -100,7 +96,6 @@ class HarmonicBalance:
         self._channels = slice(built.locals + built.auxiliaries, None)
         self._H, self._n = harmonics, 2 * harmonics + 1
         self._system = system_of(built, self._poles, harmonics=harmonics, samples=samples)
-        self._kernel: Any = compiled if kernel == "numba" else plain
 
     def solve(
         self,
@@ -249,7 +244,7 @@ class HarmonicBalance:
 
     def _onward(self, state: _State, w: float, amplitude: float, tolerance: float) -> _State | Failure:
         """The state at another frequency, and maybe another amplitude, on the branch of a neighbour."""
-        found = self._newton(state.x, w, amplitude, tolerance, compiled.CONTRACTION)
+        found = self._newton(state.x, w, amplitude, tolerance, continuation.CONTRACTION)
         if not isinstance(found, Failure):
             return found
         if amplitude != state.amplitude:

@@ -19,8 +19,6 @@ from twin.response.kernel import drive_slope, residual, rounding
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
 
-__all__ = ["AIM", "BEND", "CONTRACTION", "FADED", "KINK", "LEAST_TURN", "SHORTEST", "follow", "newton", "turns_beyond"]
-
 Matrix = NDArray[np.float64]
 
 CONTRACTION = 0.5

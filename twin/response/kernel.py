@@ -10,8 +10,6 @@ from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
 from twin.response.aft import alternate, alternate_pair, running
 from twin.response.system import System
 
-__all__ = ["drive_slope", "forces", "residual", "rounding"]
-
 Matrix = NDArray[np.float64]
 
 ROUNDING = 1e3 * float(np.finfo(float).eps)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["ENDED", "FAR", "FOUND", "LONG", "NOT_FINITE", "STALLED", "WORDS"]
-
 FOUND, ENDED, FAR, LONG, NOT_FINITE, STALLED = range(6)
 WORDS = {
     FAR: "Newton does not contract from where it started",

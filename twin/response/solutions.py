@@ -9,8 +9,6 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Branch", "Failure", "PeriodicSolution", "Sweep"]
-
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

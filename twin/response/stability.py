@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.linear import Poles
-from twin.bench.marching import LANES, Elements, coefficients, march
+from twin.bench.marching import Elements, Step, coefficients, march, packed
 from twin.joint.kernel import COMPILED, remember
 from twin.joint.kinds import RUNNING_LOSS
-
-__all__ = ["floquet_multipliers"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -59,25 +57,18 @@ def floquet_multipliers(
     running = elements.kind == RUNNING_LOSS
     taus = elements.parameters[running, 0] if running.any() else np.zeros(1)
     periods = 2 + int(np.ceil(FORGOTTEN * taus.max() * frequency_Hz))
-    _settle(
-        c.step_s, periods, np.ascontiguousarray(path), elements.kind, elements.coordinate, elements.auxiliary,
-        elements.parameters, memory,
-    )  # fmt: skip
+    _settle(c.step_s, periods, np.ascontiguousarray(path), elements._replace(state=memory))
     rows = len(outputs)
     size = np.abs(outputs[:locals_]).sum(axis=1)
     reach = np.max(np.abs(c.C[:locals_]) / np.maximum(size, 1e-30)[:, None], axis=0, initial=0.0)
-    state = np.concatenate([_parts(w), memory.ravel()])
+    state = np.concatenate([packed(w), memory.ravel()])
     beside = np.concatenate([
-        _parts((1 + 1j) * BESIDE / np.maximum(reach, 1e-30)),
+        packed((1 + 1j) * BESIDE / np.maximum(reach, 1e-30)),
         (BESIDE * np.maximum(np.abs(memory), 1e-3 * np.abs(memory).max(axis=1, keepdims=True))).ravel(),
     ])  # fmt: skip
     moves = np.flatnonzero(beside > 0.0)
-    J = _differentiated(
-        c.step_s, _parts(c.decay), _parts(c.Gamma.T), _parts(c.C[:rows].conj()),
-        np.ascontiguousarray(c.D[:rows]), locals_, rows - locals_, elements.kind, elements.coordinate,
-        elements.auxiliary, elements.scale, elements.parameters, memory.shape[1], state, beside, moves,
-        path[:locals_, -1].copy(), drive,
-    )  # fmt: skip
+    step = c.packed(locals_, rows - locals_, rows=rows)
+    J = _differentiated(step, elements, state, beside, moves, path[:locals_, -1].copy(), drive)
     multipliers = np.linalg.eigvals(J)
     return np.asarray(multipliers[np.argsort(-np.abs(multipliers))])
 
@@ -90,24 +81,10 @@ def _pole_states(poles: Poles, inputs: Complex, omega: float) -> Complex:
     return np.asarray(0.5 * np.sum(forward / (y - lam) + backward / (-y - lam), axis=1))
 
 
-def _parts(poles: Complex) -> Matrix:
-    """Real parts, then imaginary parts, each with zeros up to whole vectors."""
-    pad = [(0, 0)] * (poles.ndim - 1) + [(0, -poles.shape[-1] % LANES)]
-    return np.ascontiguousarray(np.concatenate([np.pad(poles.real, pad), np.pad(poles.imag, pad)], axis=-1))
-
-
 @COMPILED
-def _settle(
-    step_s: float,
-    periods: int,
-    path: Matrix,
-    kind: NDArray[np.int64],
-    coordinate: NDArray[np.int64],
-    auxiliary: NDArray[np.int64],
-    parameters: Matrix,
-    memory: Matrix,
-) -> None:
+def _settle(step_s: float, periods: int, path: Matrix, elements: Elements) -> None:
     """Lead the memories along the periodic path until they are periodic too."""
+    kind, coordinate, auxiliary, _, parameters, memory = elements
     for _ in range(periods):
         for t in range(path.shape[1]):
             for e in range(kind.shape[0]):
@@ -117,39 +94,23 @@ def _settle(
 
 @COMPILED
 def _differentiated(
-    step_s: float,
-    decay: Matrix,
-    Gamma: Matrix,
-    C: Matrix,
-    D: Matrix,
-    locals_: int,
-    auxiliaries: int,
-    kind: NDArray[np.int64],
-    coordinate: NDArray[np.int64],
-    auxiliary: NDArray[np.int64],
-    scale: Matrix,
-    parameters: Matrix,
-    depth: int,
-    start: Matrix,
-    beside: Matrix,
-    moves: NDArray[np.int64],
-    guess: Matrix,
+    step: Step, elements: Elements, start: Matrix, beside: Matrix, moves: NDArray[np.int64], guess: Matrix,
     drive: Matrix,
-) -> Matrix:
+) -> Matrix:  # fmt: skip
     """Differences of the map over one period, (moves, moves)."""
-    m, elements = decay.shape[0], kind.shape[0]
+    m = step.decay.shape[0]
     J = np.empty((moves.shape[0], moves.shape[0]))
     end = np.empty(start.shape[0])
-    u, out = np.zeros(1 + locals_), np.empty((drive.shape[0], 0))
+    u, out = np.zeros(1 + step.locals_), np.empty((drive.shape[0], 0))
     for column in range(-1, moves.shape[0]):
         state = start.copy()
         if column >= 0:
             state[moves[column]] += beside[moves[column]]
-        w, memory = state[:m], state[m:].reshape(elements, depth)
-        march(
-            step_s, decay, Gamma, C, D, locals_, auxiliaries, kind, coordinate, auxiliary, scale, parameters,
-            memory, w, guess.copy(), u, drive, out,
-        )  # fmt: skip
+        memory = state[m:].reshape(elements.state.shape)
+        moved = Elements(
+            elements.kind, elements.coordinate, elements.auxiliary, elements.scale, elements.parameters, memory
+        )
+        march(step, moved, state[:m], guess.copy(), u, drive, out)
         if column < 0:
             end[:] = state
         else:

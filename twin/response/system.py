@@ -18,8 +18,6 @@ from twin.bench.build import Built
 from twin.bench.linear import Poles
 from twin.response.aft import fourier_basis
 
-__all__ = ["System", "system_of", "transfer"]
-
 Matrix = NDArray[np.float64]
 
 

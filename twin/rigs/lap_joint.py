@@ -12,35 +12,17 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from twin.rigs.layout import BeamPart, Layout, Place, Stretch, Support, ThinLayer
+from twin.rigs.layout import BeamPart, Layout, Place, Section, Stretch, Support, ThinLayer
 from twin.rigs.rig import Rig
 from twin.rigs.tables import AnyLaw, NonNegative, Positive, Preload, Shaker, Table, Transducer, check_law
-
-__all__ = ["Beam", "Drive", "Joint", "LapJointRig", "Mesh", "Sensor"]
 
 BENCH_BEAM_ELEMENTS, BENCH_LAYER_ELEMENTS = 60, 6
 
 
-class Beam(Table):
+class Beam(Section):
     """A uniform rectangular beam."""
 
     length: Positive
-    width: Positive
-    thickness: Positive
-    youngs_modulus: Positive
-    density: Positive
-    shear_ratio: NonNegative = 0.0
-    """E / (kappa G) of a Timoshenko beam; 0 is Euler-Bernoulli."""
-
-    @property
-    def area(self) -> float:
-        """Cross-section, m2."""
-        return self.width * self.thickness
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area, m4."""
-        return self.width * self.thickness**3 / 12.0
 
 
 class Joint(Table):

@@ -16,19 +16,6 @@ from pydantic import Field, model_validator
 
 from twin.rigs.tables import AnyLaw, Name, NonNegative, Positive, Preload, Table, check_law
 
-__all__ = [
-    "DIRECTIONS",
-    "BeamPart",
-    "Layout",
-    "MatricesPart",
-    "Part",
-    "Place",
-    "Stretch",
-    "Support",
-    "ThinLayer",
-    "Tie",
-]
-
 Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 At = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -42,13 +29,9 @@ ROUNDED_m = 1e-9
 """By so much a place may lie beyond an end."""
 
 
-class BeamPart(Table):
-    """A straight plane beam of rectangular section, on its neutral axis."""
+class Section(Table):
+    """A rectangular beam's section and material."""
 
-    name: Name
-    kind: Literal["beam"]
-    start: Point
-    end: Point
     width: Positive
     """Out of the plane."""
     thickness: Positive
@@ -56,6 +39,25 @@ class BeamPart(Table):
     density: Positive
     shear_ratio: NonNegative = 0.0
     """E / (kappa G) of a Timoshenko beam; 0 is Euler-Bernoulli."""
+
+    @property
+    def area(self) -> float:
+        """Cross-section, m2."""
+        return self.width * self.thickness
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area, m4."""
+        return self.width * self.thickness**3 / 12.0
+
+
+class BeamPart(Section):
+    """A straight plane beam of rectangular section, on its neutral axis."""
+
+    name: Name
+    kind: Literal["beam"]
+    start: Point
+    end: Point
     elements: Annotated[int, Field(ge=1, le=1000)] = 20
     """Of the whole beam, those of its joints' layers among them."""
 
@@ -85,16 +87,6 @@ class BeamPart(Table):
         x = self.start[0] + at * self.axis[0] - other.start[0]
         y = self.start[1] + at * self.axis[1] - other.start[1]
         return x * other.axis[0] + y * other.axis[1]
-
-    @property
-    def area(self) -> float:
-        """Cross-section, m2."""
-        return self.width * self.thickness
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area, m4."""
-        return self.width * self.thickness**3 / 12.0
 
 
 class MatricesPart(Table):

@@ -19,8 +19,6 @@ from recordings.errors import InputError
 from recordings.reader import open_input
 from recordings.tables import csv_rows
 
-__all__ = ["DOFS", "NodePairs", "PartMatrices", "read_pairs", "read_part_matrices"]
-
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 

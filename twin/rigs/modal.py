@@ -3,34 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from recordings.toml_input import read_toml
-
-__all__ = [
-    "MODAL_RIG_FILES",
-    "LevelFit",
-    "ModalLaw",
-    "ModalRig",
-    "is_modal_rig",
-    "load_modal_rig",
-    "save_modal_rig",
-]
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+from twin.rigs.tables import Finite, Name, NonNegative, Positive, Table
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class LevelFit(_Table):
+class LevelFit(Table):
     """One sweep of the identification: its mode by itself, and by the law of all other sweeps."""
 
     level: str
@@ -43,7 +23,7 @@ class LevelFit(_Table):
     """Whether this sweep disagrees with the smooth law of the others by more than their own scatter."""
 
 
-class ModalLaw(_Table):
+class ModalLaw(Table):
     """Amplitude-dependent mode, as receptance from the force to the response.
 
     It reads ::
@@ -76,49 +56,14 @@ class ModalLaw(_Table):
         return self
 
 
-class ModalRig(_Table):
+class ModalRig(Table):
     """A measured structure near one mode: before identification its name and channel, after it its law."""
 
     kind: Literal["modal"]
-    name: Annotated[str, Field(min_length=1, max_length=64)]
+    name: Name
     source: str = ""
     channel: str = "acc1"
     """The response whose amplitude the law depends on."""
     law: ModalLaw | None = None
-    level: list[LevelFit] = []
-    note: list[str] = []
-
-
-MODAL_RIG_FILES = {path.stem: path for path in sorted((Path(__file__).parent / "modal_rigs").glob("*.toml"))}
-"""The shipped modal rigs by name."""
-
-
-def is_modal_rig(name_or_path: str | Path) -> bool:
-    """Whether this names a shipped modal rig, or a TOML file with ``kind = "modal"``."""
-    if str(name_or_path) in MODAL_RIG_FILES:
-        return True
-    path = Path(name_or_path)
-    return path.is_file() and read_toml(path, _Kind).kind == "modal"
-
-
-def load_modal_rig(name_or_path: str | Path) -> ModalRig:
-    """A shipped modal rig by name, a modal rig's file, or an identified modal model.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or does not describe a modal rig.
-    """
-    return read_toml(MODAL_RIG_FILES.get(str(name_or_path), Path(name_or_path)), ModalRig)
-
-
-def save_modal_rig(rig: ModalRig, path: Path) -> None:
-    """Write `rig` as TOML that :func:`load_modal_rig` reads back equal."""
-    path.write_text(tomli_w.dumps(rig.model_dump(exclude_none=True)), encoding="utf-8")
-
-
-class _Kind(BaseModel):
-    """Any rig's first question."""
-
-    model_config = ConfigDict(extra="ignore")
-    kind: str = "lap-joint"
+    level: list[LevelFit] = Field(default=[])
+    note: list[str] = Field(default=[])

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from recordings.errors import InputError
 from twin.rigs.rig import Rig
 
-__all__ = ["foreign_preload", "known_preload", "nearest_preload", "preload_record", "recorded_preload"]
-
 NEAR = 0.05
 """Departure of a recorded preload from the rig's that needs no mention."""
 

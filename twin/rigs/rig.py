@@ -11,8 +11,6 @@ from pydantic import Field
 from twin.rigs.layout import Layout, Place, ThinLayer
 from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Name, Preload, Shaker, Table, Transducer
 
-__all__ = ["Rig"]
-
 
 class Rig(Table, ABC):
     """A rig as an experimenter describes it, or as a diagnosis extended it (`effect`).

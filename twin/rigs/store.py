@@ -13,8 +13,6 @@ from twin.rigs.lap_joint import LapJointRig
 from twin.rigs.rig import Rig
 from twin.rigs.structure_rig import StructureRig
 
-__all__ = ["RIG_FILES", "load_rig", "nominal_rig_file", "parse_rig", "save_rig"]
-
 RIG_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 """The shipped rigs by name."""
 

@@ -28,8 +28,6 @@ from twin.rigs.layout import (
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Name, Shaker, Table, Transducer
 
-__all__ = ["PlacedDrive", "PlacedSensor", "StructureRig"]
-
 Direction = str | list[float]
 
 BENCH_FINER = 1.5

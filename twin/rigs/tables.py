@@ -14,28 +14,6 @@ from recordings.quantities import follows_excitation, known_quantities, quantity
 if TYPE_CHECKING:
     from twin.joint import NamedLaw, PointForce
 
-__all__ = [
-    "Acquisition",
-    "AnyLaw",
-    "Damping",
-    "Drift",
-    "Effect",
-    "Finite",
-    "LawTable",
-    "LayerLawTable",
-    "Measured",
-    "Name",
-    "NamedLaws",
-    "NonNegative",
-    "PointLaw",
-    "Positive",
-    "Preload",
-    "Shaker",
-    "Table",
-    "Transducer",
-    "check_law",
-]
-
 MORE_THAN_ALL = 1.0 + 1e-6
 """Of a modulus that a law may take off it, lest rounding forbid all of it."""
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from twin.speed.duffing import duffing
-from twin.speed.equivalent_linear import equivalent_linear_sweep, receptances
+from twin.speed.equivalent_linear import equivalent_linear_sweep
 from twin.speed.gauss_newton import gauss_newton_step
 from twin.speed.harmonic_balance import balance, ten_sliders
 from twin.speed.integrators import against_solve_ivp
@@ -21,7 +21,6 @@ BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "harmonic-balance-ten-sliders": ten_sliders,
     "duffing": duffing,
     "equivalent-linear-sweep": equivalent_linear_sweep,
-    "receptances": receptances,
     "gauss-newton-step": gauss_newton_step,
     "gauss-newton-three-modes": gauss_newton_three_modes,
     "start": start,

@@ -20,8 +20,6 @@ from twin.joint import Cubic
 from twin.response import HarmonicBalance
 from twin.speed.measured import Measured, MissingRivalError, parallel_map
 
-__all__ = ["duffing"]
-
 HARMONICS, SAMPLES = 7, 128
 DAMPING, CUBIC, FORCE = 0.2, 0.1, 0.3
 OMEGA = np.linspace(0.4, 1.6, 25)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from twin.speed.equivalent_linear import banded_model, softening_sweep
 from twin.speed.measured import Measured, parallel_map
 
-__all__ = ["gauss_newton_step"]
-
 Array = NDArray[Any]
 
 SWEEPS, STEPS = 4, 60

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,11 +12,9 @@ from scipy.integrate import solve_ivp
 
 from twin.bench import JointLaw, default_law, open_bench
 from twin.bench.linear import to_poles
-from twin.bench.marching import LANES, coefficients, march
+from twin.bench.marching import Elements, coefficients, march
 from twin.rigs import load_rig
 from twin.speed.measured import Measured, least_seconds
-
-__all__ = ["VOLTS", "FREQUENCY_Hz", "RATE_Hz", "against_solve_ivp", "marched"]
 
 RATE_Hz = 25600.0
 SECONDS = 0.2
@@ -49,24 +48,16 @@ def marched() -> tuple[float, float]:
     """Seconds for :data:`SECONDS` of the rig at one step a sample, and the error of the joint's opening."""
     rig, law, scale = _hyperelastic_rig()
     c = coefficients(to_poles(rig), 1.0 / RATE_Hz)
-    width = len(c.decay) + -len(c.decay) % LANES
-
-    def parts(values: Any) -> Any:
-        pad = [(0, 0)] * (values.ndim - 1) + [(0, width - values.shape[-1])]
-        return np.ascontiguousarray(np.concatenate([np.pad(values.real, pad), np.pad(values.imag, pad)], axis=-1))
-
-    arrays = [parts(c.decay), parts(c.Gamma.T), parts(np.vstack([c.C[:1], c.C[:1]]).conj())]
-    D = np.ascontiguousarray(np.vstack([c.D[:1], c.D[:1]]))
+    # The opening is the local coordinate, and the channel that is told.
+    step = replace(c, C=np.vstack([c.C[:1], c.C[:1]]), D=np.vstack([c.D[:1], c.D[:1]])).packed(1, 0)
     count = round(SECONDS * RATE_Hz)
     voltage = VOLTS * np.sin(2 * np.pi * FREQUENCY_Hz * np.arange(count) / RATE_Hz)
-    element = np.array([law.kind]), np.array([0]), np.array([-1]), np.array([scale]), law.parameters[None]
+    first, none = np.array([0]), np.array([-1])
+    element = Elements(np.array([law.kind]), first, none, np.array([scale]), law.parameters[None], np.zeros((1, 1)))
     out = np.empty((count, 1))
 
-    compiled: Any = march
-
     def work() -> None:
-        memory = np.zeros((1, 1)), np.zeros(2 * width), np.zeros(1), np.zeros(2)
-        compiled(1.0 / RATE_Hz, *arrays, D, 1, 0, *element, *memory, voltage, out)
+        march(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), voltage, out)
 
     seconds = least_seconds(work, 20)
     exact, _ = _integrated(1e-9)

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["Measured", "MissingRivalError", "least_seconds", "parallel_map"]
-
 
 class MissingRivalError(Exception):
     """What a benchmark compares with is not installed."""

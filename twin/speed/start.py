@@ -10,8 +10,6 @@ import time
 
 from twin.speed.measured import Measured
 
-__all__ = ["start"]
-
 FIRST_RESULTS = """
 import time
 from twin.bench import open_bench

@@ -8,8 +8,6 @@ from twin.rigs import load_rig
 from twin.speed.integrators import VOLTS, FREQUENCY_Hz, RATE_Hz, marched
 from twin.speed.measured import Measured, least_seconds
 
-__all__ = ["streaming"]
-
 CHUNK = 1 << 14
 
 

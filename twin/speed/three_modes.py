@@ -24,8 +24,6 @@ from twin.speed.equivalent_linear import in_bands
 from twin.speed.measured import Measured, parallel_map
 from twin.structure import layer_points
 
-__all__ = ["gauss_newton_three_modes"]
-
 Array = NDArray[Any]
 
 MODES, LEVELS, STEPS = 3, (0.25, 0.5, 1.0), 41

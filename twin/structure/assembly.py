@@ -14,8 +14,6 @@ from twin.structure.mesh import BeamMesh, mesh_beams, mesh_layers
 from twin.structure.structure import Structure
 from twin.structure.timoshenko import timoshenko_mass
 
-__all__ = ["add_chain", "assemble"]
-
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
 

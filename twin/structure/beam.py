@@ -7,21 +7,6 @@ from types import EllipsisType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "AXIAL",
-    "BENDING",
-    "SLENDER",
-    "THICK",
-    "beam_mass",
-    "beam_stiffness",
-    "curvature_shape",
-    "deflection_shape",
-    "per_length",
-    "rotation_rate_shape",
-    "slope_shape",
-    "weakened_stiffness",
-]
-
 Matrix = NDArray[np.float64]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["free_coordinates"]
-
 Array = NDArray[np.float64]
 
 DEPENDENT = 1e-9

@@ -25,8 +25,6 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from twin.rigs.matrix_files import PartMatrices
 
-__all__ = ["KEPT_TO", "ReducedPart", "cached_craig_bampton", "craig_bampton"]
-
 Matrix = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Solve = Callable[[Matrix], Matrix]

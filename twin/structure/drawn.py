@@ -14,8 +14,6 @@ from twin.rigs.layout import DIRECTIONS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
-__all__ = ["DrawnPart", "LayerLine", "drawn_parts", "drawn_places", "layer_lines", "point_of"]
-
 Array = NDArray[np.float64]
 
 FLAT = 1e-6

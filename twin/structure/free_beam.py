@@ -14,8 +14,6 @@ from twin.structure.timoshenko import (
     timoshenko_stiffness_derivative,
 )
 
-__all__ = ["FreeBeam", "free_beam"]
-
 Matrix = NDArray[np.float64]
 BENDING = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
 

@@ -7,8 +7,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["gauss"]
-
 
 @cache
 def gauss(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -14,8 +14,6 @@ from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
 from twin.structure.thin_layer import thin_layer
 
-__all__ = ["joint_operators", "layer_element_dofs"]
-
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
 

@@ -11,8 +11,6 @@ import numpy as np
 from twin.structure.mode_law import TINY, TOLERANCE, TURNS, Complex, ComplexMode, Function, LayerModes, Matrix
 from twin.structure.point_law import Curve, PointLaw
 
-__all__ = ["layer_law_of_mode"]
-
 RELAXATION = 0.6
 """Share of the points' change of motion that a turn takes: the whole swings where a little loss hinders much slip."""
 SETTLED, CLOSEST = 1e-7, 1e-9

@@ -18,8 +18,6 @@ from twin.structure.mode_law import LayerModes
 from twin.structure.own_harmonics import with_own_harmonics
 from twin.structure.point_law import Curve
 
-__all__ = ["layer_table"]
-
 Array = NDArray[Any]
 
 FINER = 2

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from twin.structure.structure import JointOperators, Structure
 
-__all__ = ["LayerPoints", "layer_points", "points_of_joints"]
-
 Matrix = NDArray[np.float64]
 
 

@@ -16,8 +16,6 @@ from twin.rigs.matrix_files import NodePairs, PartMatrices, read_pairs, read_par
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
 from twin.structure.node_field import NodeField
 
-__all__ = ["MatrixCoordinates", "node_pairs", "reduced_parts"]
-
 Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")

@@ -24,8 +24,6 @@ from twin.structure.mesh import BeamMesh, mesh_layers
 from twin.structure.structure import Structure
 from twin.structure.thin_layer import ThinLayerElement, thin_layer
 
-__all__ = ["interface_layer", "membrane_layer", "with_layer_element"]
-
 Matrix = NDArray[np.float64]
 POINTS = 3
 """Gauss points in each direction; they integrate the squares of the quadratic strains exactly."""

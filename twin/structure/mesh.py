@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from twin.rigs import BeamPart, Layout, ThinLayer
 from twin.structure.beam import curvature_shape, deflection_shape, rotation_rate_shape, slope_shape
 
-__all__ = ["BeamMesh", "LayerMesh", "mesh_beams", "mesh_layers"]
-
 Array = NDArray[np.float64]
 
 SAME = 1e-4

@@ -24,8 +24,6 @@ from twin.structure.layer_points import LayerPoints
 from twin.structure.modes import normal_modes, rigid_motions
 from twin.structure.structure import Structure
 
-__all__ = ["TINY", "TOLERANCE", "TURNS", "ComplexMode", "Function", "LayerModes", "ModeFunctions", "mode_functions"]
-
 Matrix = NDArray[np.float64]
 Complex = NDArray[Any]
 Function = Callable[[Matrix], Matrix]

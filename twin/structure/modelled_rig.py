@@ -13,9 +13,6 @@ from twin.structure.assembly import assemble
 from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.structure import Structure
 
-__all__ = ["ModelledRig", "modelled_rig"]
-
-
 Matrix = NDArray[np.float64]
 
 

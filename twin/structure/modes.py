@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-__all__ = ["Modes", "normal_modes", "rigid_motions"]
-
 MOST_RIGID = 6
 RIGID = 1e-4
 """Natural frequency of a rigid motion at most, over that of the lowest that must be elastic."""

@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-__all__ = ["NodeField"]
-
 Array = NDArray[np.float64]
 
 THIN = 0.08

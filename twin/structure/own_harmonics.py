@@ -19,8 +19,6 @@ from twin.joint import Table, table_from_stiffness
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.point_law import Curve, PointLaw
 
-__all__ = ["with_own_harmonics"]
-
 Array = NDArray[Any]
 
 ORDERS = np.array([3, 5, 7])

@@ -12,8 +12,6 @@ from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
 
-__all__ = ["implausible"]
-
 Array = NDArray[np.float64]
 
 MODULUS_Pa, DENSITY_kg_m3 = (1e6, 1.3e12), (10.0, 23e3)

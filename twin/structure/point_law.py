@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-__all__ = ["Curve", "PointLaw"]
-
 Array = NDArray[np.float64]
 
 

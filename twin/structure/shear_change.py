@@ -15,8 +15,6 @@ from twin.structure.timoshenko import (
     timoshenko_stiffness_derivative,
 )
 
-__all__ = ["shear_change"]
-
 Matrix = NDArray[np.float64]
 
 

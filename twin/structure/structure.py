@@ -17,8 +17,6 @@ from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
 
-__all__ = ["JointOperators", "Structure"]
-
 Matrix = NDArray[np.float64]
 
 PLANE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from twin.structure.beam import deflection_shape, slope_shape
 from twin.structure.gauss import gauss
 
-__all__ = ["ThinLayerElement", "thin_layer"]
-
 NORMAL_POINTS, SHEAR_POINTS = 4, 3
 """Gauss points that integrate the squares of a cubic opening and of a quadratic slip exactly."""
 

@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from twin.structure.beam import BENDING, SLENDER, THICK, beam_mass, per_length
 from twin.structure.gauss import gauss
 
-__all__ = ["shear_parameter", "timoshenko_mass", "timoshenko_mass_derivative", "timoshenko_stiffness_derivative"]
-
 Matrix = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from twin.structure.beam import beam_stiffness, weakened_stiffness
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
-__all__ = ["WeakenedSection", "weakened_section"]
-
 Matrix = NDArray[np.float64]
 
 ELASTIC = 3

@@ -6,22 +6,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from twin.views.answer import answer_markdown
-    from twin.views.rehearsal_report import write_rehearsal_report
-    from twin.views.report import write_report
+    from twin.views.rehearsal_report import rehearsal_page
+    from twin.views.report import diagnosis_page
     from twin.views.rerun_diagnosis import save_diagnosis
     from twin.views.rerun_run import save_run
     from twin.views.rerun_table import save_table
 
-__all__ = ["answer_markdown", "save_diagnosis", "save_run", "save_table", "write_rehearsal_report", "write_report"]
+__all__ = ["diagnosis_page", "rehearsal_page", "save_diagnosis", "save_run", "save_table"]
 
 _FILES = {
-    "answer_markdown": "answer",
+    "diagnosis_page": "report",
+    "rehearsal_page": "rehearsal_report",
     "save_diagnosis": "rerun_diagnosis",
     "save_run": "rerun_run",
     "save_table": "rerun_table",
-    "write_rehearsal_report": "rehearsal_report",
-    "write_report": "report",
 }
 
 

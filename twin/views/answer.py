@@ -1,4 +1,4 @@
-"""A diagnosis in words and tables, for a text pane and for the report."""
+"""What a diagnosis says, as tables."""
 
 from __future__ import annotations
 
@@ -8,21 +8,8 @@ import numpy as np
 
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.exclusion import Exclusion
-from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
-from twin.rigs import Rig
+from twin.diagnose.result import Estimate, Gain, NamedCause
 from twin.views.table import Table
-
-__all__ = [
-    "answer_markdown",
-    "causes_table",
-    "errors_table",
-    "estimate_text",
-    "excluded_table",
-    "layer_sentences",
-    "preload_text",
-    "residual_rows",
-    "residuals_table",
-]
 
 
 def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
@@ -118,60 +105,3 @@ def residuals_table(sweeps: Sequence[SweepComparison], *, several: bool) -> Tabl
         ],
         numbers=(2, 3) if several else (2,),
     )
-
-
-def answer_markdown(diagnosis: Diagnosis) -> str:
-    """The whole answer as Markdown."""
-    lines = [f"# {diagnosis.verdict}", "", diagnosis.sentence, ""]
-    misfit = diagnosis.misfit
-    lines += [
-        "## Misfit",
-        "",
-        f"chi² per degree of freedom {misfit.chi2_per_dof:.3g} before, {misfit.after:.3g} after; "
-        f"up to {misfit.threshold:.3g} a model is taken to agree with its data.",
-        "",
-    ]
-    if diagnosis.gain is not None:
-        gain = diagnosis.gain
-        lines += ["## Gain on held-out sweeps", "", "| | rms relative error |", "|---|---|"]
-        lines += [
-            f"| before | {100 * gain.before:.2f} % |",
-            f"| after | {100 * gain.after:.2f} % |",
-            f"| noise floor | {100 * gain.noise_floor:.2f} % |",
-            "",
-        ]
-    if diagnosis.causes:
-        lines += ["## Causes", ""]
-    for cause in diagnosis.causes:
-        held = ", in the model" if cause.in_model else ""
-        lines += [f"### {cause.cause}", "", f"probability {cause.probability:.3g}{held}", ""]
-        lines += [f"- {name}: {estimate_text(value)}" for name, value in cause.parameters.items()]
-        if cause.confused_with:
-            lines += [f"- could be confused with {', '.join(cause.confused_with)}"]
-        lines += [""]
-    rows = residual_rows(diagnosis.sweeps)
-    if rows:
-        lines += ["## Residuals, rms in σ", "", "| sweep | channel | before | after |", "|---|---|---|---|"]
-        lines += [f"| {sweep} | {channel} | {before:.3g} | {after:.3g} |" for sweep, channel, before, after in rows]
-        lines += [""]
-    if diagnosis.next_test is not None:
-        lines += ["## Next test", "", diagnosis.next_test.why, ""]
-        if diagnosis.next_test.sensor is not None:
-            lines += [f"Or {diagnosis.next_test.sensor.why}.", ""]
-    if diagnosis.notes:
-        lines += ["## Notes", "", *(f"- {note}" for note in diagnosis.notes), ""]
-    return "\n".join(lines)
-
-
-def preload_text(preload: str) -> str:
-    """What follows a rig's name; nothing of a rig without joints."""
-    return f", preload {preload}" if preload else ""
-
-
-def layer_sentences(rig: Rig) -> list[str]:
-    """What is assumed of each joint."""
-    return [
-        f"{'The joint' if len(rig.joints) == 1 else joint.name} is a thin layer of {joint.layer_elements} elements. "
-        "Each has the moduli E′ − s(o) and G′ + j l(q), smooth functions of its own amplitudes of opening o and slip q."
-        for joint in rig.joints
-    ]

@@ -9,8 +9,6 @@ from matplotlib.figure import Figure
 
 from twin.campaign.summary import CampaignSummary
 
-__all__ = ["confusion_figure", "detection_figure"]
-
 CELL_IN = 0.28
 MARGIN_IN = (3.0, 2.4)
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from twin.views.style import on_dark, tick_text, ticks
 
-__all__ = ["Chart", "common_range"]
-
 Array = NDArray[Any]
 
 WIDTH, HEIGHT = 1000.0, 640.0
@@ -48,6 +46,27 @@ def common_range(values: Sequence[Array], *, log: bool = False, margin: float = 
     return low - grow, high + grow
 
 
+@dataclass(frozen=True)
+class Axis:
+    """Quantity and unit, as printed, and the ends, in data; `bare` without ticks, where it only keeps things apart."""
+
+    label: str
+    ends: tuple[float, float]
+    log: bool = False
+    bare: bool = False
+
+    @classmethod
+    def over(cls, label: str, values: Sequence[Array], *, log: bool = False, margin: float = 0.06) -> Axis:
+        """An axis over :func:`common_range`."""
+        return cls(label, common_range(values, log=log, margin=margin), log=log)
+
+    def share(self, values: Array) -> Array:
+        """Where values lie, 0 at the first end and 1 at the last."""
+        if self.log:
+            return np.asarray(np.log(values / self.ends[0]) / np.log(self.ends[1] / self.ends[0]))
+        return np.asarray((values - self.ends[0]) / (self.ends[1] - self.ends[0]))
+
+
 @dataclass
 class Chart:
     """One chart under one entity of a recording.
@@ -56,20 +75,14 @@ class Chart:
     ----------
     path
         Entity under which everything of the chart lies.
-    x_label, y_label
-        Quantity and unit, as printed; the vertical axis may do without.
-    x_range, y_range
-        Ends of the axes, in data.
-    log_x, log_y
-        Logarithmic axes.
+    x, y
+        Its axes; the vertical one may do without a label.
     width
         Of the frame, beside its height of 640: of a chart for a pane that is wide.
     text
         Size of the text beside that of the frame: more than 1 in small panes, since text is as large in any.
     growing
         Drawn anew, under the same entity, as data come: what is drawn holds from the recording's present time on.
-    bare_y
-        Without ticks on the vertical axis, where it only keeps things apart.
     legend_rows
         Room for the legend, in rows; as it turns out if left out.
     """
@@ -77,16 +90,11 @@ class Chart:
     recording: rr.RecordingStream
     path: str
     title: str
-    x_label: str
-    y_label: str
-    x_range: tuple[float, float]
-    y_range: tuple[float, float]
-    log_x: bool = False
-    log_y: bool = False
+    x: Axis
+    y: Axis
     width: float = WIDTH
     text: float = 1.0
     growing: bool = False
-    bare_y: bool = False
     legend_rows: int | None = None
     _legend: list[tuple[str, str]] = field(default_factory=list)
 
@@ -151,20 +159,17 @@ class Chart:
         moving = rr.LineStrips2D(strips, colors=list(colours), radii=rr.Radius.ui_points(width / 2))
         self.recording.log(self._entity(name), moving)
 
-    def move_points(self, name: str, x: Array, y: Array, colour: str, *, size: float = 5.0) -> None:
-        """Markers that are there at the recording's present time."""
-        at = self._place(np.asarray(x, float), np.asarray(y, float))
-        moving = rr.Points2D(at, colors=[on_dark(colour)], radii=rr.Radius.ui_points(size), draw_order=60)
-        self.recording.log(self._entity(name), moving)
-
     def tell(self, text: str, colour: str, kind: str = "") -> None:
         """An entry of the legend, once; `kind` is ``line``, ``dashed``, ``point`` or nothing."""
         entry = (f"{SAMPLES[kind]} {text}".strip(), colour)
         if entry not in self._legend:
             self._legend.append(entry)
 
-    def close(self) -> None:
-        """Draw the legend above the frame: names in their curves' colours, since labels keep their size at any zoom."""
+    def close(self) -> rrb.Spatial2DView:
+        """Draw the legend above the frame, and give the view of it all.
+
+        Names are in their curves' colours, since labels keep their size at any zoom.
+        """
         columns = -(-len(self._legend) // max(self._rows, 1))
         for i, (text, colour) in enumerate(self._legend):
             at = [
@@ -172,6 +177,7 @@ class Chart:
                 -HEIGHT - (84 + 46 * (self._rows - 1 - i // columns)) * self.text,
             ]
             self._log(f"legend/{i}", _text([at], [text], on_dark(colour)))
+        return self.view()
 
     def _log(self, name: str, what: Any) -> None:
         self.recording.log(self._entity(name), what, static=not self.growing)
@@ -181,8 +187,8 @@ class Chart:
 
     def _place(self, x: Array, y: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
-            across = _share(x, self.x_range, self.log_x) * self.width
-            up = _share(y, self.y_range, self.log_y) * HEIGHT
+            across = self.x.share(x) * self.width
+            up = self.y.share(y) * HEIGHT
         up = np.where((up < -0.01 * HEIGHT) | (up > 1.01 * HEIGHT), np.nan, up)
         return np.stack([across, -up], axis=-1)
 
@@ -194,10 +200,10 @@ class Chart:
         return [at[part] for part in parts if len(part) > 1 and sound[part[0]]]
 
     def _draw_frame(self) -> None:
-        xs = ticks(*self.x_range, log=self.log_x)
-        ys = [] if self.bare_y else ticks(*self.y_range, log=self.log_y, most=6)
-        at_x = self._place(np.array(xs), np.full(len(xs), self.y_range[0]))[:, 0]
-        at_y = self._place(np.full(len(ys), self.x_range[0]), np.array(ys))[:, 1]
+        xs = ticks(*self.x.ends, log=self.x.log)
+        ys = [] if self.y.bare else ticks(*self.y.ends, log=self.y.log, most=6)
+        at_x = self._place(np.array(xs), np.full(len(xs), self.y.ends[0]))[:, 0]
+        at_y = self._place(np.full(len(ys), self.x.ends[0]), np.array(ys))[:, 1]
         grid: Any = [[[x, 0], [x, -HEIGHT]] for x in at_x] + [[[0, y], [self.width, y]] for y in at_y]
         frame: Any = [[[0, 0], [self.width, 0], [self.width, -HEIGHT], [0, -HEIGHT], [0, 0]]]
         if grid:
@@ -210,11 +216,11 @@ class Chart:
                 "axes/y",
                 _text([[-38 * self.text, y - 12 * self.text] for y in at_y], [tick_text(value) for value in ys]),
             )
-        self._log("axes/x_label", _text([[self.width / 2, 48 * self.text]], [self.x_label]))
-        if self.y_label:
+        self._log("axes/x_label", _text([[self.width / 2, 48 * self.text]], [self.x.label]))
+        if self.y.label:
             self._log(
                 "axes/y_label",
-                _text([[max(90, 9 * len(self.y_label) - 150) * self.text, -HEIGHT - 44 * self.text]], [self.y_label]),
+                _text([[max(90, 9 * len(self.y.label) - 150) * self.text, -HEIGHT - 44 * self.text]], [self.y.label]),
             )
 
 
@@ -223,12 +229,6 @@ def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] 
     return rr.Points2D(
         at, labels=texts, show_labels=True, colors=[colour], radii=rr.Radius.ui_points(0.01), draw_order=50
     )
-
-
-def _share(values: Array, ends: tuple[float, float], log: bool) -> Array:
-    if log:
-        return np.asarray(np.log(values / ends[0]) / np.log(ends[1] / ends[0]))
-    return np.asarray((values - ends[0]) / (ends[1] - ends[0]))
 
 
 def _dashes(strip: Array) -> list[Array]:

@@ -25,26 +25,6 @@ from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.receptance import per_force
 
-__all__ = [
-    "Fitted",
-    "LawBand",
-    "SeenByMode",
-    "SteppedSweep",
-    "about_each_resonance",
-    "broadband_responses",
-    "compared_models",
-    "largest_receptance",
-    "law_bands",
-    "law_in_lowest_mode",
-    "law_reach",
-    "modelled_by",
-    "parted",
-    "resonance_names",
-    "sensor_places",
-    "shown_models",
-    "stepped_sweeps",
-]
-
 Array = NDArray[Any]
 
 
@@ -190,11 +170,16 @@ class Fitted(Protocol):
         """The minimum that they are."""
 
 
+def has_law(model: Fitted) -> bool:
+    """Whether any joint's law was seen: by sine steps."""
+    return any(np.any(law.vector) for law in model.baseline.laws)
+
+
 def law_bands(evidence: MeasuredData, model: Fitted, *, points: int = 120) -> tuple[LawBand, ...]:
     """Each joint's identified softening and loss over their knots; nothing where the data had no sine steps."""
-    baseline, covariance = model.baseline, model.solution.covariance
-    if not any(np.any(law.vector) for law in baseline.laws):
+    if not has_law(model):
         return ()
+    baseline, covariance = model.baseline, model.solution.covariance
     bands: list[LawBand] = []
     for joint, (law, (opening, slip)) in enumerate(zip(baseline.laws, law_reach(evidence, model), strict=True)):
         o = np.geomspace(law.opening_knots[0], law.opening_knots[-1], points)

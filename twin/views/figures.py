@@ -27,20 +27,6 @@ from twin.views.curves import (
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
-__all__ = [
-    "Drawing",
-    "broadband_figure",
-    "draw_law",
-    "dressed",
-    "frame_law",
-    "law_figure",
-    "legend",
-    "panels",
-    "residuals_figure",
-    "sweeps_figure",
-    "unmeasured_entry",
-]
-
 Array = NDArray[Any]
 
 WIDTH_IN = 9.0
@@ -123,11 +109,9 @@ def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] 
     return figure
 
 
-def law_figure(evidence: MeasuredData, models: Mapping[str, Fitted]) -> Figure | None:
-    """Softening over a layer point's opening and loss over its slip, with one standard deviation; None without one."""
+def law_figure(evidence: MeasuredData, models: Mapping[str, Fitted]) -> Figure:
+    """Softening over a layer point's opening and loss over its slip, with one standard deviation; any has a law."""
     laws = {kind: bands for kind, model in models.items() if (bands := law_bands(evidence, model))}
-    if not laws:
-        return None
     count = len(next(iter(laws.values()))) // 2
     figure = Drawing(figsize=(WIDTH_IN, 3.3 * count), layout="constrained")
     row = figure.subplots(count, 2, squeeze=False).ravel()

@@ -21,8 +21,6 @@ from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
 from twin.views.figures import WIDTH_IN, Drawing, draw_law, dressed, frame_law, legend, panels, unmeasured_entry
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
-__all__ = ["file_law_bands", "identified_law_figure", "strength_figure"]
-
 Array = NDArray[Any]
 
 POINTS = 80

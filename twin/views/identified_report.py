@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -13,9 +12,16 @@ from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
 from twin.identify.residual_model import ResidualModel
-from twin.views.answer import estimate_text, layer_sentences, preload_text
+from twin.views.answer import estimate_text
 from twin.views.curves import joint_name, law_reach
-from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
+from twin.views.fit_sections import (
+    assumed_of_rig,
+    broadband_section,
+    fit_facts,
+    modes_picture,
+    residuals_picture,
+    sweeps_picture,
+)
 from twin.views.identified_figures import file_law_bands, identified_law_figure, strength_figure
 from twin.views.identified_tables import (
     Determined,
@@ -27,11 +33,8 @@ from twin.views.identified_tables import (
     polynomial_table,
     residual_table,
 )
-from twin.views.page import Section, picture, require_folder, write_page
-from twin.views.rig_figure import modes_figure
+from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, CAUTION
-
-__all__ = ["fitted_sweeps", "identified_sentence", "write_identified_report"]
 
 AMPLITUDE = {"softening": "an opening of", "loss": "a slip of"}
 
@@ -76,65 +79,31 @@ def identified_sentence(found: Identified, evidence: MeasuredData) -> str:
     return f"{told}."
 
 
-def write_identified_report(
-    found: Identified,
-    evidence: MeasuredData,
-    path: Path,
-    *,
-    warnings: Sequence[str] | None = None,
-    commands: Sequence[str] = (),
-) -> None:
-    """Write the report of an identification.
-
-    Parameters
-    ----------
-    found, evidence
-        What was identified, and from what.
-    path
-        The HTML file to write; replaced if it exists.
-    warnings
-        What to tell beside what is uncertain by itself; the identification's own if not given.
-    commands
-        What to type to get the same again.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
-    require_folder(path)
-    runs = ", ".join(Path(run.path).name for run in evidence.runs)
-    write_page(
-        path,
+def identified_page(found: Identified, evidence: MeasuredData, warnings: Sequence[str]) -> Page:
+    """The report of an identification; `warnings` are told beside what is uncertain by itself."""
+    return Page(
         title=f"Identification of {'a bolted joint' if evidence.rig.joints else 'a structure'}",
         answer=identified_sentence(found, evidence),
-        facts=f"Rig {evidence.rig.name}{preload_text(found.preload)}; recordings {runs}.",
-        sections=list(_sections(found, evidence, found.warnings if warnings is None else warnings, commands)),
+        facts=f"{fit_facts(evidence)}.",
+        sections=[section for section in _sections(found, evidence, warnings) if section is not None],
         accent=CAUTION if found.chi2_per_dof > POOR_FIT else AFTER,
     )
 
 
-def _sections(
-    found: Identified,
-    evidence: MeasuredData,
-    warnings: Sequence[str],
-    commands: Sequence[str],
-) -> Iterator[Section]:
+def _sections(found: Identified, evidence: MeasuredData, warnings: Sequence[str]) -> Iterator[Section | None]:
     rows = determined(found, evidence)
     yield _parameters(found, evidence, rows)
     if len(evidence.steps):
         yield _sweeps(found, evidence, fitted_sweeps(found, evidence))
-    if evidence.broadband:
-        yield _broadband(found, evidence)
+    yield broadband_section(evidence, {"model": found})
     yield _determined(rows)
     if found.polynomials is not None:
         yield _levels(found.polynomials)
         yield _regularisation(found.polynomials.together)
-    yield _modes(found, evidence)
+    shapes = "With the joint at rest, and without what the rig file's effects attach."
+    yield Section(title="Modes of the identified structure", pictures=[modes_picture(evidence, found, caption=shapes)])
     yield _assumed(evidence)
     yield _uncertain(rows, warnings)
-    if commands:
-        yield Section(title="To get this again", commands=commands)
 
 
 def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determined]) -> Section:
@@ -149,8 +118,7 @@ def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determ
         )
         caption = (
             "The joint's law as the model file has it, for each point of the layer by its own opening and slip: "
-            "splines, with one standard deviation either way. Shaded: in no step did the point that moves most move so "
-            "little, or so far."
+            "splines, with one standard deviation either way. Shaded: amplitudes outside the measured range."
         )
         if found.polynomials is not None:
             caption += (
@@ -159,8 +127,8 @@ def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determ
                 "uncertainty is in their table."
             )
         pictures.append(
-            picture(
-                identified_law_figure(found, evidence),
+            Picture(
+                draw=lambda: identified_law_figure(found, evidence),
                 alt="Softening of the joint over the opening of a point of its layer, and loss modulus over its slip, "
                 f"with bands of one standard deviation: {told}."
                 + (" Below, the polynomials of each level over one sensor's amplitude." if found.polynomials else ""),
@@ -173,49 +141,13 @@ def _parameters(found: Identified, evidence: MeasuredData, rows: Sequence[Determ
 
 
 def _sweeps(found: Identified, evidence: MeasuredData, sweeps: Sequence[SweepComparison]) -> Section:
-    names = ", ".join(sweep.sweep for sweep in sweeps)
-    peaks = "; ".join(
-        f"{sweep.sweep} peaks at {sweep.frequency_Hz[int(np.argmax(np.abs(sweep.measured[:, -1])))]:.5g} Hz"
-        for sweep in sweeps
-    )
-    rms = "; ".join(
-        f"{sweep.sweep} {channel}: {float(np.sqrt(np.mean(sweep.residual_after[:, o] ** 2))):.3g}"
-        for sweep in sweeps
-        for o, channel in enumerate(sweep.channels)
-    )
     return Section(
         title="Sweeps and what is left of them",
         texts=[f"Chi² per degree of freedom of everything together is {found.chi2_per_dof:.3g}."],
         tables=[residual_table(found)],
         pictures=[
-            picture(
-                sweeps_figure(evidence, sweeps, kinds=("measured", "model")),
-                alt=f"Receptance against frequency for {names}, measured and by the model. {peaks}.",
-                caption="Measured (points) and model (lines): amplitude of displacement per newton.",
-            ),
-            picture(
-                residuals_figure(sweeps, kinds=("model",)),
-                alt=f"Residuals in standard deviations against frequency. Root mean square: {rms}.",
-                caption="Residuals of the fundamental in standard deviations of the measurement's noise alone, of the "
-                "sweeps that have the largest. Close to a sharp resonance a shift of a thousandth of a hertz already "
-                "shows here.",
-            ),
-        ],
-    )
-
-
-def _broadband(found: Identified, evidence: MeasuredData) -> Section:
-    return Section(
-        title="Broadband responses",
-        pictures=[
-            picture(
-                broadband_figure(evidence, {"model": found}, i),
-                alt=f"Broadband responses of {', '.join(data.channels)} from {data.frequency_Hz[0]:.0f} to "
-                f"{data.frequency_Hz[-1]:.0f} Hz, logarithmic, measured and by the model, with relative errors below.",
-                caption=f"Broadband run {Path(data.run).name}: responses per force, and the model's relative error "
-                "beside one standard deviation of the measurement.",
-            )
-            for i, data in enumerate(evidence.broadband)
+            sweeps_picture(evidence, sweeps, kinds=("model",), caption="Measured (points) and model (lines)"),
+            residuals_picture(sweeps, kinds=("model",)),
         ],
     )
 
@@ -259,8 +191,8 @@ def _regularisation(fit: PolynomialFit) -> Section:
             f"λ = {curve.cross_validated:.2g}; every iteration begins with the corner of its own."
         ],
         pictures=[
-            picture(
-                strength_figure(fit),
+            Picture(
+                draw=lambda: strength_figure(fit),
                 alt=f"Left: the L-curve, its corner at {curve.corner:.2g}. Middle: cross-validation against strength, "
                 f"least at {curve.cross_validated:.2g}. Right: the residual's norm, from {fit.history[0].cost:.3g} to "
                 f"{fit.history[-1].cost:.3g} in {len(fit.history) - 1} iterations.",
@@ -271,34 +203,13 @@ def _regularisation(fit: PolynomialFit) -> Section:
     )
 
 
-def _modes(found: Identified, evidence: MeasuredData) -> Section:
-    return Section(
-        title="Modes of the identified structure",
-        pictures=[
-            picture(
-                modes_figure(evidence, found),
-                alt="The parts in the first modes, over where they are at rest, with the sensors marked.",
-                caption="With the joint at rest, and without what the rig file's effects attach.",
-            )
-        ],
-    )
-
-
 def _assumed(evidence: MeasuredData) -> Section:
-    layout = evidence.rig.layout()
-    places = ", ".join(f"{o.channel} at {layout.told(o.place)}" for o in evidence.outputs)
-    rig = evidence.rig
-    effects = ", ".join(effect.cause for effect in rig.effect)
     return Section(
         title="What was assumed",
         items=[
-            f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}."
-            + (f" Its effects act: {effects}." if effects else ""),
-            *layer_sentences(rig),
-            "They are the same for all elements of a joint and in every mode.",
-            "The force is what the force cell reads; steps that were still changing were left out.",
-            "The noise is estimated from the recordings themselves, and is Gaussian; the model may be wrong by a "
-            "little more, which counts as noise.",
+            *assumed_of_rig(evidence),
+            "The moduli are the same for all elements of a joint and in every mode.",
+            "The model may be wrong by a little more than the noise, which counts as noise.",
             "Beforehand the moduli are assumed to within some per cent, the damping ratios to within a half.",
         ],
     )

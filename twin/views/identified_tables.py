@@ -19,17 +19,6 @@ from twin.views.answer import estimate_text
 from twin.views.curves import LawBand, joint_name
 from twin.views.table import Table
 
-__all__ = [
-    "Determined",
-    "determined",
-    "determined_table",
-    "law_table",
-    "left_out_table",
-    "parameter_table",
-    "polynomial_table",
-    "residual_table",
-]
-
 Array = NDArray[Any]
 
 LITTLE = 2.0

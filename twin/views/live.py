@@ -16,8 +16,6 @@ from twin.procedures import StepResult
 from twin.views.live_about import LiveAbout
 from twin.views.live_process import draw
 
-__all__ = ["LiveView"]
-
 ROOM_BLOCKS = 512
 """Blocks of samples that may wait to be drawn."""
 ROOM = 4096

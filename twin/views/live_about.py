@@ -9,8 +9,6 @@ from typing import Any
 from recordings.run import Channel
 from twin.procedures import Procedure
 
-__all__ = ["LiveAbout"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class LiveAbout:

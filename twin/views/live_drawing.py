@@ -23,8 +23,6 @@ from twin.views.rerun_log import log_line, log_view
 from twin.views.rrd import send_layout
 from twin.views.style import level_colour, on_dark, unit_text
 
-__all__ = ["LiveDrawing"]
-
 Array = NDArray[Any]
 
 TIME = "time"

@@ -19,8 +19,6 @@ from twin.views.live_about import LiveAbout
 from twin.views.live_drawing import LiveDrawing
 from twin.views.rrd import APPLICATION, recording_file
 
-__all__ = ["draw"]
-
 GATHER_S = 0.1
 MOST_AT_ONCE = 1024
 """Gathered between two drawings: many blocks in one go cost little more than one."""

@@ -9,10 +9,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from recordings.run import Channel, SampleBlock
-from twin.views.chart import Chart
+from twin.views.chart import Axis, Chart
 from twin.views.style import INK
-
-__all__ = ["RangeUse"]
 
 LOWEST, HIGHEST = 0.01, 100.0
 """Ends of the axis, %."""
@@ -33,13 +31,9 @@ class RangeUse:
             recording,
             "/ranges",
             "Use of the channels' ranges: now, at most so far",
-            "largest sample, % of the converter's range",
-            "",
-            (LOWEST, HIGHEST),
-            (0.0, float(max(len(self._range), 1))),
-            log_x=True,
+            Axis("largest sample, % of the converter's range", (LOWEST, HIGHEST), log=True),
+            Axis("", (0.0, float(max(len(self._range), 1))), bare=True),
             growing=True,
-            bare_y=True,
             text=1.5,
             legend_rows=0,
         )

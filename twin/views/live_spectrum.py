@@ -11,10 +11,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from recordings.run import Channel, SampleBlock
-from twin.views.chart import Chart
+from twin.views.chart import Axis, Chart
 from twin.views.style import level_colour
-
-__all__ = ["LiveSpectrum"]
 
 SPAN_S = 1.0
 EVERY_S = 0.5
@@ -66,12 +64,8 @@ class LiveSpectrum:
             self._recording,
             "/spectrum",
             "Spectrum of the latest second",
-            "frequency, Hz",
-            "amplitude / range of the channel",
-            (LOWEST_Hz, self._highest_Hz),
-            (LOWEST, HIGHEST),
-            log_x=True,
-            log_y=True,
+            Axis("frequency, Hz", (LOWEST_Hz, self._highest_Hz), log=True),
+            Axis("amplitude / range of the channel", (LOWEST, HIGHEST), log=True),
             width=2300.0,
             growing=True,
             legend_rows=1,

@@ -11,12 +11,10 @@ import rerun.blueprint as rrb
 from recordings.run import Channel
 from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart, common_range
 from twin.views.live_about import LiveAbout
 from twin.views.receptance import per_force, per_force_label, reading_label
 from twin.views.style import INK, level_colour, unit_text
-
-__all__ = ["HarmonicsChart", "SweepChart", "stepped"]
 
 WIDE = 1200.0
 GROW = 0.35
@@ -93,10 +91,10 @@ class SweepChart:
         sweep = self._sweeps.setdefault(result.sweep, _Sweep(level))
         sweep.x.append(self._across.of(result))
         sweep.y.append(y)
-        x_range = _wide_enough(self._chart.x_range, sweep.x[-1], known=True)
-        y_range = _wide_enough(self._chart.y_range, y, known=self._known)
+        x_range = _wide_enough(self._chart.x.ends, sweep.x[-1], known=True)
+        y_range = _wide_enough(self._chart.y.ends, y, known=self._known)
         self._known = True
-        if (x_range, y_range) != (self._chart.x_range, self._chart.y_range):
+        if (x_range, y_range) != (self._chart.x.ends, self._chart.y.ends):
             self._chart = self._drawn_anew(x_range, y_range)
         else:
             self._draw(result.sweep)
@@ -112,10 +110,8 @@ class SweepChart:
             self._recording,
             "/sweeps",
             f"Sweeps at {self._channel.name}, as they grow",
-            self._across.label,
-            label(self._channel.name, self._channel.quantity),
-            x_range,
-            y_range,
+            Axis(self._across.label, x_range),
+            Axis(label(self._channel.name, self._channel.quantity), y_range),
             width=WIDE,
             growing=True,
             legend_rows=2,
@@ -180,10 +176,8 @@ class HarmonicsChart:
             self._recording,
             "/harmonics",
             f"Harmonics of {self._channel.name}",
-            self._across.label,
-            f"{self._channel.name}{running}, dB of its fundamental",
-            self._x_range,
-            (LOWEST_dB, HIGHEST_dB),
+            Axis(self._across.label, self._x_range),
+            Axis(f"{self._channel.name}{running}, dB of its fundamental", (LOWEST_dB, HIGHEST_dB)),
             growing=True,
             legend_rows=1,
         )

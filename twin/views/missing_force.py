@@ -10,10 +10,8 @@ from twin.diagnose.missing import MissingForce
 from twin.diagnose.result import Diagnosis
 from twin.views.answer import estimate_text
 from twin.views.figures import dressed, legend, panels
-from twin.views.page import Section, Table, picture
+from twin.views.page import Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, INK, level_colour
-
-__all__ = ["missing_force_figure", "missing_force_section"]
 
 SENSOR = "#009e73"
 
@@ -105,5 +103,5 @@ def missing_force_section(diagnosis: Diagnosis) -> Section | None:
         title="The force that is missing",
         texts=[text],
         tables=[terms, levels],
-        pictures=[picture(missing_force_figure(diagnosis, force), alt=alt, caption=caption)],
+        pictures=[Picture(draw=lambda: missing_force_figure(diagnosis, force), alt=alt, caption=caption)],
     )

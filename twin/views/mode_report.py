@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from twin.rigs.modal import ModalRig
 from twin.views.figures import dressed, legend, panels
-from twin.views.page import Section, picture, require_folder, write_page
+from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, BEFORE, MEASURED
 from twin.views.table import Table
-
-__all__ = ["mode_figure", "mode_sentence", "mode_table", "write_mode_report"]
 
 
 def mode_sentence(model: ModalRig) -> str:
@@ -76,67 +71,44 @@ def mode_figure(model: ModalRig) -> Figure:
     return figure
 
 
-def write_mode_report(model: ModalRig, path: Path, *, table: str, commands: Sequence[str] = ()) -> None:
-    """Write the report of an identified modal rig.
-
-    Parameters
-    ----------
-    model
-        With its law and levels.
-    path
-        The HTML file to write; replaced if it exists.
-    table
-        Name of the table of sweeps.
-    commands
-        What to type to get the same again.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
-    require_folder(path)
+def mode_page(model: ModalRig, *, table: str) -> Page:
+    """The report of an identified modal rig, with its law and levels; `table` names the table of sweeps."""
     law = model.law
     assert law is not None
     told = "; ".join(f"{v.amplitude_m_per_s2:.3g} m/s²: {v.frequency_Hz:.3f} Hz" for v in model.level)
-    shown = picture(
-        mode_figure(model),
+    shown = Picture(
+        draw=lambda: mode_figure(model),
         alt=f"Resonance and damping ratio of every sweep against its amplitude, with the law. {told}.",
         caption="Each sweep's own linear mode (points) and the smooth law of all, with one standard deviation.",
     )
-    sections = [
-        Section(
-            title="What was identified",
-            texts=[
-                f"Modal mass {law.modal_mass_kg:.4g} kg; each force is met to {100 * law.force_relative_std:.2g} % by "
-                "its sweep's own linear mode."
-            ],
-            tables=[mode_table(model)],
-            pictures=[shown],
-        ),
-        Section(
-            title="What was assumed",
-            items=[
-                "One mode, linear at each amplitude; its frequency and damping follow the response's amplitude "
-                "smoothly, and what other modes add is constant.",
-                "The response was held during each sweep, so that each sweep is one amplitude.",
-            ],
-        ),
-        Section(
-            title="What is uncertain",
-            items=[
-                *model.note,
-                "The lowest and the highest amplitude are extrapolated from the others when they are left out.",
-                "Standard deviations include how far whole sweeps stray from any smooth law.",
-            ],
-        ),
-    ]
-    if commands:
-        sections.append(Section(title="To get this again", commands=commands))
-    write_page(
-        path,
+    identified = Section(
+        title="What was identified",
+        texts=[
+            f"Modal mass {law.modal_mass_kg:.4g} kg; each force is met to {100 * law.force_relative_std:.2g} % by "
+            "its sweep's own linear mode."
+        ],
+        tables=[mode_table(model)],
+        pictures=[shown],
+    )
+    assumed = Section(
+        title="What was assumed",
+        items=[
+            "One mode, linear at each amplitude; its frequency and damping follow the response's amplitude "
+            "smoothly, and what other modes add is constant.",
+            "The response was held during each sweep, so that each sweep is one amplitude.",
+        ],
+    )
+    uncertain = Section(
+        title="What is uncertain",
+        items=[
+            *model.note,
+            "The lowest and the highest amplitude are extrapolated from the others when they are left out.",
+            "Standard deviations include how far whole sweeps stray from any smooth law.",
+        ],
+    )
+    return Page(
         title="Identification of a mode that depends on its amplitude",
         answer=mode_sentence(model),
         facts=f"Rig {model.name}; {table}.",
-        sections=sections,
+        sections=[identified, assumed, uncertain],
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,11 +12,9 @@ from twin.identify.estimate import Estimate
 from twin.identify.identifiability import weak_directions
 from twin.views.answer import estimate_text
 from twin.views.figures import dressed, legend, panels
-from twin.views.page import Section, picture, require_folder, write_page
+from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, BEFORE, INK
 from twin.views.table import Table
-
-__all__ = ["errors_figure", "frequency_table", "moduli_sentence", "moduli_table", "write_moduli_report"]
 
 OPEN = 1.0
 """Relative standard deviation from which on the frequencies leave a combination open."""
@@ -87,70 +84,54 @@ def errors_figure(update: FrequencyUpdate, modes: Sequence[int]) -> Figure:
     return figure
 
 
-def write_moduli_report(
+def moduli_page(
     update: FrequencyUpdate,
-    path: Path,
     *,
     rig: str,
     table: str,
     modes: Sequence[int],
     nominal: dict[str, float],
-    warnings: Sequence[str] = (),
-    commands: Sequence[str] = (),
-) -> None:
-    """Write the report of one table's moduli.
+    warnings: Sequence[str],
+) -> Page:
+    """The report of one table's moduli.
 
     Parameters
     ----------
     update
         What the frequencies say.
-    path
-        The HTML file to write; replaced if it exists.
     rig, table
         Names of the rig, and of the table's file.
     modes
         Number of each frequency's mode, in the table's order.
-    assumed
+    nominal
         Moduli as the rig file has them, named as in the update, N/m².
     warnings
         What to know beside it.
-    commands
-        What to type to get the same again.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
     """
-    require_folder(path)
     errors = update.error_percent.values()
     told = "; ".join(f"mode {m}: {-e:+.2f} %" for m, e in zip(modes, np.concatenate(list(errors)), strict=True))
-    shown = picture(
-        errors_figure(update, modes),
+    shown = Picture(
+        draw=lambda: errors_figure(update, modes),
         alt=f"Relative error of every frequency, as assumed and as identified. Identified: {told}.",
         caption="Relative errors of the natural frequencies.",
     )
-    sections = [
-        Section(title="What was identified", tables=[moduli_table(update, nominal)]),
-        Section(title="Measured and modelled", tables=[frequency_table(update, modes)], pictures=[shown]),
-        _determined(update),
-        Section(
-            title="What was assumed",
-            items=[
-                "The rig file is right in everything but the moduli of the layer.",
-                "The errors of the frequencies are independent, and as large as the table says.",
-            ],
-        ),
-        Section(title="What is uncertain", items=_uncertain(update, warnings)),
-    ]
-    if commands:
-        sections.append(Section(title="To get this again", commands=commands))
-    write_page(
-        path,
+    return Page(
         title="Identification of moduli from natural frequencies",
         answer=moduli_sentence(update),
         facts=f"Rig {rig}; {table}.",
-        sections=sections,
+        sections=[
+            Section(title="What was identified", tables=[moduli_table(update, nominal)]),
+            Section(title="Measured and modelled", tables=[frequency_table(update, modes)], pictures=[shown]),
+            _determined(update),
+            Section(
+                title="What was assumed",
+                items=[
+                    "The rig file is right in everything but the moduli of the layer.",
+                    "The errors of the frequencies are independent, and as large as the table says.",
+                ],
+            ),
+            Section(title="What is uncertain", items=_uncertain(update, warnings)),
+        ],
     )
 
 

@@ -20,8 +20,6 @@ from twin.identify.sweeps import rows_by_sweep
 from twin.structure import drawn_parts, layer_lines
 from twin.views.curves import Fitted, modelled_by, sensor_places
 
-__all__ = ["JointMotion", "Motion", "modal_motion", "operating_motions"]
-
 Array = NDArray[Any]
 
 

@@ -1,10 +1,10 @@
-"""A self-contained page: an answer, then sections of texts, tables and pictures, in one HTML file without a network."""
+"""A report: an answer, then sections of texts, tables and pictures; one HTML file without a network, or plain text."""
 
 from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,23 +12,20 @@ from matplotlib.figure import Figure
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
-from twin.views.table import Table
+from twin.views.style import AFTER
+from twin.views.table import Table, table_markdown
 from twin.views.templates import template
-
-__all__ = ["Picture", "Section", "Table", "picture", "require_folder", "write_page"]
 
 DPI = 130
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """An image as a data URI, with what it shows in words for those who cannot see it."""
+    """A figure, drawn when the page is written, with what it shows in words for those who cannot see it."""
 
-    source: str
+    draw: Callable[[], Figure]
     alt: str
     caption: str
-    width: int
-    height: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,46 +40,63 @@ class Section:
     commands: Sequence[str] = ()
 
 
-def require_folder(path: Path) -> None:
-    """Refuse a file in a folder that is not there, before anything is drawn for it.
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """A report.
 
-    Raises
-    ------
-    InputError
-        If it is not.
+    Attributes
+    ----------
+    title : str
+    answer : str
+        In one sentence; it comes first.
+    facts : str
+        One line beneath it.
+    sections : sequence of Section
+    accent : str
+        Colour of the bar beside the answer.
     """
-    if not path.parent.is_dir():
-        raise InputError(path, "", f"cannot be written: there is no folder {path.parent}")
+
+    title: str
+    answer: str
+    facts: str
+    sections: Sequence[Section]
+    accent: str = AFTER
+
+    def write(self, path: Path, *, commands: Sequence[str] = ()) -> None:
+        """Write the page as HTML, whole or not at all; a file that is there is replaced.
+
+        Parameters
+        ----------
+        commands
+            What to type to get the same again.
+
+        Raises
+        ------
+        InputError
+            If `path` cannot be written.
+        """
+        if not path.parent.is_dir():  # before anything is drawn
+            raise InputError(path, "", f"cannot be written: there is no folder {path.parent}")
+        again = [Section(title="To get this again", commands=commands)] if commands else []
+        text = template("report.html").render(page=self, sections=[*self.sections, *again], embedded=_embedded)
+        with whole_file(path) as part:
+            part.write_text(text, encoding="utf-8")
+
+    def markdown(self) -> str:
+        """The page without its pictures, for a text pane."""
+        blocks = [f"# {self.title}", self.answer, self.facts]
+        for section in self.sections:
+            blocks += [f"## {section.title}", *section.texts, *map(table_markdown, section.tables)]
+            blocks += ["\n".join(f"- {item}" for item in section.items)] if section.items else []
+        return "\n\n".join(blocks)
 
 
-def picture(figure: Figure, *, alt: str, caption: str) -> Picture:
-    """A figure as PNG within the page."""
-    buffer = io.BytesIO()
+def _embedded(picture: Picture) -> dict[str, str | int]:
+    """A picture as the page holds it: a PNG as a data URI, and its size."""
+    figure, buffer = picture.draw(), io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, facecolor="white")
     width, height = (round(size * DPI) for size in figure.get_size_inches())
-    source = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
-    return Picture(source=source, alt=alt, caption=caption, width=width, height=height)
-
-
-def write_page(
-    path: Path, *, title: str, answer: str, facts: str = "", sections: Sequence[Section], accent: str = "#0072b2"
-) -> None:
-    """Render and write the page, whole or not at all.
-
-    Parameters
-    ----------
-    answer
-        The answer in one sentence; it comes first.
-    facts
-        One line beneath it.
-    accent
-        Colour of the bar beside the answer.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
-    text = template("report.html").render(title=title, answer=answer, facts=facts, sections=sections, accent=accent)
-    with whole_file(path) as part:
-        part.write_text(text, encoding="utf-8")
+    return {
+        "source": "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode(),
+        "width": width, "height": height,
+    }  # fmt: skip

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from recordings.quantities import is_motion, is_response, quantity
 from recordings.run import Channel
 
-__all__ = ["farthest_response", "per_force", "per_force_label", "reading_label"]
-
 Array = NDArray[Any]
 
 

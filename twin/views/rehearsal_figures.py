@@ -16,8 +16,6 @@ from twin.identify.resonances import by_resonance
 from twin.views.figures import dressed, legend, panels
 from twin.views.style import INK, level_colour
 
-__all__ = ["range_figure", "responses_figure", "responses_figures"]
-
 Rows = Sequence[Mapping[str, Any]]
 
 LEGEND_COLUMNS = 4

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
+from twin.views.page import Page, Picture, Section, Table
 from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
-
-__all__ = ["rehearsal_sentence", "write_rehearsal_report"]
 
 MOST_CHANNELS = 4
 
@@ -44,34 +42,19 @@ def _improvement(result: Mapping[str, Any]) -> str:
     return f"; the improved procedure does not clear them all: {left} remains"
 
 
-def write_rehearsal_report(
-    result: Mapping[str, Any], path: Path, *, commands: Sequence[str] = (), title: str = "Rehearsal of a vibration test"
-) -> None:
-    """Write the report of a rehearsal.
-
-    Parameters
-    ----------
-    result
-        What ``twin rehearse`` writes as ``result.json``.
-    path
-        The HTML file to write; replaced if it exists.
-    commands
-        What to type to get the same again.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
-    require_folder(path)
+def rehearsal_page(result: Mapping[str, Any]) -> Page:
+    """The report of a rehearsal, from what ``twin rehearse`` writes as ``result.json``."""
     preload = f", preload {result['preload']}" if result.get("preload") else ""
-    facts = f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}."
-    accent = BEFORE if result["must_not_run"] else AFTER if result["clear"] else CAUTION
-    sections = [section for section in _sections(result, commands) if section is not None]
-    write_page(path, title=title, answer=rehearsal_sentence(result), facts=facts, sections=sections, accent=accent)
+    return Page(
+        title="Rehearsal of a vibration test",
+        answer=rehearsal_sentence(result),
+        facts=f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}.",
+        sections=[section for section in _sections(result) if section is not None],
+        accent=BEFORE if result["must_not_run"] else AFTER if result["clear"] else CAUTION,
+    )
 
 
-def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Section | None]:
+def _sections(result: Mapping[str, Any]) -> Iterator[Section | None]:
     yield _warnings(result, "Warnings")
     yield _sweeps(result)
     yield _decays(result)
@@ -94,46 +77,40 @@ def _sections(result: Mapping[str, Any], commands: Sequence[str]) -> Iterator[Se
             "The noise is one draw; a warning that hangs on it alone may come or go with another seed.",
         ],
     )
-    if commands:
-        yield Section(title="To get this again", commands=commands)
     yield steps_section(result["steps"], "Every step")
     if result.get("improved"):
         yield steps_section(result["improved"]["steps"], "Every step of the improved procedure")
 
 
-def _warnings(result: Mapping[str, Any], title: str) -> Section:
+def warnings_table(result: Mapping[str, Any]) -> Table:
+    """What would mislead, and how to change it."""
     rows = [
         (
-            w["kind"],
-            w["severity"],
+            w["kind"], w["severity"],
             f"{w['sweep']}, step {w['index']}" + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
-            str(w["steps"]),
-            w["reason"],
-            w["advice"],
+            str(w["steps"]), w["reason"], w["advice"],
         )
         for w in result["warnings"]
-    ]
-    if not rows:
-        return Section(title=title, texts=["None."])
+    ]  # fmt: skip
     head = ("kind", "severity", "worst step", "steps", "what is wrong", "what to change")
-    return Section(title=title, tables=[Table(caption="Gravest first", head=head, rows=rows, numbers=(3,))])
+    return Table(caption="Warnings, gravest first", head=head, rows=rows, numbers=(3,))
 
 
-def _sweep_table(result: Mapping[str, Any]) -> Table:
+def _warnings(result: Mapping[str, Any], title: str) -> Section:
+    table = warnings_table(result)
+    return Section(title=title, tables=[table]) if table.rows else Section(title=title, texts=["None."])
+
+
+def sweeps_table(result: Mapping[str, Any]) -> Table:
+    """How long each sweep takes, and the largest response in it."""
     rows = [
         (
-            s["sweep"],
-            str(s["steps"]),
-            f"{s['duration_s']:.0f}",
-            f"{s['peak_frequency_Hz']:.6g}",
-            f"{s['peak_response']:.4g}",
-            s["response_channel"],
-            f"{s['quality_factor']:.0f}"
-            if s["quality_factor"] is not None and s["quality_factor"] == s["quality_factor"]
-            else "",
+            s["sweep"], str(s["steps"]), f"{s['duration_s']:.0f}", f"{s['peak_frequency_Hz']:.6g}",
+            f"{s['peak_response']:.4g}", s["response_channel"],
+            "" if s["quality_factor"] is None or math.isnan(s["quality_factor"]) else f"{s['quality_factor']:.0f}",
         )
         for s in result["sweeps"]
-    ]
+    ]  # fmt: skip
     head = ("sweep", "steps", "time, s", "peak at, Hz", "peak, SI units", "channel", "Q")
     return Table(caption="Each sweep at a glance", head=head, rows=rows, numbers=(1, 2, 3, 4, 6))
 
@@ -143,7 +120,7 @@ def _sweeps(result: Mapping[str, Any]) -> Section | None:
         return None
     return Section(
         title="Sweeps",
-        tables=[_sweep_table(result)],
+        tables=[sweeps_table(result)],
         pictures=_responses(result["steps"], result["sweeps"], result.get("branches") or []),
     )
 
@@ -161,8 +138,8 @@ def _responses(
         tops = [sweep for sweep in sweeps if low <= sweep["peak_frequency_Hz"] <= high]
         peaks = "; ".join(f"{sweep['sweep']} peaks at {sweep['peak_frequency_Hz']:.6g} Hz" for sweep in tops)
         pictures.append(
-            picture(
-                figure,
+            Picture(
+                draw=lambda figure=figure: figure,  # type: ignore[misc]
                 alt=f"Response per force at every step from {low:g} to {high:g} Hz{over}. {peaks}.",
                 caption="Every step (points)"
                 + (", over the branches of harmonic balance (lines)." if branches else "."),
@@ -214,8 +191,8 @@ def _resources(result: Mapping[str, Any]) -> Section | None:
         title="Range and time",
         texts=[f"Largest use of the converter's range: {told}."],
         pictures=[
-            picture(
-                figure,
+            Picture(
+                draw=lambda: figure,
                 alt=f"Use of each converter's range by step on a logarithmic scale, at most {told}; time of each step.",
                 caption="Peak of each channel as a part of its converter's range, and the time that each step takes.",
             )
@@ -226,7 +203,7 @@ def _resources(result: Mapping[str, Any]) -> Section | None:
 def _improved(better: Mapping[str, Any], branches: Sequence[Mapping[str, Any]]) -> Section:
     took = f"{len(better['steps'])} steps in {better['duration_s'] / 60:.1f} min of the rig's time."
     warned = _warnings(better, "The improved procedure")
-    tables = [*warned.tables, *([_sweep_table(better)] if better["sweeps"] else [])]
+    tables = [*warned.tables, *([sweeps_table(better)] if better["sweeps"] else [])]
     left = [] if better["cleared"] or not better["remaining"] else [f"Not cleared: {', '.join(better['remaining'])}."]
     return Section(
         title=warned.title,

@@ -7,8 +7,6 @@ from typing import Any
 
 from twin.views.page import Section, Table
 
-__all__ = ["steps_section"]
-
 Row = Mapping[str, Any]
 
 

@@ -3,85 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 
-from twin.diagnose.result import Diagnosis, Estimate, Gain
+from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
 from twin.identify.linear_model import nominal_parameters
-from twin.views.answer import (
-    causes_table,
-    errors_table,
-    estimate_text,
-    excluded_table,
-    layer_sentences,
-    preload_text,
-    residual_rows,
-    residuals_table,
+from twin.views.answer import causes_table, errors_table, estimate_text, excluded_table, residuals_table
+from twin.views.curves import compared_models, has_law, joint_name, shown_models
+from twin.views.figures import law_figure
+from twin.views.fit_sections import (
+    assumed_of_rig,
+    broadband_section,
+    fit_facts,
+    modes_picture,
+    residuals_picture,
+    sweeps_picture,
 )
-from twin.views.curves import compared_models, joint_name, shown_models
-from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
 from twin.views.missing_force import missing_force_section
-from twin.views.page import Picture, Section, Table, picture, require_folder, write_page
-from twin.views.rig_figure import modes_figure
+from twin.views.page import Page, Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, CAUTION
 from twin.views.tried import fitted_table, scores_table
-
-__all__ = ["write_report"]
 
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""
 ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": CAUTION, "unknown": BEFORE}
 
 
-def write_report(
-    diagnosis: Diagnosis, path: Path, *, commands: Sequence[str] = (), title: str = "Diagnosis of a vibration test"
-) -> None:
-    """Write the report of `diagnosis`.
-
-    Parameters
-    ----------
-    path
-        The HTML file to write; replaced if it exists.
-    commands
-        What to type to get the same again.
-    title
-        Of the page.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
-    require_folder(path)
-    evidence = diagnosis.evidence
-    runs = ", ".join(Path(run.path).name for run in evidence.runs)
-    rig = f"Rig {evidence.rig.name}{preload_text(evidence.preload)}"
-    facts = f"{rig}; recordings {runs}; {diagnosis.seconds:.0f} s of work."
-    write_page(
-        path,
-        title=title,
+def diagnosis_page(diagnosis: Diagnosis) -> Page:
+    """The report of `diagnosis`."""
+    return Page(
+        title="Diagnosis of a vibration test",
         answer=diagnosis.sentence,
-        facts=facts,
-        sections=[section for section in _sections(diagnosis, commands) if section is not None],
+        facts=f"{fit_facts(diagnosis.evidence)}; {diagnosis.seconds:.0f} s of work.",
+        sections=[section for section in _sections(diagnosis) if section is not None],
         accent=ACCENT[diagnosis.verdict],
     )
 
 
-def _sections(diagnosis: Diagnosis, commands: Sequence[str]) -> Iterator[Section | None]:
+def _sections(diagnosis: Diagnosis) -> Iterator[Section | None]:
     yield _gain(diagnosis)
     yield missing_force_section(diagnosis)
-    yield _causes(diagnosis)
+    yield causes_section(diagnosis.causes)
     yield _excluded(diagnosis)
     yield _tried(diagnosis)
     yield _misfit(diagnosis)
     yield _sweeps(diagnosis)
-    yield _broadband(diagnosis)
+    yield broadband_section(diagnosis.evidence, shown_models(diagnosis))
     yield _identified(diagnosis)
     yield _assumed(diagnosis)
     yield _uncertain(diagnosis)
-    if commands:
-        yield Section(title="To get this again", commands=commands)
 
 
 def _gain(diagnosis: Diagnosis) -> Section | None:
@@ -121,11 +91,15 @@ def _by_harmonic(gain: Gain) -> Table:
     )
 
 
-def _causes(diagnosis: Diagnosis) -> Section | None:
-    if not diagnosis.causes:
+def causes_section(causes: Sequence[NamedCause]) -> Section | None:
+    """What is named; nothing where nothing is."""
+    if not causes:
         return None
-    summaries = [f"{cause.cause}: {cause.summary}." for cause in diagnosis.causes]
-    return Section(title="Causes", tables=[causes_table(diagnosis.causes)], items=summaries)
+    return Section(
+        title="Causes",
+        tables=[causes_table(causes)],
+        items=[f"{cause.cause}: {cause.summary}." for cause in causes],
+    )
 
 
 def _excluded(diagnosis: Diagnosis) -> Section | None:
@@ -180,21 +154,6 @@ def _misfit(diagnosis: Diagnosis) -> Section:
         )
     if diagnosis.sweeps:
         tables.append(residuals_table(diagnosis.sweeps, several=several))
-    pictures = []
-    if diagnosis.sweeps:
-        sizes = "; ".join(
-            f"{s} {c}: " + (f"{before:.3g} before, {after:.3g} after" if several else f"{after:.3g}")
-            for s, c, before, after in residual_rows(diagnosis.sweeps)
-        )
-        alt = f"Residuals in standard deviations against frequency, by channel and sweep. Root mean square: {sizes}."
-        caption = (
-            "Residuals of the fundamental in standard deviations of the measurement's noise alone. Close to a sharp "
-            "resonance a shift of a thousandth of a hertz already shows here; chi² also allows for such errors of the "
-            "model."
-        )
-        pictures.append(
-            picture(residuals_figure(diagnosis.sweeps, kinds=tuple(shown_models(diagnosis))), alt=alt, caption=caption)
-        )
     verb = "agrees with" if agrees else "does not agree with"
     return Section(
         title="How far the nominal model is from the data",
@@ -204,52 +163,30 @@ def _misfit(diagnosis: Diagnosis) -> Section:
             + (f" After the diagnosis it is {misfit.after:.3g}." if several else "")
         ],
         tables=tables,
-        pictures=pictures,
+        pictures=[residuals_picture(diagnosis.sweeps, kinds=tuple(shown_models(diagnosis)))]
+        if diagnosis.sweeps
+        else [],
     )
 
 
 def _sweeps(diagnosis: Diagnosis) -> Section | None:
     if len(compared_models(diagnosis)) > 1:
         lines = "measured (points), before (dashed), after (solid)"
-        meant = "Before means the nominal rig with moduli, damping and joint's law refitted."
+        meant = "Before means the nominal rig with moduli, damping and joint's law refitted"
     else:
         lines = "measured (points) and model (lines)"
-        meant = "The model is the nominal rig with moduli, damping and joint's law refitted."
-    pictures = []
-    for sweeps, told in (
-        (diagnosis.sweeps, "that the models were fitted to"),
-        (diagnosis.held_out, "held out of all fits"),
-    ):
-        if not sweeps:
-            continue
-        names = ", ".join(sweep.sweep for sweep in sweeps)
-        peaks = "; ".join(
-            f"{sweep.sweep} peaks at {sweep.frequency_Hz[int(np.argmax(np.abs(sweep.measured[:, -1])))]:.5g} Hz"
-            for sweep in sweeps
-        )
-        pictures.append(
-            picture(
-                sweeps_figure(diagnosis.evidence, sweeps, kinds=("measured", *shown_models(diagnosis))),
-                alt=f"Receptance against frequency for {names}, measured and modelled. {peaks}.",
-                caption=f"Sweeps {told}: {lines}; amplitude of displacement per newton. {meant}",
-            )
-        )
-    return Section(title="Sweeps", pictures=pictures) if pictures else None
-
-
-def _broadband(diagnosis: Diagnosis) -> Section | None:
-    evidence, models = diagnosis.evidence, shown_models(diagnosis)
+        meant = "The model is the nominal rig with moduli, damping and joint's law refitted"
     pictures = [
-        picture(
-            broadband_figure(evidence, models, i),
-            alt=f"Broadband responses of {', '.join(data.channels)} from {data.frequency_Hz[0]:.0f} to "
-            f"{data.frequency_Hz[-1]:.0f} Hz, logarithmic, measured and by the models, with relative errors below.",
-            caption=f"Broadband run {Path(data.run).name}: responses per force, and the models' relative errors beside "
-            "one standard deviation of the measurement.",
+        sweeps_picture(
+            diagnosis.evidence, sweeps, kinds=tuple(shown_models(diagnosis)), caption=f"Sweeps {told}: {lines}. {meant}"
         )
-        for i, data in enumerate(evidence.broadband)
+        for sweeps, told in (
+            (diagnosis.sweeps, "that the models were fitted to"),
+            (diagnosis.held_out, "held out of all fits"),
+        )
+        if sweeps
     ]
-    return Section(title="Broadband responses", pictures=pictures) if pictures else None
+    return Section(title="Sweeps", pictures=pictures) if pictures else None
 
 
 def _identified(diagnosis: Diagnosis) -> Section:
@@ -280,27 +217,21 @@ def _identified(diagnosis: Diagnosis) -> Section:
                 "",
             )
         )
-    pictures: list[Picture] = []
-    law = law_figure(evidence, models)
-    if law is not None:
-        pictures.append(
-            picture(
-                law,
-                alt="Softening of the joint over the opening of a point of its layer, and loss over its slip, on "
-                "logarithmic axes, with bands of one standard deviation.",
-                caption="The joint's law with one standard deviation either way, for each point of the layer by its "
-                "own opening and slip. Shaded: in no step did the point that moves most move so little, or so far. "
-                "Framed by the accepted model: a wrong one may need a law of quite another size, and then lies "
-                "outside.",
-            )
+    pictures = [
+        modes_picture(
+            evidence, model, caption="Modes of the identified structure without what the extension attaches to it."
         )
-    pictures.append(
-        picture(
-            modes_figure(evidence, model),
-            alt="The parts in the first modes, over where they are at rest, with the sensors marked.",
-            caption="Modes of the identified structure without what the extension attaches to it.",
+    ]
+    if any(map(has_law, models.values())):
+        law = Picture(
+            draw=lambda: law_figure(evidence, models),
+            alt="Softening of the joint over the opening of a point of its layer, and loss over its slip, on "
+            "logarithmic axes, with bands of one standard deviation.",
+            caption="The joint's law with one standard deviation either way, for each point of the layer by its own "
+            "opening and slip. Shaded: amplitudes outside the measured range. Framed by the accepted model: a wrong "
+            "one may need a law of quite another size, and then lies outside.",
         )
-    )
+        pictures.insert(0, law)
     return Section(
         title="What was identified",
         tables=[
@@ -316,22 +247,12 @@ def _identified(diagnosis: Diagnosis) -> Section:
 
 
 def _assumed(diagnosis: Diagnosis) -> Section:
-    evidence = diagnosis.evidence
-    layout = evidence.rig.layout()
-    places = ", ".join(f"{o.channel} at {layout.told(o.place)}" for o in evidence.outputs)
-    rig = evidence.rig
-    effects = ", ".join(effect.cause for effect in rig.effect)
     return Section(
         title="What was assumed",
         items=[
-            f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}. "
-            + (f"Its effects act: {effects}. " if effects else "")
-            + "Anything else than the named causes is as it says.",
-            *layer_sentences(rig),
-            "The force is what the force cell reads; the steps used were settled.",
-            "The noise is estimated from the recordings themselves, and is Gaussian.",
-            f"At most a few of the listed causes act at once. Anything up to chi² {diagnosis.misfit.threshold:g} per "
-            "degree of freedom counts as agreement.",
+            *assumed_of_rig(diagnosis.evidence),
+            "Anything else than the named causes is as the rig file says. At most a few of the listed causes act at "
+            f"once. Anything up to chi² {diagnosis.misfit.threshold:g} per degree of freedom counts as agreement.",
         ],
     )
 

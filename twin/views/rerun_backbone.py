@@ -9,12 +9,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from recordings.run import Run
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart
 from twin.views.curves import SteppedSweep
 from twin.views.receptance import farthest_response, per_force, reading_label
 from twin.views.style import INK, level_colour
-
-__all__ = ["draw_backbone"]
 
 
 def draw_backbone(
@@ -39,10 +37,8 @@ def draw_backbone(
         recording,
         path,
         f"Backbone, {channel}",
-        "frequency of the largest step, Hz",
-        reading_label(channel, farthest.quantity),
-        common_range([x], margin=0.15),
-        common_range([np.zeros(1), y], margin=0.1),
+        Axis.over("frequency of the largest step, Hz", [x], margin=0.15),
+        Axis.over(reading_label(channel, farthest.quantity), [np.zeros(1), y], margin=0.1),
         width=1250.0,
         text=1.8,
     )
@@ -52,5 +48,4 @@ def draw_backbone(
         colour = level_colour(levels.index(sweep.level))
         chart.points(sweep.name, np.array([frequency]), np.array([size]), colour, size=5.0, legend=False)
         chart.tell(sweep.level, colour, "point")
-    chart.close()
-    return chart.view()
+    return chart.close()

@@ -15,8 +15,7 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
-from twin.views.answer import answer_markdown
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart, common_range
 from twin.views.curves import (
     LawBand,
     about_each_resonance,
@@ -27,13 +26,12 @@ from twin.views.curves import (
 )
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label
+from twin.views.report import diagnosis_page
 from twin.views.rerun_fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun_mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun_parts import SLOW_MOTION
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
-
-__all__ = ["save_diagnosis"]
 
 Array = NDArray[Any]
 
@@ -51,7 +49,7 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
     evidence = diagnosis.evidence
     fitted = list(compared_models(diagnosis).values())[-1]
     with recording_file(path) as recording:
-        answer = rr.TextDocument(answer_markdown(diagnosis), media_type=rr.MediaType.MARKDOWN)
+        answer = rr.TextDocument(diagnosis_page(diagnosis).markdown(), media_type=rr.MediaType.MARKDOWN)
         recording.log("answer", answer, static=True)
         motions = operating_motions(
             evidence, fitted, diagnosis.sweeps, modification=modification_of(evidence, fitted.hypotheses)
@@ -124,10 +122,10 @@ def _comparison(
             recording,
             f"/{group}/receptance/{channel}",
             f"{channel}: measured, before, after",
-            "frequency, Hz",
-            per_force_label(channel, quantity[channel]),
-            x_range,
-            common_range([np.zeros(1), *(y for kind in curves for y in kind)]),
+            Axis("frequency, Hz", x_range),
+            Axis.over(
+                per_force_label(channel, quantity[channel]), [np.zeros(1), *(y for kind in curves for y in kind)]
+            ),
         )
         for i, sweep in enumerate(sweeps):
             measured, before, after = (kind[i] for kind in curves)
@@ -139,8 +137,7 @@ def _comparison(
             chart.tell(sweep.sweep, colour)
         for text, kind in (("measured", "point"), ("before", "dashed"), ("after", "line")):
             chart.tell(text, INK, kind)
-        chart.close()
-        views.append(chart.view())
+        views.append(chart.close())
     sizes = [getattr(sweep, f"residual_{kind}") for sweep in sweeps for kind in ("before", "after")]
     y_range = common_range([np.ones(1), *(np.maximum(size, 0.1) for size in sizes)], log=True)
     for o, channel in enumerate(channels):
@@ -148,11 +145,8 @@ def _comparison(
             recording,
             f"/{group}/residual/{channel}",
             f"{channel}: residuals",
-            "frequency, Hz",
-            f"residual of {channel}, σ of its noise",
-            x_range,
-            y_range,
-            log_y=True,
+            Axis("frequency, Hz", x_range),
+            Axis(f"residual of {channel}, σ of its noise", y_range, log=True),
         )
         for i, sweep in enumerate(sweeps):
             rising = np.argsort(sweep.frequency_Hz, kind="stable")
@@ -164,8 +158,7 @@ def _comparison(
         chart.line("noise", np.array(x_range), np.ones(2), INK, width=1)
         chart.tell("before", INK, "dashed")
         chart.tell("after", INK, "line")
-        chart.close()
-        views.append(chart.view())
+        views.append(chart.close())
     return views
 
 
@@ -184,34 +177,26 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
                 recording,
                 f"/broadband/{i}/{channel}",
                 f"{channel}, broadband",
-                "frequency, Hz",
-                f"|{channel} / force|, {unit_text(units[channel])}/N",
-                x_range,
-                common_range([measured, *sizes.values()], log=True),
-                log_y=True,
+                Axis("frequency, Hz", x_range),
+                Axis.over(f"|{channel} / force|, {unit_text(units[channel])}/N", [measured, *sizes.values()], log=True),
             )
             for kind, size in sizes.items():
                 chart.line(kind, data.frequency_Hz, size, KIND[kind], dashed=kind == "before")
             chart.points("measured", data.frequency_Hz, measured, MEASURED, size=1.5)
-            chart.close()
-            responses.append(chart.view())
+            responses.append(chart.close())
             gaps = {kind: 100 * np.abs(H[:, o] / data.H[:, o] - 1) for kind, H in models.items()}
             noise = 100 * np.sqrt(np.real(data.relative_covariance[:, o, o]))
             chart = Chart(
                 recording,
                 f"/broadband/{i}/{channel}_error",
                 f"{channel}, error",
-                "frequency, Hz",
-                f"relative error of {channel}, %",
-                x_range,
-                common_range([*gaps.values(), noise], log=True),
-                log_y=True,
+                Axis("frequency, Hz", x_range),
+                Axis.over(f"relative error of {channel}, %", [*gaps.values(), noise], log=True),
             )
             for kind, gap in gaps.items():
                 chart.line(kind, data.frequency_Hz, gap, KIND[kind], width=1.5)
             chart.line("noise", data.frequency_Hz, noise, "#5f5f5f", width=1.5)
-            chart.close()
-            errors.append(chart.view())
+            errors.append(chart.close())
     return [*responses, *errors]
 
 
@@ -234,25 +219,21 @@ def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> r
         recording,
         "/law/" + "/".join(filter(None, (accepted.joint, accepted.quantity))),
         f"Joint's {accepted.title}",
-        accepted.label,
-        f"{accepted.quantity} {accepted.function}, N/mm²",
-        common_range([1e6 * band.amplitude_m for band in bands.values()], log=True),
-        common_range([np.zeros(1), top - std, top + std], margin=0.12),
-        log_x=True,
+        Axis.over(accepted.label, [1e6 * band.amplitude_m for band in bands.values()], log=True),
+        Axis.over(f"{accepted.quantity} {accepted.function}, N/mm²", [np.zeros(1), top - std, top + std], margin=0.12),
     )
     for kind, band in bands.items():
         colour, x, y, std = KIND[kind], 1e6 * band.amplitude_m, 1e-6 * band.value, 1e-6 * band.std
-        if not np.any((y > chart.y_range[0]) & (y < chart.y_range[1])):
+        if not np.any((y > chart.y.ends[0]) & (y < chart.y.ends[1])):
             chart.tell(f"{kind}: {np.median(y):.3g}, off the axis", colour)
             continue
         chart.line(kind, x, y, colour, width=2.5, dashed=kind == "before")
         chart.line(f"{kind}/upper", x, y + std, colour, width=0.8, legend=False)
         chart.line(f"{kind}/lower", x, y - std, colour, width=0.8, legend=False)
     for i, end_m in enumerate(accepted.reach_m):
-        if chart.x_range[0] < 1e6 * end_m < chart.x_range[1]:
+        if chart.x.ends[0] < 1e6 * end_m < chart.x.ends[1]:
             at = np.full(2, 1e6 * end_m)
-            chart.line(f"reach/{i}", at, np.array(chart.y_range), UNREACHED, width=1, dashed=True, legend=False)
+            chart.line(f"reach/{i}", at, np.array(chart.y.ends), UNREACHED, width=1, dashed=True, legend=False)
     chart.tell("thin: one standard deviation", INK, "line")
     chart.tell("how far data reach", UNREACHED, "dashed")
-    chart.close()
-    return chart.view()
+    return chart.close()

@@ -18,12 +18,10 @@ from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart, common_range
 from twin.views.curves import about_each_resonance, compared_models, resonance_names
 from twin.views.receptance import per_force, reading_label
 from twin.views.style import INK, KIND, level_colour
-
-__all__ = ["draw_backbones", "draw_history", "draw_l_curve", "draw_residuals", "l_curve_of", "residual_table"]
 
 Array = NDArray[Any]
 
@@ -72,18 +70,18 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
         recording,
         "/residuals",
         "Residuals by channel, harmonic and level",
-        "rms residual, σ of its noise (small dot: before, large dot: after)",
-        "channel and harmonic",
-        (low / (high / low) ** 0.16, high),  # room for the names
-        (0.0, float(len(rows))),
-        log_x=True,
-        bare_y=True,
+        Axis(
+            "rms residual, σ of its noise (small dot: before, large dot: after)",
+            (low / (high / low) ** 0.16, high),  # room for the names
+            log=True,
+        ),
+        Axis("channel and harmonic", (0.0, float(len(rows))), bare=True),
         width=FULL,
     )
     for i, (channel, order) in enumerate(rows):
         top = len(rows) - i
-        chart.line(f"rows/{i}", np.array(chart.x_range), np.full(2, top - 1.0), FAINT, width=0.5, legend=False)
-        chart.label(f"names/{i}", chart.x_range[0], top - 0.02, f"{channel}, harmonic {order}", INK)
+        chart.line(f"rows/{i}", np.array(chart.x.ends), np.full(2, top - 1.0), FAINT, width=0.5, legend=False)
+        chart.label(f"names/{i}", chart.x.ends[0], top - 0.02, f"{channel}, harmonic {order}", INK)
         for k, sweep in enumerate(sweeps):
             if (channel, order, sweep) in table:
                 before, after = np.maximum(table[channel, order, sweep], LEAST)
@@ -94,10 +92,9 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
                 chart.points(f"{name}/after", at[1:], np.full(1, height), colour, size=5.0, legend=False)
     for k, sweep in enumerate(sweeps):
         chart.tell(sweep, level_colour(k), "point")
-    chart.line("noise", np.ones(2), np.array(chart.y_range), INK, width=1, legend=False)
+    chart.line("noise", np.ones(2), np.array(chart.y.ends), INK, width=1, legend=False)
     chart.tell("the noise", INK, "line")
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def draw_backbones(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
@@ -123,10 +120,8 @@ def _backbone(
         recording,
         path,
         f"Backbone at {output.channel}{where}",
-        "frequency of each sweep's largest step, Hz",
-        reading_label(output.channel, output.quantity),
-        common_range([x for x, _ in lines.values()], margin=0.15),
-        common_range([np.zeros(1), *(y for _, y in lines.values())]),
+        Axis.over("frequency of each sweep's largest step, Hz", [x for x, _ in lines.values()], margin=0.15),
+        Axis.over(reading_label(output.channel, output.quantity), [np.zeros(1), *(y for _, y in lines.values())]),
         width=FULL,
     )
     for kind, (x, y) in lines.items():
@@ -134,8 +129,7 @@ def _backbone(
         chart.line(f"{kind}/line", x, y, KIND[kind], width=1.5, dashed=dashed, legend=False)
         chart.points(f"{kind}/points", x, y, KIND[kind], size=5.0 if kind == "measured" else 3.0, legend=False)
         chart.tell(kind, KIND[kind], {"measured": "point", "before": "dashed"}.get(kind, "line"))
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def _tops(sweeps: Sequence[SweepComparison], kind: str, output: int, quantity: str) -> tuple[Array, Array]:
@@ -179,12 +173,8 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
         recording,
         "/l_curve",
         "L-curves of the last fits",
-        "residual: root of chi²",
-        "departure from the prior, in its σ",
-        common_range([curve.residual_norm for curve in curves.values()], log=True),
-        common_range([curve.solution_norm for curve in curves.values()], log=True),
-        log_x=True,
-        log_y=True,
+        Axis.over("residual: root of chi²", [curve.residual_norm for curve in curves.values()], log=True),
+        Axis.over("departure from the prior, in its σ", [curve.solution_norm for curve in curves.values()], log=True),
         width=FULL,
     )
     for kind, curve in curves.items():
@@ -195,8 +185,7 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
                 place = curve.residual_norm[at : at + 1], curve.solution_norm[at : at + 1]
                 chart.points(f"{kind}/{name}", *place, KIND[kind], size=size, legend=False)
     chart.tell("large: the fit, small: the corner", INK, "point")
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
@@ -207,19 +196,15 @@ def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
         recording,
         "/history",
         "Last fits, iteration by iteration",
-        "iteration",
-        "cost: chi² with the prior's part",
-        (-0.5, max(longest - 0.5, 1.5)),
-        common_range(list(fits.values()), log=True),
-        log_y=True,
+        Axis("iteration", (-0.5, max(longest - 0.5, 1.5))),
+        Axis.over("cost: chi² with the prior's part", list(fits.values()), log=True),
         width=FULL,
     )
     for kind, history in fits.items():
         steps = np.arange(len(history))
         chart.line(kind, steps, history, KIND[kind], dashed=kind == "before")
         chart.points(f"{kind}/points", steps, history, KIND[kind], legend=False)
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def _rms(values: Array) -> float:

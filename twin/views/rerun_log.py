@@ -6,8 +6,6 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
-__all__ = ["EVENTS", "log_line", "log_view"]
-
 EVENTS = "/events"
 
 

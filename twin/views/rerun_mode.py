@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from twin.identify.measured_data import MeasuredData
 from twin.structure import drawn_parts
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart
 from twin.views.curves import sensor_places
 from twin.views.operating import JointMotion, Motion
 from twin.views.rerun_parts import SLOW_MOTION, animate_parts, cycle, seen_from
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
-
-__all__ = ["animate_joint", "animate_rig", "draw_loops"]
 
 Array = NDArray[Any]
 
@@ -51,11 +49,8 @@ def animate_joint(recording: rr.RecordingStream, motion: Motion, joint: JointMot
         recording,
         f"/motion/joint/{rr.escape_entity_path_part(joint.name)}",
         f"{joint.name} enlarged, {motion.title}",
-        "position along the joint, m",
-        f"{opens}, {slides}",
-        (float(x[0]) - 0.06 * length, float(x[-1]) + 0.06 * length),
-        (-0.2, 1.8),
-        bare_y=True,
+        Axis("position along the joint, m", (float(x[0]) - 0.06 * length, float(x[-1]) + 0.06 * length)),
+        Axis(f"{opens}, {slides}", (-0.2, 1.8), bare=True),
         width=1600.0,
         text=1.8,
     )
@@ -70,8 +65,7 @@ def animate_joint(recording: rr.RecordingStream, motion: Motion, joint: JointMot
         threads = [(np.array([a, a + s]), np.array([0.0, h])) for a, s, h in zip(x, shift, height, strict=True)]
         chart.move("layer", threads, [on_dark(OPEN if h > 1 else PRESSED) for h in height], width=2)
     recording.reset_time()
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion], number: int) -> list[rrb.Spatial2DView]:
@@ -92,14 +86,11 @@ def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion], number:
             recording,
             f"/loops/{rr.escape_entity_path_part(joint)}/{name}",
             title,
-            x_label,
-            y_label,
-            common_range([x for _, x, _ in loops], margin=0.1),
-            common_range([y for *_, y in loops], margin=0.1),
+            Axis.over(x_label, [x for _, x, _ in loops], margin=0.1),
+            Axis.over(y_label, [y for *_, y in loops], margin=0.1),
         )
         for i, (text, x, y) in enumerate(loops):
             chart.line(f"{i}", x, y, level_colour(i), width=2, legend=False)
             chart.tell(text, level_colour(i), "line")
-        chart.close()
-        views.append(chart.view())
+        views.append(chart.close())
     return views

@@ -14,8 +14,6 @@ from twin.structure import DrawnPart
 from twin.views.rig_figure import extent
 from twin.views.style import level_colour, on_dark
 
-__all__ = ["SLOW_MOTION", "animate_parts", "cycle", "log_part", "seen_from"]
-
 Array = NDArray[Any]
 
 SLOW_MOTION = "slow_motion"

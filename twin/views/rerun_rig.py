@@ -15,8 +15,6 @@ from twin.views.rig_figure import drawn_larger, extent, unit_arrow
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import level_colour, on_dark, rgb
 
-__all__ = ["save_rig_view"]
-
 MODES = 6
 JOINT, DRIVE, SENSOR = "#d55e00", "#cc79a7", "#009e73"
 

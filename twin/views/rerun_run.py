@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart, common_range
 from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label
@@ -22,8 +22,6 @@ from twin.views.rerun_log import log_line, log_view
 from twin.views.rrd import recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
-
-__all__ = ["save_run"]
 
 Array = NDArray[Any]
 
@@ -175,10 +173,11 @@ def _sweep_charts(
             recording,
             f"{path}/{channel}",
             f"Sweeps, {channel}",
-            "frequency, Hz",
-            per_force_label(channel, run.channels[channel].quantity),
-            common_range([sweep.frequency_Hz for sweep in drawn]),
-            common_range([np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)]),
+            Axis.over("frequency, Hz", [sweep.frequency_Hz for sweep in drawn]),
+            Axis.over(
+                per_force_label(channel, run.channels[channel].quantity),
+                [np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)],
+            ),
             width=WIDE,
             text=1.2,
         )
@@ -193,8 +192,7 @@ def _sweep_charts(
             colour = level_colour(levels.index(level)) if level in levels else INK
             chart.line(f"branches/{i}", frequency, size, colour, width=1.5, dashed=True, legend=False)
             chart.tell("predicted branches", INK, "dashed")
-        chart.close()
-        views.append(chart.view())
+        views.append(chart.close())
     return views
 
 
@@ -230,18 +228,18 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             recording,
             f"/broadband/{channel}",
             f"H1, {channel}",
-            "frequency, Hz (where the coherence is above 0.5)",
-            f"|{channel} / {force}|, {unit_text(run.channels[channel].unit)}/N",
-            common_range([frequency for _, frequency, _ in kept]),
-            common_range([size for _, _, size in kept], log=True),
-            log_y=True,
+            Axis.over("frequency, Hz (where the coherence is above 0.5)", [frequency for _, frequency, _ in kept]),
+            Axis.over(
+                f"|{channel} / {force}|, {unit_text(run.channels[channel].unit)}/N",
+                [size for _, _, size in kept],
+                log=True,
+            ),
             width=WIDE,
             text=1.2,
         )
         for i, (name, frequency, size) in enumerate(kept):
             chart.line(name, frequency, size, level_colour(i), width=1.5)
-        chart.close()
-        views.append(chart.view())
+        views.append(chart.close())
     return views
 
 

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
-from twin.views.chart import Chart, common_range
+from twin.views.chart import Axis, Chart
 from twin.views.receptance import per_force
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
-
-__all__ = ["save_table"]
+from twin.views.table import Table, table_markdown
 
 Array = NDArray[Any]
 
@@ -62,9 +61,13 @@ def _sweeps(recording: rr.RecordingStream, table: SweepTable) -> list[rrb.Spatia
 def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: str, values: Array) -> Any:
     finite = values[np.isfinite(values)]
     chart = Chart(
-        recording, f"/sweeps/{name}", f"{name} of every sweep", "frequency, Hz", label,
-        common_range([table.frequency_Hz]), common_range([np.zeros(1), finite]), width=WIDE,
-    )  # fmt: skip
+        recording,
+        f"/sweeps/{name}",
+        f"{name} of every sweep",
+        Axis.over("frequency, Hz", [table.frequency_Hz]),
+        Axis.over(label, [np.zeros(1), finite]),
+        width=WIDE,
+    )
     levels = table.sweeps()
     for i, (level, rows) in enumerate(levels.items()):
         rows = rows[np.isfinite(values[rows])]
@@ -74,44 +77,45 @@ def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: s
         chart.points(f"{level:g}/steps", x, y, colour, legend=False)
         if len(levels) <= MOST_NAMED:
             chart.tell(f"level {level:g}", colour)
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
     """Frequency against the mode's number, every preload a colour."""
     states = list(dict.fromkeys(table.preload)) or [""]
     chart = Chart(
-        recording, "/frequencies", "natural frequencies", "mode", "frequency, Hz",
-        common_range([table.mode.astype(float)]), common_range([np.zeros(1), table.frequency_Hz]),
-    )  # fmt: skip
+        recording,
+        "/frequencies",
+        "natural frequencies",
+        Axis.over("mode", [table.mode.astype(float)]),
+        Axis.over("frequency, Hz", [np.zeros(1), table.frequency_Hz]),
+    )
     for i, state in enumerate(states):
         rows = np.flatnonzero([s == state for s in table.preload]) if table.preload else np.arange(len(table))
         colour = level_colour(i) if len(states) > 1 else MEASURED
         chart.points(state or "measured", table.mode[rows].astype(float), table.frequency_Hz[rows], colour, size=5.0)
-    chart.close()
-    return chart.view()
+    return chart.close()
 
 
 def _about_sweeps(table: SweepTable) -> str:
     unit = unit_text(quantity(table.quantity).unit)
-    rows = ["| level | steps | frequency, Hz | largest force, N | largest response |", "|---|---|---|---|---|"]
+    rows = []
     for level, at in table.sweeps().items():
         f = table.frequency_Hz[at]
-        rows.append(
-            f"| {level:g} | {len(at)} | {f.min():g} to {f.max():g} | {table.force_N[at].max():.4g} "
-            f"| {table.response[at].max():.4g} {unit} |"
-        )
-    return _document(table.path, f"{len(table)} steps of {len(table.sweeps())} sweeps.", rows)
+        force, response = table.force_N[at].max(), table.response[at].max()
+        rows.append((f"{level:g}", str(len(at)), f"{f.min():g} to {f.max():g}", f"{force:.4g}", f"{response:.4g}"))
+    head = ("level", "steps", "frequency, Hz", "largest force, N", f"largest response, {unit}")
+    caption = f"{len(table)} steps of {len(rows)} sweeps."
+    return f"# {Path(table.path).name}\n\n" + table_markdown(Table(caption=caption, head=head, rows=rows))
 
 
 def _about_frequencies(table: FrequencyTable) -> str:
-    rows = ["| mode | frequency, Hz | std, Hz | preload |", "|---|---|---|---|"]
-    states = table.preload or [""] * len(table)
-    for n, f, std, state in zip(table.mode.tolist(), table.frequency_Hz, table.std_Hz, states, strict=True):
-        rows.append(f"| {n} | {f:g} | {'' if np.isnan(std) else f'{std:.2g}'} | {state} |")
-    return _document(table.path, f"{len(table)} natural frequencies.", rows)
-
-
-def _document(path: str, sentence: str, rows: list[str]) -> str:
-    return "\n".join([f"# {Path(path).name}", "", sentence, "", *rows])
+    rows = [
+        (str(n), f"{f:g}", "" if np.isnan(std) else f"{std:.2g}", state)
+        for n, f, std, state in zip(
+            table.mode, table.frequency_Hz, table.std_Hz, table.preload or [""] * len(table), strict=True
+        )
+    ]
+    head = ("mode", "frequency, Hz", "std, Hz", "preload")
+    caption = f"{len(table)} natural frequencies."
+    return f"# {Path(table.path).name}\n\n" + table_markdown(Table(caption=caption, head=head, rows=rows))

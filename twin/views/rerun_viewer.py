@@ -19,8 +19,6 @@ from typing import Any, TypeVar
 from recordings.errors import InputError
 from recordings.whole import whole_file
 
-__all__ = ["Viewer", "find_viewer", "has_display", "headless_viewer", "open_viewer", "save_picture", "viewer_url"]
-
 LOOPBACK = "127.0.0.1"
 DESKTOP = (1920, 1080)
 START_S = 60.0

@@ -20,8 +20,6 @@ from twin.views.curves import Fitted, modelled_by, sensor_places
 from twin.views.figures import WIDTH_IN, Drawing, legend
 from twin.views.style import level_colour
 
-__all__ = ["drawn_larger", "extent", "modes_figure", "rig_figure", "unit_arrow"]
-
 Array = NDArray[Any]
 
 JOINT, DRIVE, SENSOR, SUPPORT = "#d55e00", "#cc79a7", "#009e73", "#5f5f5f"

@@ -12,8 +12,6 @@ import rerun.blueprint as rrb
 
 from recordings.whole import whole_file
 
-__all__ = ["APPLICATION", "recording_file", "send_layout"]
-
 APPLICATION = "twin"
 """What the viewer calls all of this project's recordings."""
 

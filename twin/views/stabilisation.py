@@ -10,8 +10,6 @@ from twin.identify.modes import ModalFit
 from twin.identify.modes.stabilisation import stable_poles
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
-__all__ = ["stabilisation_figure"]
-
 
 def stabilisation_figure(fit: ModalFit, response: BinnedResponse) -> Figure:
     """Measured and fitted responses, and above them the chart; the modes that were taken are marked."""

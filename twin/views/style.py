@@ -4,22 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = [
-    "AFTER",
-    "BEFORE",
-    "CAUTION",
-    "INK",
-    "KIND",
-    "LEVELS",
-    "MEASURED",
-    "level_colour",
-    "on_dark",
-    "rgb",
-    "tick_text",
-    "ticks",
-    "unit_text",
-]
-
 INK = "#1a1a1a"
 MEASURED, BEFORE, AFTER = "#1a1a1a", "#d55e00", "#0072b2"
 CAUTION = "#a56a00"

@@ -1,4 +1,4 @@
-"""A table of words and numbers: as plain text, and as HTML for notebooks and pages."""
+"""A table of words and numbers: as plain text, as Markdown, and as HTML for notebooks and pages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from twin.views.templates import template
 
-__all__ = ["Table", "table_html", "table_text"]
+NARROW = 4
+"""Columns that a text pane has room for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +34,19 @@ def table_text(table: Table) -> str:
 
     rule = "  ".join("─" * width for width in widths)
     return "\n".join([table.caption, line(table.head), rule, *map(line, table.rows)])
+
+
+def table_markdown(table: Table) -> str:
+    """The caption, and below it the table, or a list where it has more columns than a text pane has room for."""
+    if len(table.head) > NARROW:
+        others = table.head[1:]
+        lines = [
+            f"- **{first}**: " + "; ".join(f"{name} {cell}" for name, cell in zip(others, rest, strict=True) if cell)
+            for first, *rest in table.rows
+        ]
+    else:
+        lines = [f"| {' | '.join(cells)} |" for cells in (table.head, ["---"] * len(table.head), *table.rows)]
+    return "\n".join([table.caption, "", *lines])
 
 
 def table_html(table: Table) -> str:

@@ -3,55 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
-from twin.views.answer import causes_table
 from twin.views.figures import dressed, legend, panels
-from twin.views.page import Section, Table, picture, require_folder, write_page
-from twin.views.report import ACCENT
+from twin.views.page import Page, Picture, Section, Table
+from twin.views.report import ACCENT, causes_section
 from twin.views.style import AFTER, BEFORE, MEASURED
-
-__all__ = ["table_figure", "tried_table", "write_table_report"]
 
 MOST_TRIED = 12
 
 
-def write_table_report(diagnosis: TableDiagnosis, path: Path, *, commands: Sequence[str] = ()) -> None:
-    """Write the report of `diagnosis` as one self-contained page.
-
-    Parameters
-    ----------
-    path
-        The HTML file to write; replaced if it exists.
-    commands
-        What to type to get the same again.
-
-    Raises
-    ------
-    InputError
-        If `path` cannot be written.
-    """
-    require_folder(path)
-    write_page(
-        path,
+def table_page(diagnosis: TableDiagnosis) -> Page:
+    """The report of `diagnosis`."""
+    return Page(
         title=f"Diagnosis of {'natural frequencies' if diagnosis.kind == 'frequencies' else 'sweeps'}",
         answer=diagnosis.sentence,
         facts=f"Rig {diagnosis.rig}; {', '.join(diagnosis.runs)}; {diagnosis.seconds:.0f} s of work.",
-        sections=list(_sections(diagnosis, commands)),
+        sections=[section for section in _sections(diagnosis) if section is not None],
         accent=ACCENT[diagnosis.verdict],
     )
 
 
-def _sections(diagnosis: TableDiagnosis, commands: Sequence[str]) -> Iterator[Section]:
+def _sections(diagnosis: TableDiagnosis) -> Iterator[Section | None]:
     if diagnosis.gain is not None:
         yield _gain(diagnosis)
-    if diagnosis.causes:
-        yield _causes(diagnosis)
+    yield causes_section(diagnosis.causes)
     frequencies = [row for row in diagnosis.rows if isinstance(row, FrequencyRow)]
     sweeps = [row for row in diagnosis.rows if isinstance(row, SweepRow)]
     if frequencies:
@@ -71,8 +51,6 @@ def _sections(diagnosis: TableDiagnosis, commands: Sequence[str]) -> Iterator[Se
             "they say.",
         ],
     )
-    if commands:
-        yield Section(title="To get this again", commands=commands)
 
 
 def _gain(diagnosis: TableDiagnosis) -> Section:
@@ -98,11 +76,6 @@ def _gain(diagnosis: TableDiagnosis) -> Section:
         texts=[f"{told} on values that no fit has seen: {gain.how}."],
         tables=[table],
     )
-
-
-def _causes(diagnosis: TableDiagnosis) -> Section:
-    summaries = [f"{cause.cause}: {cause.summary}." for cause in diagnosis.causes]
-    return Section(title="Causes", tables=[causes_table(diagnosis.causes)], items=summaries)
 
 
 def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Section:
@@ -132,8 +105,8 @@ def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Sec
         f"frequencies, the threshold being {misfit.threshold:.3g}."
         + (f" With what is named it is {misfit.after:.3g}." if extended else "")
     ]
-    drawn = picture(
-        _frequency_figure(rows, extended=extended),
+    drawn = Picture(
+        draw=lambda: _frequency_figure(rows, extended=extended),
         alt=f"Relative error of every frequency predicted from all others. {told}.",
         caption="Every frequency predicted from all others: measured over model, minus one.",
     )
@@ -184,8 +157,8 @@ def _sweeps(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Section:
     peaks = "; ".join(
         f"sweep {row.sweep} at {row.amplitude_m_per_s2:.0f} m/s²: {row.frequency_Hz:.3f} Hz" for row in rows
     )
-    drawn = picture(
-        _sweep_figure(diagnosis, rows),
+    drawn = Picture(
+        draw=lambda: _sweep_figure(diagnosis, rows),
         alt=f"Resonance of every sweep against its amplitude, with the smooth law, and force errors by sweep. {peaks}.",
         caption="Left: resonance of every sweep by itself and the smooth law with one standard deviation; right: "
         "errors of the force, by the law of all other sweeps and by a linear mode of its own.",

@@ -6,8 +6,6 @@ from functools import cache
 
 import jinja2
 
-__all__ = ["template"]
-
 
 @cache
 def template(name: str) -> jinja2.Template:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.diagnose.search import Stage
 from twin.views.table import Table
 
-__all__ = ["fitted_table", "scores_table"]
-
 MOST_SCORES = 8
 
 

@@ -7,18 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from twin.bench.linear import LinearRig, to_poles
-from twin.bench.marching import coefficients, march
+from twin.bench.marching import Elements, coefficients, march
 from twin.joint import Cubic, Saturating, one_sided
 
-LANES = 16
 STEP = 1.0 / 100000.0
 M, K, C = 0.2, 5000.0, 0.5
 LAWS = [Cubic(4e9), Saturating(4000.0, 2e-4, -2000.0), one_sided(5000.0, 3e-4)]
-
-
-def parts(values):
-    pad = [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % LANES)]
-    return np.ascontiguousarray(np.concatenate([np.pad(values.real, pad), np.pad(values.imag, pad)], axis=-1))
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -35,11 +29,9 @@ def test_an_oscillator_with_a_law_to_1e_5(law):
         return 3.0 * np.sin(2 * np.pi * 25.0 * t)
 
     out = np.empty((count, 1))
-    failures = march(
-        STEP, parts(c.decay), parts(c.Gamma.T), parts(c.C.conj()), np.ascontiguousarray(c.D), 1, 0,
-        np.array([law.kind]), np.array([0]), np.array([-1]), np.ones(1), law.parameters[None], np.zeros((1, 1)),
-        np.zeros(2 * LANES), np.zeros(1), np.zeros(2), force(time), out,
-    )  # fmt: skip
+    step, first, none = c.packed(1, 0), np.array([0]), np.array([-1])
+    element = Elements(np.array([law.kind]), first, none, np.ones(1), law.parameters[None], np.zeros((1, 1)))
+    failures = march(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), force(time), out)
     assert failures == 0
     exact = solve_ivp(
         lambda t, x: A @ x + B @ [force(t), law.path(x[:1])[0]],

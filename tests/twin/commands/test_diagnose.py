@@ -16,8 +16,7 @@ from twin.commands.diagnose import command
 from twin.commands.staging import staged_folder
 from twin.lab import diagnosed
 from twin.rigs import load_rig
-from twin.rigs.beam import load_beam_rig
-from twin.rigs.modal import load_modal_rig
+from twin.rigs.kinds import load_any_rig
 
 SWEEPS = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
 HEAD = "mode,frequency_Hz\n"
@@ -78,7 +77,7 @@ WRONG = {
     "no rig file": (["beam.csv", "--rig", "gremlin.toml"], "gremlin.toml"),
     "a rig that is a folder": (["beam.csv", "--rig", "folder"], "folder"),
     "a rig of no kind": (["beam.csv", "--rig", "kind.toml"], "kind"),
-    "an impossible beam": (["beam.csv", "--rig", "beam.toml"], "beam.length"),
+    "an impossible beam": (["beam.csv", "--rig", "beam.toml"], "beam.width"),
     "a rig without structure": (["beam.csv", *REUSS], "natural frequencies need"),
     "a beam for recordings": (["empty.mcap", *COMPOSITE], "not a lap joint"),
     "preload of a beam": (["beam.csv", *COMPOSITE, "--preload", "120N"], "has no preloads"),
@@ -135,7 +134,7 @@ def test_sweeps_become_a_folder_with_result_report_and_model(tmp_path, capsys):
     assert (status, data["verdict"], data["explains"]) == (1, "unknown", False)
     assert data["gain"]["sweeps"] == ["1", "2", "3", "4", "5", "6"]
     assert {"misfit", "causes", "next_test", "extended_model", "seconds"} <= set(data)
-    assert load_modal_rig(out / data["extended_model"]).law is not None
+    assert load_any_rig(out / data["extended_model"]).law is not None
     assert "shifted as a whole" in (out / "report.html").read_text()
     assert sorted(path.name for path in out.iterdir()) == ["extended.toml", "report.html", "result.json"]
     assert [path.name for path in tmp_path.iterdir()] == ["deep"]
@@ -145,7 +144,7 @@ def test_a_picture_that_cannot_be_drawn_loses_no_result(tmp_path, capsys, monkey
     def undrawn(*_, **__):
         raise ValueError("need at least one array to concatenate")
 
-    monkeypatch.setattr(diagnosed, "write_table_report", undrawn)
+    monkeypatch.setattr(diagnosed, "table_page", undrawn)
     status, printed, said = run(capsys, SWEEPS, *REUSS, "--out", tmp_path / "out", "--json")
     assert status == 1  # for what the sweeps leave unexplained
     assert json.loads(printed) == json.loads((tmp_path / "out" / "result.json").read_text())
@@ -167,7 +166,7 @@ def test_frequencies_become_a_folder_whose_model_is_accepted_again(folder, capsy
     assert data["gain"]["held_out"]["after"] < data["gain"]["held_out"]["before"]
     assert "left out" in data["gain"]["how"]
     assert (folder / "keep" / "notes.txt").read_text() == "mine"
-    (effect,) = load_beam_rig(folder / "keep" / "extended.toml").effect
+    (effect,) = load_any_rig(folder / "keep" / "extended.toml").effect
     assert effect.cause == "transverse-shear"
     report = (folder / "keep" / "report.html").read_text()
     assert "twin diagnose beam.csv --rig composite-beam --out keep" in report

@@ -62,6 +62,9 @@ def test_a_folder_with_a_diagnosis_gives_its_own_view(recording: Path, tmp_path:
 def test_a_rehearsal_is_shown_with_its_warnings(recording: Path, tmp_path: Path) -> None:
     caution = {
         "kind": "jump-ahead",
+        "index": 3,
+        "frequency_Hz": 26.1,
+        "steps": 1,
         "severity": "note",
         "sweep": "2N-up",
         "reason": "folds at 25 Hz",

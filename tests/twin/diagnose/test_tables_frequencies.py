@@ -15,7 +15,8 @@ from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.diagnose.tables.system import System
 from twin.papers.tables import load_study
 from twin.rigs import load_rig
-from twin.rigs.beam import BeamRig, load_beam_rig
+from twin.rigs.beam import BeamRig
+from twin.rigs.kinds import load_any_rig
 from twin.structure import assemble, normal_modes
 
 BEAM = BeamRig.model_validate(
@@ -102,7 +103,7 @@ def test_frequencies_that_no_beam_has_are_explained_by_nothing():
 @pytest.fixture(scope="module")
 def composite():
     return diagnose_frequencies(
-        [table(load_study("composite-beam").condition["free"].measured)], load_beam_rig("composite-beam")
+        [table(load_study("composite-beam").condition["free"].measured)], load_any_rig("composite-beam")
     )
 
 

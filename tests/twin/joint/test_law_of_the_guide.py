@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from balance_numpy import BALANCES
 from guide_script import read_blocks
 
 from twin.bench import open_bench
 from twin.cli import main
 from twin.joint import describing_function, law_named, load_laws
 from twin.lab import load_run
-from twin.response import HarmonicBalance
 from twin.rigs import load_rig, save_rig
 
 PAGE = (Path(__file__).parents[3] / "docs" / "a-new-joint-law.md").read_text(encoding="utf-8")
@@ -93,8 +93,7 @@ def test_the_predicted_branches_have_it(folder, recorded):
     bench = open_bench(rig, drive="force", noise=False, converter=False)
     at = [channel.name for channel in bench.channels].index("acc2")
     compiled, plain = (
-        HarmonicBalance(bench.built, harmonics=3, samples=64, kernel=kernel).solve(26.4, 2.0)
-        for kernel in ("numba", "numpy")
+        BALANCES[which](bench.built, harmonics=3, samples=64).solve(26.4, 2.0) for which in ("compiled", "plain")
     )
     assert abs(compiled.channels[at][1]) / 2.0 == pytest.approx(foretold(bench.built, 26.4, 2.0), rel=5e-3)
     np.testing.assert_allclose(compiled.channels, plain.channels, rtol=1e-5, atol=1e-6)

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from balance_numpy import alternate_numpy, alternate_pair_numpy
 
 from twin.bench.force_factor import ForceFactor
 from twin.joint import Cubic, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, Table, iwan
-from twin.response.aft import (
-    alternate,
-    alternate_numpy,
-    alternate_pair,
-    alternate_pair_numpy,
-    fourier_basis,
-    running,
-)  # fmt: skip
+from twin.response.aft import alternate, alternate_pair, fourier_basis, running
 
 H, SAMPLES = 5, 512
 LAWS = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from balance_numpy import BALANCES
 
 from twin.bench import no_law, open_bench
 from twin.bench.linear import LinearRig, to_poles
@@ -36,12 +37,12 @@ class Oscillator:
         return Elements(np.array([self.law.kind]), first, none, np.ones(1), self.law.parameters[None], np.zeros((1, 1)))
 
 
-@pytest.fixture(scope="module", params=["numba", "numpy"])
+@pytest.fixture(scope="module", params=BALANCES)
 def hard(request):
     """The steel rig with a hardening spring, three steady states between its folds."""
     effect = Effect(cause="cubic-stiffness", parameters={"position_m": 0.42, "stiffness_N_per_m3": 2e7})
     built = open_bench(RIG, drive="force", joint_law=no_law(), effects=[effect]).built
-    return HarmonicBalance(built, harmonics=3, samples=64, kernel=request.param)
+    return BALANCES[request.param](built, harmonics=3, samples=64)
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from balance_numpy import BALANCES
+from balance_numpy import residual as plain_residual
 
 from twin.bench import JointLaw, open_bench
 from twin.joint import iwan
-from twin.response import HarmonicBalance, kernel, kernel_numpy
+from twin.response import kernel
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")
@@ -18,25 +20,25 @@ EFFECTS = [
 SHAKER = {"voltage_limit": 2.5, "half_force_stroke": 1e-4, "amplifier": "current", "current_limit": 1.2}
 
 
-def sliders(which="numba"):
+def sliders(which="compiled"):
     bench = open_bench(RIG, drive="force", joint_law=JointLaw(iwan(1e8, 80.0)), effects=EFFECTS)
-    return HarmonicBalance(bench.built, harmonics=5, samples=128, kernel=which)
+    return BALANCES[which](bench.built, harmonics=5, samples=128)
 
 
-def slapping(which="numba"):
+def slapping(which="compiled"):
     """A running loss that meets a static offset."""
     slap = Effect(cause="joint-slap", parameters={"gap_m": 5e-7, "stiffness_factor": 0.5})
     bench = open_bench(RIG, drive="force", effects=[slap])
-    return HarmonicBalance(bench.built, harmonics=5, samples=128, kernel=which)
+    return BALANCES[which](bench.built, harmonics=5, samples=128)
 
 
-def shaken(which="numba"):
+def shaken(which="compiled"):
     rig = RIG.model_copy(update={"drive": RIG.drive.model_copy(update=SHAKER)})
-    return HarmonicBalance(open_bench(rig).built, harmonics=5, samples=128, kernel=which)
+    return BALANCES[which](open_bench(rig).built, harmonics=5, samples=128)
 
 
 def test_both_follow_the_same_branch():
-    compiled, plain = (sliders(which).branch(25.5, 27.5, 3.0, step=0.2) for which in ("numba", "numpy"))
+    compiled, plain = (sliders(which).branch(25.5, 27.5, 3.0, step=0.2) for which in BALANCES)
     assert len(compiled) == len(plain)
     for a, b in zip(compiled, plain, strict=True):
         assert a.frequency_Hz == pytest.approx(b.frequency_Hz, rel=1e-12)
@@ -52,7 +54,7 @@ def test_residual_and_slopes_agree_and_are_exact(case):
     locals_, n = system.D.shape[1] - 1, len(system.basis)
     found = np.empty(len(x)), np.empty((len(x), len(x))), np.empty(len(x)), np.empty((locals_, n))
     kernel.residual(system, x, w, amplitude, *found)
-    for compiled, plain in zip(found, kernel_numpy.residual(system, x, w, amplitude), strict=True):
+    for compiled, plain in zip(found, plain_residual(system, x, w, amplitude), strict=True):
         assert np.abs(compiled - plain).max() < 1e-10 * np.abs(plain).max()
     # slopes in proportion to the unknowns' own sizes, which differ by orders from coordinate to coordinate
     size = np.repeat(np.abs(x).reshape(locals_, n).max(axis=1), n)
@@ -60,12 +62,12 @@ def test_residual_and_slopes_agree_and_are_exact(case):
     d = 1e-6
     for i in range(len(x)):
         shift = d * size[i] * np.eye(len(x))[i]
-        ahead, behind = (kernel_numpy.residual(system, x + s * shift, w, amplitude)[0] for s in (1, -1))
+        ahead, behind = (plain_residual(system, x + s * shift, w, amplitude)[0] for s in (1, -1))
         difference = (ahead - behind) / (2 * d) / size
         # a sample at a kink may fall on either side
         assert np.abs(scaled[:, i] - difference).max() < 0.02 * max(np.abs(scaled[:, i]).max(), 1.0)
         assert np.median(np.abs(scaled[:, i] - difference)) < 1e-6 * max(np.abs(scaled[:, i]).max(), 1.0)
-    ahead, behind = (kernel_numpy.residual(system, x, w * (1 + s * 1e-7), amplitude)[0] for s in (1, -1))
+    ahead, behind = (plain_residual(system, x, w * (1 + s * 1e-7), amplitude)[0] for s in (1, -1))
     np.testing.assert_allclose(
         found[2] * w / size, (ahead - behind) / 2e-7 / size, atol=1e-5 * np.abs(found[2] * w / size).max()
     )

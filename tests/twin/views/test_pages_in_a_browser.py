@@ -14,8 +14,8 @@ from needed import package, program
 from twin.diagnose.result import Diagnosis
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint
+from twin.views import diagnosis_page, rehearsal_page
 from twin.views import page as pages
-from twin.views import write_rehearsal_report, write_report
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -46,11 +46,11 @@ def page_files(
     brake_reuss, steel = load_rig("brake-reuss"), load_rig("steel-lap-joint")
     again = [f"twin diagnose {'a_long_name_' * 14}.mcap --rig steel-lap-joint --out diagnosis"]
     writers: dict[str, Callable[[Path], None]] = {
-        "diagnosis": lambda path: write_report(diagnosis, path, commands=again),
+        "diagnosis": lambda path: diagnosis_page(diagnosis).write(path, commands=again),
         "joint": lambda path: identified.report(path, commands=again),
         "mode": lambda path: brake_reuss.identify(sweeps).report(path, commands=again),
         "moduli": lambda path: steel.identify(frequencies, preload="120N").report(path, commands=again),
-        "rehearsal": lambda path: write_rehearsal_report(rehearsal, path, commands=again),
+        "rehearsal": lambda path: rehearsal_page(rehearsal).write(path, commands=again),
         "sweeps": lambda path: brake_reuss.diagnose(sweeps).report(path, commands=again),
     }
     files = {kind: folder / f"{kind}.html" for kind in KINDS}

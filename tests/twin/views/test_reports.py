@@ -17,8 +17,8 @@ import pytest
 
 from recordings import InputError
 from twin.diagnose.result import Diagnosis
+from twin.views import diagnosis_page, rehearsal_page
 from twin.views import page as pages
-from twin.views import write_rehearsal_report, write_report
 
 COMMAND = "twin diagnose random.mcap sweeps.mcap --rig steel-lap-joint --out diagnosis"
 
@@ -53,7 +53,7 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def report(diagnosis: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(diagnosis, path, commands=[COMMAND])
+    diagnosis_page(diagnosis).write(path, commands=[COMMAND])
     return path
 
 
@@ -119,7 +119,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("coarse")
 def test_strangers_names_stay_text(diagnosis: Diagnosis, tmp_path: Path) -> None:
     hostile = replace(diagnosis, notes=("<script>alert(1)</script>",), held_out=(), gain=None)
-    write_report(hostile, tmp_path / "report.html")
+    diagnosis_page(hostile).write(tmp_path / "report.html")
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert page.named("script") == page.named("b") == []
     assert "<script>alert(1)</script>" in page.texts["li"]
@@ -127,7 +127,7 @@ def test_strangers_names_stay_text(diagnosis: Diagnosis, tmp_path: Path) -> None
 
 @pytest.mark.usefixtures("coarse")
 def test_a_diagnosis_of_nothing_wrong_says_so(diagnosis: Diagnosis, tmp_path: Path) -> None:
-    write_report(replace(diagnosis, verdict="none", causes=()), tmp_path / "report.html")
+    diagnosis_page(replace(diagnosis, verdict="none", causes=())).write(tmp_path / "report.html")
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "nothing needs to be named" in page.texts["p"][0]
     assert "extended model" not in page.texts["th"]
@@ -150,7 +150,7 @@ def test_text_stands_out_from_its_ground() -> None:
 
 
 def test_a_rehearsal_that_misleads_says_how(rehearsal: dict[str, Any], tmp_path: Path) -> None:
-    write_rehearsal_report(rehearsal, tmp_path / "report.html", commands=["twin rehearse steel-sweeps"])
+    rehearsal_page(rehearsal).write(tmp_path / "report.html", commands=["twin rehearse steel-sweeps"])
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "1 warning says that its data would mislead" in page.texts["p"][0]
     assert {"0.2 s against a time constant of 2.6 s", "settle for 12 s", "1.5N-up, step 2, 27 Hz"} <= set(
@@ -176,7 +176,7 @@ def test_a_rehearsal_that_misleads_says_how(rehearsal: dict[str, Any], tmp_path:
 def test_a_rehearsal_says_what_its_improvement_leaves(
     rehearsal: dict[str, Any], tmp_path: Path, improved: dict[str, Any], words: str
 ) -> None:
-    write_rehearsal_report({**rehearsal, "improved": {**rehearsal, **improved}}, tmp_path / "report.html")
+    rehearsal_page({**rehearsal, "improved": {**rehearsal, **improved}}).write(tmp_path / "report.html")
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert page.texts["p"][0].endswith("that its data would mislead" + words)
     assert ("Not cleared: grid-too-coarse." in page.texts["p"]) == (not improved["cleared"])
@@ -192,7 +192,7 @@ def test_a_decay_is_told_with_its_parts_where_they_differ(rehearsal: dict[str, A
         "sweep": "ring-down-26.44Hz-up", "index": 1, "channel": "acc2", "amplitude": 28.6, "frequency_Hz": 26.457,
         "damping_ratio": 0.00276, "parts": parts, "depends": True,
     }  # fmt: skip
-    write_rehearsal_report({**rehearsal, "decays": [decay]}, tmp_path / "report.html")
+    rehearsal_page({**rehearsal, "decays": [decay]}).write(tmp_path / "report.html")
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert {"0.276", "0.301 ± 0.0002", "0.252 ± 0.0002", "26.457"} <= set(page.texts["td"])
     assert any("changes with the amplitude" in text for text in page.texts["p"])
@@ -201,12 +201,12 @@ def test_a_decay_is_told_with_its_parts_where_they_differ(rehearsal: dict[str, A
 @pytest.mark.usefixtures("coarse")
 def test_a_rehearsal_that_must_not_be_run_says_why(rehearsal: dict[str, Any], tmp_path: Path) -> None:
     stop = {**rehearsal["warnings"][0], "severity": "stop", "reason": "acc1 is at its converter's limit"}
-    write_rehearsal_report({**rehearsal, "must_not_run": True, "warnings": [stop]}, tmp_path / "report.html")
+    rehearsal_page({**rehearsal, "must_not_run": True, "warnings": [stop]}).write(tmp_path / "report.html")
     answer = Page((tmp_path / "report.html").read_text(encoding="utf-8")).texts["p"][0]
     assert answer == "The procedure must not be run like this: acc1 is at its converter's limit."
 
 
 def test_a_report_that_cannot_be_written_leaves_nothing(diagnosis: Diagnosis, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
-        write_report(diagnosis, tmp_path / "nowhere" / "report.html")
+        diagnosis_page(diagnosis).write(tmp_path / "nowhere" / "report.html")
     assert list(tmp_path.iterdir()) == []

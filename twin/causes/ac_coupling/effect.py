@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["ac_coupling"]
-
 
 def ac_coupling(plan: Plan, *, channel: str, corner_Hz: float) -> None:
     """Put one more first-order high-pass into a channel."""

@@ -9,8 +9,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import high_pass
 
-__all__ = ["AcCoupling"]
-
 
 class AcCoupling(Cause):
     """A first-order high-pass in one channel."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["added_mass"]
-
 
 def added_mass(
     plan: Plan, *, mass_kg: float, position_m: float | None = None, part: str = "", node: float | None = None

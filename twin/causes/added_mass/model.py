@@ -9,8 +9,6 @@ from twin.diagnose.places import part_labels, place_at, position
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, point_mass
 
-__all__ = ["AddedMass"]
-
 
 class AddedMass(Cause):
     """Adds -omega^2 m at a place, along and across the beam."""

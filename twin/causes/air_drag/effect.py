@@ -7,8 +7,6 @@ import numpy as np
 from twin.bench.plan import Element, Matrices, Plan
 from twin.joint import QuadraticDrag
 
-__all__ = ["air_drag"]
-
 POINTS = 4
 """Gauss points along the structure, which integrate v^2 |v| of the first bending shape to 0.1 %."""
 

@@ -12,8 +12,6 @@ from twin.diagnose.places import single_point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
-__all__ = ["AirDrag"]
-
 POINTS = 10
 
 

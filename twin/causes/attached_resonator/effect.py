@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["attached_resonator"]
-
 
 def attached_resonator(
     plan: Plan,

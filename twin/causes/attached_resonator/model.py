@@ -12,8 +12,6 @@ from twin.diagnose.places import place_at, place_labels, point, position
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
-__all__ = ["AttachedResonator"]
-
 
 class AttachedResonator(Cause):
     """A mass on a damped spring."""

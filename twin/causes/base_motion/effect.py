@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["base_motion"]
-
 
 def base_motion(plan: Plan, *, receptance_m_per_N: float) -> None:
     """Move the clamp by receptance times the drive force, in the drive's direction."""

@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["BaseMotion"]
-
 
 class BaseMotion(Cause):
     """The clamp moves across the beam by a receptance times the drive force, and carries the beam along."""

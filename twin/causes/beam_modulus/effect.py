@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["beam_modulus"]
-
 
 def beam_modulus(plan: Plan, *, beam: str, factor: float) -> None:
     """Multiply the Young's modulus of one beam."""

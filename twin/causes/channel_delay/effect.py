@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["channel_delay"]
-
 
 def channel_delay(plan: Plan, *, channel: str, delay_s: float) -> None:
     """Delay one channel against the others.

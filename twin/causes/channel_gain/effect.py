@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["channel_gain"]
-
 
 def channel_gain(plan: Plan, *, channel: str, factor: float) -> None:
     """Multiply one channel's signal."""

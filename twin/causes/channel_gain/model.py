@@ -10,8 +10,6 @@ from twin.diagnose.cause import Cause, Parameter, Values, all_channels
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["ChannelGain"]
-
 
 class ChannelGain(Cause):
     """Multiplies one channel."""

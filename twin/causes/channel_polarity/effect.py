@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["channel_polarity"]
-
 
 def channel_polarity(plan: Plan, *, channel: str) -> None:
     """Turn one channel's sign."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["clamp_compliance"]
-
 
 def clamp_compliance(plan: Plan, *, rotational_rad_per_Nm: float, support: str = "") -> None:
     """Hold a clamp by a rotational spring instead of rigidly: that of a part, or every one."""

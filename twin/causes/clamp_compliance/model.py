@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["ClampCompliance"]
-
 
 class ClampCompliance(Cause):
     """A rotational spring between the clamp and the beam's root."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["clipping"]
-
 
 def clipping(plan: Plan, *, channel: str, limit: float) -> None:
     """Limit one channel's signal to +-limit, in its unit."""

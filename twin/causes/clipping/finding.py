@@ -12,8 +12,6 @@ from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.levels import smallest_step
 
-__all__ = ["find_clipping"]
-
 LEAST_COUNT = 12
 """Samples on exactly one largest value, a third of them in a row, that are no chance."""
 BEYOND = 1.05

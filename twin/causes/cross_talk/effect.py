@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["cross_talk"]
-
 
 def cross_talk(plan: Plan, *, channel: str, source: str, factor: float) -> None:
     """Add `factor` times the source's quantity (in the source's unit) to a channel."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.bench.plan import Element, Plan
 from twin.joint import Cubic
 
-__all__ = ["cubic_stiffness"]
-
 
 def cubic_stiffness(
     plan: Plan,

@@ -12,8 +12,6 @@ from twin.diagnose.places import place_at, place_labels, position, single_point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
-__all__ = ["CubicStiffness"]
-
 
 class CubicStiffness(Cause):
     """f = k v^3: three quarters of k a^2 as equivalent stiffness, a quarter of k a^3 in the third harmonic."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["drive_mass"]
-
 
 def drive_mass(plan: Plan, *, mass_kg: float) -> None:
     """Fix a point mass to the structure where the force cell sits."""

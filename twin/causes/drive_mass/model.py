@@ -9,8 +9,6 @@ from twin.diagnose.places import point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
-__all__ = ["DriveMass"]
-
 
 class DriveMass(Cause):
     """The force that reaches the beam is the measured one less what accelerates this mass."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["drive_position"]
-
 
 def drive_position(plan: Plan, *, channel: str, offset_m: float) -> None:
     """Shift the force cell and the drive with it."""

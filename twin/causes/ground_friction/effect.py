@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.bench.plan import Element, Plan
 from twin.joint import jenkins
 
-__all__ = ["ground_friction"]
-
 STICK_m = 2e-6
 """Travel before it slips: contacts are not rigid, and steps need something to resolve."""
 

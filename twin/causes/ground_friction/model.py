@@ -14,8 +14,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 from twin.identify.slipping import jenkins_harmonics
 
-__all__ = ["GroundFriction"]
-
 TRAVEL_m = 2e-6
 """What contacts of metal give before they slip."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.bench.plan import Element, Plan
 from twin.joint import one_sided
 
-__all__ = ["ground_stop"]
-
 
 def ground_stop(
     plan: Plan,

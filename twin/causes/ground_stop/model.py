@@ -14,8 +14,6 @@ from twin.diagnose.places import place_at, place_labels, position, single_point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion, NonlinearForce
 
-__all__ = ["GroundStop"]
-
 
 class GroundStop(Cause):
     """f = k (v - gap) while v > gap."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import JointSlider, Plan
 
-__all__ = ["joint_friction"]
-
 
 def joint_friction(
     plan: Plan, *, stiffness_N_per_m: float, slip_force_N: float, layer_element: str = "", joint: str = ""

@@ -15,8 +15,6 @@ from twin.identify.receptance import ModalBasis
 from twin.identify.slipping import RIPPLES, Slider
 from twin.structure import Structure, layer_points
 
-__all__ = ["JointFriction"]
-
 
 class JointFriction(Cause):
     """A Jenkins element on the slip of one of the layer's points."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.bench.layer import REFERENCE_OPENING, slapping
 from twin.bench.plan import Plan
 
-__all__ = ["joint_slap"]
-
 
 def joint_slap(plan: Plan, *, gap_m: float, stiffness_factor: float, joint: str = "") -> None:
     """Where the layer's rms opening exceeds the gap, its force goes on with `stiffness_factor` of its stiffness.

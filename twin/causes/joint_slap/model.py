@@ -11,8 +11,6 @@ from twin.identify.joint_motion import largest_motion
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, Opening
 
-__all__ = ["JointSlap"]
-
 
 class JointSlap(Cause):
     """Where the opening exceeds the gap, the layer's normal stiffness is multiplied by a factor.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["joint_stiffness"]
-
 
 def joint_stiffness(plan: Plan, *, normal_factor: float, shear_factor: float, joint: str = "") -> None:
     """Multiply E' and G'; the softening, a share of E', goes with it, lest it take off more than there is."""

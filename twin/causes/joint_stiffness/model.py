@@ -12,8 +12,6 @@ from twin.identify.linear_fit import MODULI_STD
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["JointStiffness"]
-
 SCALE = 0.7
 """Half or twice what was assumed is usual."""
 

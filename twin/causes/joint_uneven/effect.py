@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["joint_uneven"]
-
 
 def joint_uneven(plan: Plan, *, gradient: float, joint: str = "") -> None:
     """Make E' and G' fall evenly along the overlap, from 1 + gradient/2 of their value to 1 - gradient/2 at its end."""

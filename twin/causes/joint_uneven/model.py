@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_na
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["JointUneven"]
-
 
 class JointUneven(Cause):
     """Both moduli vary linearly along the overlap, 1 - gradient xi with xi from -1/2 to 1/2."""

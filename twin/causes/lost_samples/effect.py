@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["lost_samples"]
-
 STRETCHES_PER_s = 0.2
 STRETCH_s = 0.02
 

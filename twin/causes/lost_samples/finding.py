@@ -12,8 +12,6 @@ from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.levels import smallest_step
 
-__all__ = ["find_lost_samples"]
-
 LEAST_LENGTH, LEAST_STEPS = 6, 60.0
 """A hold is that many equal samples, of a channel whose rms is that many of its smallest steps."""
 FEWEST, CERTAIN = 3, 12

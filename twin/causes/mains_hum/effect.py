@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["mains_hum"]
-
 
 def mains_hum(plan: Plan, *, channel: str, frequency_Hz: float, amplitude: float) -> None:
     """Add a sine of the given peak value, in the channel's unit, with a phase of its own."""

@@ -12,8 +12,6 @@ from recordings.sweeps import Stretch, sweeps
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.hum_in_noise import line_in_noise
 
-__all__ = ["find_mains_hum"]
-
 CANDIDATES_Hz = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
 MOST_STEPS, LEAST_STEPS = 24, 12
 LEAST_POWER = 12.0

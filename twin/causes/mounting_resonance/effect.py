@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["mounting_resonance"]
-
 
 def mounting_resonance(plan: Plan, *, channel: str, frequency_Hz: float, damping_ratio: float) -> None:
     """Read one channel through a second-order system of unit gain at low frequency."""

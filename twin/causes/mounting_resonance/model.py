@@ -11,8 +11,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import mount
 
-__all__ = ["MountingResonance"]
-
 
 class MountingResonance(Cause):
     """The sensor's own resonance amplifies one channel.

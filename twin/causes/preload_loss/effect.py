@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["preload_loss"]
-
 
 def preload_loss(plan: Plan, *, rate_per_s: float, joint: str = "") -> None:
     """Let E' fall as 1 - rate t from the bench's start."""

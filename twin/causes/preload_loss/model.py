@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_na
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["PreloadLoss"]
-
 
 class PreloadLoss(Cause):
     """E' falls linearly with time."""

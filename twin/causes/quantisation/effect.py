@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["quantisation"]
-
 
 def quantisation(plan: Plan, *, channel: str, step: float) -> None:
     """Round one channel to multiples of `step`, in its unit."""

@@ -8,8 +8,6 @@ from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.levels import smallest_step
 
-__all__ = ["find_quantisation"]
-
 COARSEST = 3.0 / 2**15
 """Share of the range that a step may have: somewhat more than a 16-bit converter's."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["sample_clock"]
-
 
 def sample_clock(plan: Plan, *, error_ppm: float) -> None:
     """Sample faster than nominal by `error_ppm`; rates and time stamps stay nominal."""

@@ -11,8 +11,6 @@ from twin.diagnose.signals.clock import with_clock
 from twin.diagnose.signals.finding import Finding
 from twin.identify.sine_fit import SteadyState, steady_states
 
-__all__ = ["find_clock_error"]
-
 LEAST_STEPS = 8
 LEAST_PPM, LEAST_SIGMA = 50.0, 6.0
 """An error below this is what two good clocks differ by, and harms nothing."""
@@ -22,7 +20,7 @@ ROUNDS = 3
 """A turn is a drift only while it is small; each round takes the last one's error off."""
 
 
-def find_clock_error(runs: Sequence[Run]) -> list[Finding]:
+def find_sample_clock(runs: Sequence[Run]) -> list[Finding]:
     """One finding if the runs' sines are all higher or lower than commanded by one part.
 
     A generator that shares the converter's clock shows no turn; what such a clock does to the frequencies is a cause

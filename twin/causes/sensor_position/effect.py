@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["sensor_position"]
-
 
 def sensor_position(plan: Plan, *, channel: str, offset_m: float) -> None:
     """Shift a sensor with its mass; beyond the structure's end it stays at the end."""

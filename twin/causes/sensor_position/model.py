@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values, response_channels
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, point_mass
 
-__all__ = ["SensorPosition"]
-
 
 class SensorPosition(Cause):
     """Moves the place where one channel measures, and the sensor's mass.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.bench.plan import Matrices, Plan
 from twin.structure.weakened import weakened_section
 
-__all__ = ["stiffness_loss"]
-
 
 def stiffness_loss(plan: Plan, *, factor: float, position_m: float, part: str = "") -> None:
     """Multiply the stiffness of a beam by `factor` over a stretch centred at a place.

@@ -12,8 +12,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 from twin.structure.weakened import weakened_section
 
-__all__ = ["StiffnessLoss"]
-
 
 class StiffnessLoss(Cause):
     """Takes a part of the stiffness off one element's length of beam."""

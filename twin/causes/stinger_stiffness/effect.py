@@ -6,8 +6,6 @@ import numpy as np
 
 from twin.bench.plan import Matrices, Plan
 
-__all__ = ["stinger_stiffness"]
-
 
 def stinger_stiffness(plan: Plan, *, stiffness_N_per_m: float) -> None:
     """Tie the drive point to the ground."""

@@ -11,8 +11,6 @@ from twin.diagnose.places import point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
-__all__ = ["StingerStiffness"]
-
 
 class StingerStiffness(Cause):
     """A spring to ground at the drive point, on the beam's side of the cell."""

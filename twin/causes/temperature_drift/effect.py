@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["temperature_drift"]
-
 
 def temperature_drift(plan: Plan, *, rate_per_s: float) -> None:
     """Let all stiffness fall as 1 - rate t from the bench's start."""

@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values, measured_duration_s
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["TemperatureDrift"]
-
 
 class TemperatureDrift(Cause):
     """All moduli fall linearly with time."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["transverse_shear"]
-
 
 def transverse_shear(plan: Plan, *, beam: str, modulus_ratio: float) -> None:
     """Give one beam the ratio E / (kappa G), beside what it has of it."""

@@ -8,8 +8,6 @@ from twin.diagnose.cause import Cause, Parameter, Values
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["TransverseShear"]
-
 
 class TransverseShear(Cause):
     """Timoshenko elements, with rotary inertia, for one beam."""

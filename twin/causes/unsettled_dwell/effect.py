@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.bench.plan import Plan
 
-__all__ = ["unsettled_dwell"]
-
 
 def unsettled_dwell(plan: Plan, *, sweep: str) -> None:
     """Leave the rig as it is: whoever runs the procedure shortens the settling time of the named sweep.

@@ -6,8 +6,6 @@ import numpy as np
 
 from twin.bench.plan import Matrices, Plan
 
-__all__ = ["viscous_damper"]
-
 
 def viscous_damper(
     plan: Plan,

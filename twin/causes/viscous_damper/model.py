@@ -9,8 +9,6 @@ from twin.diagnose.places import place_at, place_labels, point, position
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
 
-__all__ = ["ViscousDamper"]
-
 
 class ViscousDamper(Cause):
     """A dashpot to ground."""

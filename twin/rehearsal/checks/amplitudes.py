@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.procedures import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine
 
-__all__ = ["amplitudes_at_least", "amplitudes_at_most"]
-
 
 def amplitudes_at_most(procedure: Procedure, offending: float, highest: float) -> dict[str, object]:
     """The change that brings the amplitude `offending`, and all above, down to `highest`."""

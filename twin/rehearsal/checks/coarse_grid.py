@@ -8,8 +8,6 @@ from twin.rehearsal.refine import finer_grid, resonance_between
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps
 
-__all__ = ["check_grid"]
-
 
 def check_grid(rehearsal: Rehearsal) -> list[Caution]:
     """Look for steps over which the phase turns farther than allowed, and where the response does not jump."""

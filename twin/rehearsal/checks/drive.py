@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_drive"]
-
 HELD, NEAR, WANTED = 0.99, 0.9, 0.8
 
 

@@ -13,8 +13,6 @@ from twin.rehearsal.checks.longer_wait import longer_wait
 from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_drop_out"]
-
 CONSTANTS = 4.0
 """Time constants of the free decay that are waited at least, where an automatic wait ended too early."""
 

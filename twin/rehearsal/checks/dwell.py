@@ -13,8 +13,6 @@ from twin.rehearsal.checks.longer_wait import longer_wait
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.transient import transient_left
 
-__all__ = ["check_dwell"]
-
 ALLOWED = 0.01
 """Transient in a measurement, relative to the response, above which a dwell is called too short."""
 

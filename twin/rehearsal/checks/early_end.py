@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.rehearsal.folds import branches_of
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_early_ends"]
-
 
 def check_early_ends(rehearsal: Rehearsal) -> list[Caution]:
     """Report the sweeps whose predicted curve stops before their last frequency."""

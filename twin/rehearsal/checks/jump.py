@@ -10,8 +10,6 @@ from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.turns import phase_steps
 
-__all__ = ["check_jumps"]
-
 WIDEST = 1.5
 """Step across a jump over the resonance's width, above which the grid shows nothing of where and how high it is."""
 NARROWEST = 0.05

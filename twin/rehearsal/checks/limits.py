@@ -6,8 +6,6 @@ from twin.procedures import StepResult
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_limits"]
-
 NEAR, WANTED = 0.9, 0.8
 
 

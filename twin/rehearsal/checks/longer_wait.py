@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from twin.procedures import Dwell, Multisine, RingDown, SteppedSine
 
-__all__ = ["longer_wait"]
-
 USUAL_S, LONGEST_S = 60.0, 600.0
 LONGEST_LEAST_S = 30.0
 TOLERANCE = 5e-4

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from twin.procedures import SteppedSine, StepResult
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_noise", "concerned"]
-
 MOST_FEW = 0.2
 """Of the steps near a resonance: so many may lie around an antiresonance."""
 ALLOWED, WANTED = 0.005, 0.002

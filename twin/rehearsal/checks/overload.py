@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_overload"]
-
 FULL, NEAR, WANTED = 0.9999, 0.9, 0.8
 
 

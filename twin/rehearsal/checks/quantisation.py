@@ -6,8 +6,6 @@ from twin.rehearsal.checks.amplitudes import amplitudes_at_least
 from twin.rehearsal.checks.noise import concerned
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_quantisation"]
-
 FEWEST = 50
 """Converter steps that the peak value of a sine should have."""
 

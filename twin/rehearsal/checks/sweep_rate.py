@@ -5,8 +5,6 @@ from __future__ import annotations
 from twin.procedures import SweptSine
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["check_sweep_rate"]
-
 FASTEST = 216.0 / 60.0
 """Rate over the square of damping ratio times natural frequency up to which a resonance builds up: ISO 7626-2."""
 WANTED = 0.5

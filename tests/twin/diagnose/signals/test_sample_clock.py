@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twin.causes.sample_clock.finding import find_clock_error
+from twin.causes.sample_clock.finding import find_sample_clock
 from twin.diagnose.signals.clock import with_clock
 from twin.identify.sine_fit import steady_states
 
@@ -31,16 +31,16 @@ def sampled(synthetic, seed, error_ppm):
 @pytest.mark.parametrize("error_ppm", [-1500.0, 120.0, 1900.0])
 def test_a_clock_error_is_measured_and_mended(synthetic, error_ppm):
     run = sampled(synthetic, 81, error_ppm)
-    (finding,) = find_clock_error([run])
+    (finding,) = find_sample_clock([run])
     assert finding.cause == "sample-clock"
     assert abs(finding.values["error_ppm"] - error_ppm) < max(4 * finding.std["error_ppm"], 2.0)
     mended = with_clock(run, error_ppm=finding.values["error_ppm"])
     before, after = (abs(np.median([s.drift["acc1"].imag for s in steady_states(r)])) for r in (run, mended))
     assert after < 0.05 * before
-    assert find_clock_error([mended]) == []
+    assert find_sample_clock([mended]) == []
 
 
 def test_good_clocks_are_no_alarm(clean_runs, synthetic):
     for runs in clean_runs:
-        assert find_clock_error(runs) == []
-    assert find_clock_error([sampled(synthetic, 82, 20.0)]) == []
+        assert find_sample_clock(runs) == []
+    assert find_sample_clock([sampled(synthetic, 82, 20.0)]) == []

@@ -1,18 +1,21 @@
-"""The plain numpy twin of the compiled harmonic balance and its continuation: matrix products, for tests."""
+"""The compiled harmonic balance and its continuation once more in plain numpy: matrix products."""
 
 from __future__ import annotations
+
+import sys
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.joint.kinds import FORCE_FACTOR, RUNNING_LOSS
-from twin.response.aft import alternate_numpy, alternate_pair_numpy, running
+from twin.bench.force_factor import lost_force
+from twin.joint.kernel import evaluate, remember
+from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, POLYNOMIAL, RUNNING_LOSS, SLIDERS
+from twin.response import HarmonicBalance
+from twin.response.aft import BESIDE, MOST_PERIODS, SETTLED, loss_gain, running
 from twin.response.continuation import AIM, BEND, CONTRACTION, FADED, KINK, LEAST_TURN, SHORTEST, turns_beyond
 from twin.response.kernel import ROUNDING
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
 from twin.response.system import System
-
-__all__ = ["follow", "newton", "residual"]
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -266,3 +269,74 @@ def follow(
         size = new_size
         h = min(step, h * min(1.5, max(0.5, float(np.sqrt(AIM / max(contraction, 1e-6))))))
     return LONG, count
+
+
+def alternate_numpy(kind: int, p: Matrix, row: int, c: Matrix, basis: Matrix, F: Matrix, J: Matrix) -> None:
+    """The plain twin of :func:`alternate`: the same sums as matrix products, in steps only where there is memory."""
+    n, samples = basis.shape
+    weight = basis * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
+    e, phi = c @ basis, basis.T
+    state = np.zeros((p.shape[0], 2))
+    f, d = np.zeros(samples), np.zeros((samples, n))
+    old, start = 0.0, np.zeros(n)
+    if kind == SLIDERS:
+        count = int(p[row, 0])
+        k, limit = p[row, 1 : 1 + 2 * count : 2], p[row, 2 : 2 + 2 * count : 2]
+        force, slope = np.zeros(count), np.zeros((count, n))
+        for t in [*range(samples)] * 2:
+            trial = force + k * (e[t] - old)
+            stuck = np.abs(trial) <= limit
+            force = np.clip(trial, -limit, limit)
+            slope = np.where(stuck[:, None], slope + k[:, None] * (phi[t] - start), 0.0)
+            f[t], d[t] = force.sum(), slope.sum(axis=0)
+            old, start = e[t], phi[t]
+    elif kind == POLYNOMIAL:
+        travel = max(p[row, 0], 1e-300)
+        direction, turn = 0.0, np.zeros(n)
+        for t in [*range(samples)] * 2:
+            state[row, :2] = old, direction
+            f[t], tangent = evaluate.py_func(kind, p, state, row, e[t])
+            trial = direction + (e[t] - old) / travel
+            move = (phi[t] - start) / travel
+            stuck = abs(trial) < 1.0
+            fixed = loss_gain.py_func(p, row, abs(e[t])) * (turn - start / travel) if stuck else 0.0
+            d[t] = tangent * phi[t] + fixed
+            turn = turn + move if stuck else np.zeros(n)
+            direction, old, start = float(np.clip(trial, -1.0, 1.0)), e[t], phi[t]
+    elif kind == FUNCTIONS and p[row, 1]:
+        step = BESIDE * max(np.max(np.abs(e)), 1e-30)
+        paths, forces = np.vstack([e, e + step * basis]), np.zeros((n + 1, samples))
+        for path, one in zip(paths, forces, strict=True):
+            memory, before = np.zeros((p.shape[0], int(p[row, 2]))), np.inf
+            for period in range(MOST_PERIODS):
+                if period > 1 and np.all(np.abs(memory[row] - before) < SETTLED * np.abs(memory[row])):
+                    break
+                before = memory[row].copy()
+                for t in range(samples):
+                    one[t] = evaluate.py_func(kind, p, memory, row, path[t])[0]
+                    remember.py_func(kind, p, memory, row, path[t], 0.0, 0.0)
+        f, d = forces[0], (forces[1:] - forces[0]).T / step
+    else:
+        pairs = np.array([evaluate.py_func(kind, p, state, row, value) for value in e])
+        f, d = pairs[:, 0], pairs[:, 1, None] * phi
+    F[:], J[:] = weight @ f, weight @ d
+
+
+def alternate_pair_numpy(
+    p: Matrix, row: int, x: Matrix, z: Matrix, basis: Matrix, F: Matrix, by_x: Matrix, by_z: Matrix
+) -> None:
+    """The plain twin of :func:`alternate_pair`."""
+    n, samples = basis.shape
+    weight = basis * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / samples
+    pairs = zip(x @ basis, z @ basis, strict=True)
+    f, slope_x, slope_z = np.array([lost_force.py_func(p, row, *pair) for pair in pairs]).T
+    F[:], by_x[:], by_z[:] = weight @ f, (weight * slope_x) @ basis.T, (weight * slope_z) @ basis.T
+
+
+class PlainBalance(HarmonicBalance):
+    """Solved by the functions of this file."""
+
+    _kernel = sys.modules[__name__]
+
+
+BALANCES = {"compiled": HarmonicBalance, "plain": PlainBalance}

@@ -1,0 +1,64 @@
+"""Rig files of every kind: a structure with drive and sensors, a beam alone, one measured mode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict
+
+from recordings.errors import InputError
+from recordings.toml_input import read_toml
+from twin.rigs.beam import BeamRig
+from twin.rigs.modal import ModalRig
+from twin.rigs.rig import Rig
+from twin.rigs.store import RIG_FILES, load_rig, save_rig
+
+AnyRig = Rig | BeamRig | ModalRig
+
+KINDS: dict[object, type[BeamRig] | type[ModalRig]] = {"beam": BeamRig, "modal": ModalRig}
+"""Rigs that have no structure with drive and sensors, by the ``kind`` that their file names."""
+
+FILES = RIG_FILES | {
+    path.stem: path
+    for folder in ("beam_rigs", "modal_rigs")
+    for path in sorted((Path(__file__).parent / folder).glob("*.toml"))
+}
+"""The shipped rigs by name."""
+
+
+class _Kind(BaseModel):
+    """Any rig's first question; a wrong type of answer is for the full model to refuse."""
+
+    model_config = ConfigDict(extra="ignore")
+    kind: object = "structure"
+
+
+def kind_of(name_or_path: str | Path) -> type[BeamRig] | type[ModalRig] | None:
+    """Which of :data:`KINDS` a shipped rig or a TOML file is; None for a structure, and where there is no file."""
+    path = FILES.get(str(name_or_path), Path(name_or_path))
+    kind = read_toml(path, _Kind).kind if path.is_file() else None
+    return KINDS.get(kind) if isinstance(kind, str) else None
+
+
+def load_any_rig(name_or_path: str | Path) -> AnyRig:
+    """A shipped rig by name, or a rig file, of any kind.
+
+    Raises
+    ------
+    InputError
+        If there is no such rig or file, or it does not describe a rig.
+    """
+    path = FILES.get(str(name_or_path), Path(name_or_path))
+    if not path.exists():
+        raise InputError(name_or_path, "", "neither a file nor a shipped rig", f"shipped rigs: {', '.join(FILES)}")
+    kind = kind_of(path)
+    return load_rig(name_or_path) if kind is None else read_toml(path, kind)
+
+
+def save_any_rig(rig: AnyRig, path: Path) -> None:
+    """Write `rig` as TOML that :func:`load_any_rig` reads back equal."""
+    if isinstance(rig, Rig):
+        save_rig(rig, path)
+    else:
+        path.write_text(tomli_w.dumps(rig.model_dump(exclude_none=True)), encoding="utf-8")
