@@ -22,9 +22,9 @@ __all__ = [
     "joint_labels",
     "joint_name",
     "joint_number",
-    "main_strength",
     "measured_duration_s",
     "response_channels",
+    "strengths_of",
 ]
 
 Array = NDArray[Any]
@@ -132,9 +132,9 @@ class Cause(ABC):
         """What differs from the nominal rig at these values."""
 
 
-def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
-    """The first parameter that has a null value; None where an effect has no strength."""
-    return next((p for p in parameters if not p.is_location), None)
+def strengths_of(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """The parameters that have a value without effect, the main one first; none where an effect has no strength."""
+    return tuple(p for p in parameters if not p.is_location)
 
 
 def measured_duration_s(evidence: MeasuredData) -> float:

@@ -34,7 +34,7 @@ class JointStiffness(Cause):
         """Logarithms of the factors on both moduli."""
         return (
             Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
-            Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
+            Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
         )
 
     def shared(
