@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 
-from twin.speed.measured import Measured
+from recordings.benchmark import Measured
 
 FIRST_RESULTS = """
 import time
