@@ -10,15 +10,3 @@ from twin.demo.plan import (
     recording_names,
     resonance,
 )
-
-__all__ = [
-    "BROADBAND",
-    "HELD_OUT",
-    "SWEEPS",
-    "DemoCase",
-    "broadband",
-    "draw_demo_case",
-    "planned_sweeps",
-    "recording_names",
-    "resonance",
-]

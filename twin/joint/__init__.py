@@ -18,36 +18,3 @@ from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.sliders import ParallelJenkins, jenkins
 from twin.joint.table import Table, table_from_stiffness
-
-__all__ = [
-    "Cubic",
-    "FunctionLaw",
-    "Law",
-    "Linear",
-    "NamedLaw",
-    "ParallelJenkins",
-    "Parameter",
-    "PiecewiseLinearContact",
-    "PointForce",
-    "Polynomial",
-    "QuadraticDrag",
-    "RunningLoss",
-    "Saturating",
-    "Table",
-    "describing_function",
-    "iwan",
-    "iwan_backbone",
-    "jenkins",
-    "jenkins_stiffness",
-    "known_laws",
-    "law_named",
-    "law_of_functions",
-    "load_laws",
-    "loss_of_knots",
-    "masing",
-    "masing_of_points",
-    "masing_stiffness",
-    "one_sided",
-    "softening_of_knots",
-    "table_from_stiffness",
-]

@@ -12,8 +12,6 @@ from twin.speed.start import start
 from twin.speed.streaming import streaming
 from twin.speed.three_modes import gauss_newton_three_modes
 
-__all__ = ["BENCHMARKS", "Measured", "MissingRivalError"]
-
 BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "streaming": streaming,
     "streaming-against-solve-ivp": against_solve_ivp,

@@ -18,8 +18,6 @@ from typing import Any
 
 from recordings.errors import InputError
 
-__all__ = ["VARIABLE", "OutsideCause", "load_causes", "outside_causes"]
-
 VARIABLE = "TWIN_CAUSES"
 GROUP = "twin.causes"
 
