@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
 from twin.identify.measured_data import MeasuredData
@@ -15,10 +15,7 @@ class AcCoupling(Cause):
 
     name = "ac-coupling"
     summary = "a channel loses its low frequencies through a high-pass nobody entered"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any channel."""
-        return all_channels(evidence)
+    labels = staticmethod(all_channels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The corner frequency."""

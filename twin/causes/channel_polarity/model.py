@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -16,10 +16,7 @@ class ChannelPolarity(Cause):
 
     name = "channel-polarity"
     summary = "a channel reads with the wrong sign"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any channel."""
-        return all_channels(evidence)
+    labels = staticmethod(all_channels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """No numbers."""

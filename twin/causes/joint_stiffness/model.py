@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
@@ -25,10 +25,7 @@ class JointStiffness(Cause):
 
     name = "joint-stiffness"
     summary = "the joint's E' and G' are not those that were assumed"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any joint."""
-        return joint_labels(evidence)
+    labels = staticmethod(joint_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Logarithms of the factors on both moduli."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name
 from twin.identify.measured_data import MeasuredData
@@ -14,10 +14,7 @@ class JointUneven(Cause):
 
     name = "joint-uneven"
     summary = "the joint is stiffer at one end of the overlap than at the other"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any joint."""
-        return joint_labels(evidence)
+    labels = staticmethod(joint_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""

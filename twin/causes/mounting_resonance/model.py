@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -20,10 +20,7 @@ class MountingResonance(Cause):
 
     name = "mounting-resonance"
     summary = "a sensor rides on a soft mount and resonates"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any response channel."""
-        return response_channels(evidence)
+    labels = staticmethod(response_channels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Compliance and damping."""
