@@ -1,7 +1,5 @@
 """Drawing a hidden case: a cause of plausible size, and what no experimenter knows of the rig anyway."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

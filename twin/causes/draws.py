@@ -1,7 +1,5 @@
 """How large each cause usually is, for a rig of the steel rig's kind: a plausible mistake that data show clearly."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Examples of every command, shown at the end of its help."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {

@@ -1,7 +1,5 @@
 """``--laws``: laws of the joint from a file, which a rig file may then name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The option that brings causes from outside the package."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """``twin predict``: the response of an identified model to given frequencies and forces."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

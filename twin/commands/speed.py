@@ -1,7 +1,5 @@
 """`twin speed`: the benchmark ratios on this machine, each with its promise and the error at which it holds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Frequency responses of a run: H1 of broadband stretches, the ratio of the fundamentals of stepped sines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby

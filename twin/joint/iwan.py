@@ -8,8 +8,6 @@ parabolas; Segalman's joints have -1 < chi < 0, and lose energy as A^(3 + chi) i
 and beyond x_1 all slip.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.joint.law import Series

@@ -4,8 +4,6 @@ A law acts on a point's opening or on its slip: lengths are metres of that coord
 the layer's moduli are.  What a law says, it says beyond E' and G' at rest (:class:`twin.joint.named_law.PointForce`).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

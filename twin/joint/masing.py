@@ -5,8 +5,6 @@ where it meets them.  A concave backbone makes a network of sliders that follows
 falls by k at x, a spring k slips at the force k x.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

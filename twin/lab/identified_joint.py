@@ -1,7 +1,5 @@
 """A joint identified from recordings: to save, to show and to go on with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any

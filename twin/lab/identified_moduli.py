@@ -1,7 +1,5 @@
 """Moduli identified from a table of natural frequencies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

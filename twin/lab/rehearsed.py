@@ -1,7 +1,5 @@
 """What a rehearsal gives: a recording, warnings, a better procedure."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 import weakref

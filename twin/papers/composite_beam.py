@@ -1,7 +1,5 @@
 """The hybrid paper's composite beam, hung free: which cause bends its frequencies away from Euler and Bernoulli."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The hybrid paper's aluminium-composite joint: what its frequencies pin down, leave open, and contradict."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

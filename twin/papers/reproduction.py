@@ -1,7 +1,5 @@
 """What a reproduced study reports: the printed numbers, this project's, and what was freed to get there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any
 

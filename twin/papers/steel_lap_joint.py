@@ -1,7 +1,5 @@
 """The 2011 paper's lap joint: E', G' at both preloads, and what removes the error of mode 3."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The procedures there are, field by field.  SI units throughout."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal, Self
 

@@ -1,7 +1,5 @@
 """A measured stretch as numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Running a procedure: the same code for a rehearsal and for the real rig."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """One step of a sine procedure: set, hold the amplitude while it settles, measure."""
 
-from __future__ import annotations
-
 from recordings.run import StepState
 from twin.procedures.measured import measured
 from twin.procedures.results import StepResult

@@ -1,7 +1,5 @@
 """Loading procedures, shipped by name or from a TOML file, and writing them back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import cast
 

@@ -1,7 +1,5 @@
 """The tables that procedures share, field by field.  SI units throughout."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator

@@ -1,7 +1,5 @@
 """The wait before a measurement: amplitude and phase controlled, settling judged, transients stopped."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

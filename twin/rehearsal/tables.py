@@ -1,7 +1,5 @@
 """A rehearsal as plain tables, for JSON and for the report."""
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import asdict
 from typing import Any

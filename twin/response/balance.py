@@ -6,8 +6,6 @@ reached along its branch: from rest by raising the drive, from a neighbour by mo
 steady states is found follows from where they lie, and not from rounding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

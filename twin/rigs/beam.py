@@ -1,7 +1,5 @@
 """A rig of one beam alone, ``kind = "beam"``: a specimen hung free or clamped, known by its natural frequencies."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

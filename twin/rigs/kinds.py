@@ -1,7 +1,5 @@
 """Rig files of every kind: a structure with drive and sensors, a beam alone, one measured mode."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import tomli_w

@@ -1,7 +1,5 @@
 """Parts given by matrices: mass and stiffness, the table of their nodes, and tables of pairs of nodes."""
 
-from __future__ import annotations
-
 import math
 import warnings
 import zipfile

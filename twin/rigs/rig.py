@@ -1,7 +1,5 @@
 """A rig as data, whatever its structure: what every program of the twin asks of a rig file.  SI units throughout."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Self

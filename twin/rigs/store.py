@@ -1,7 +1,5 @@
 """Loading rigs, shipped by name or from a TOML file of either format, and writing them back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import tomli_w

@@ -5,8 +5,6 @@
 mousai collocates in time and solves by scipy's Newton-Krylov; both start each frequency from the last one's solution.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """The equivalent-linear model, whose layer has other moduli at every step: low rank against the full matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """One Gauss-Newton step of the joint's law: analytic sensitivities against finite differences on the full model."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Harmonic balance beside the bench, which marches to the same steady state, and how long a point of a branch takes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from recordings.benchmark import Measured, least_seconds, timed_in_turns

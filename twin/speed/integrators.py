@@ -1,7 +1,5 @@
 """Marching the shaken rig against scipy's integrator on the same reduced equations."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from functools import cache

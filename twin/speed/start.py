@@ -1,7 +1,5 @@
 """From nothing to the first samples and branches: with every kernel to be compiled, and with all of them on disk."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Samples of the whole rig, four channels with noise and converter, over real time."""
 
-from __future__ import annotations
-
 from recordings.benchmark import Measured, least_seconds
 from recordings.streams import Excitation
 from twin.bench import open_bench

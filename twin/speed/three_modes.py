@@ -5,8 +5,6 @@ motion and with the amplitude that the reference channel shows, and how the resp
 and every value of the law.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Beam elements on the neutral axis: three degrees of freedom a node (u, v, theta)."""
 
-from __future__ import annotations
-
 from types import EllipsisType
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A single uniform beam hung free, as in a hammer test of a specimen: M, K and their derivatives."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Strain operators of the joints' layers: between beams by their own kinematics, between node pairs by differences."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 

@@ -10,8 +10,6 @@ so that only differences of rotations strain it.  Its strains are eps_y = dv/dy 
 along the beams is left out, as in the papers.  The interface has no thickness: it joins the neutral axes themselves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Nodes of the beams of a layout: where a layer, a support or a tie needs them, and evenly between."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

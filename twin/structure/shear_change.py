@@ -1,7 +1,5 @@
 """What transverse shear in all beams changes in the assembled matrices, with the derivative by the shear ratio."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -9,8 +9,6 @@ with u linear and v cubic along the element, as in the beams.  Each Gauss point 
 operators B_E and B_G, so that K = E' B_E' B_E + G' B_G' B_G: affine in the moduli and of low rank.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a diagnosis says, as tables."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

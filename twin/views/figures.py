@@ -1,7 +1,5 @@
 """Pictures as matplotlib figures, drawn without a screen; the caller saves or shows them."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping, Sequence
 from itertools import product

@@ -1,7 +1,5 @@
 """Pictures of an identification: the law with the papers' polynomials, and how its regularisation was chosen."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a live view shows: signals, the running sweep over the predicted branches, harmonics, ranges, events."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """How much of each channel's range is used: now, and at most so far."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What frequencies the latest second holds, where no sine is stepped."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The running sweep, point by point over the predicted branches, and its harmonics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

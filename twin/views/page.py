@@ -1,7 +1,5 @@
 """A report: an answer, then sections of texts, tables and pictures; one HTML file without a network, or plain text."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The report of a diagnosis: one self-contained page, the answer first."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Steps and events as lines of text on the time line."""
 
-from __future__ import annotations
-
 import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn

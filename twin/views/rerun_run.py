@@ -1,7 +1,5 @@
 """A run in rerun: time signals, sweeps at every level, harmonics step by step, and what happened."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """An .rrd file written under a temporary name, whole or not at all."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A table of words and numbers: as plain text, as Markdown, and as HTML for notebooks and pages."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

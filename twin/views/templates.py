@@ -1,7 +1,5 @@
 """The HTML templates beside this file."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import jinja2

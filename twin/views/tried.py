@@ -1,7 +1,5 @@
 """Why one cause and not another: what the search scored, and what it fitted."""
 
-from __future__ import annotations
-
 from twin.diagnose.search import Stage
 from twin.views.table import Table
 

@@ -1,7 +1,5 @@
 """A channel has a high-pass that nobody entered: AC coupling, a charge amplifier's time constant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels

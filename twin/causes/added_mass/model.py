@@ -1,7 +1,5 @@
 """A mass nobody told the model of: a cable clamp, a heavier sensor, a magnet left on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values

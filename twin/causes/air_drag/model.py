@@ -1,7 +1,5 @@
 """Air that resists with the square of the velocity, all along the beams."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

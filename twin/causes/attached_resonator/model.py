@@ -1,7 +1,5 @@
 """Something loose that resonates by itself: a cable, a bracket, a dangling connector."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The clamp's foundation moves with the drive force."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values

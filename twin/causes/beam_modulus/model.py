@@ -1,7 +1,5 @@
 """Young's modulus of one beam is not what the data sheet says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values

@@ -1,7 +1,5 @@
 """A channel is sampled late: a filter, a multiplexer, a second device not in step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A channel's sensitivity is wrong: a mistyped calibration, a gain switch."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A channel is wired or mounted the wrong way round."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A part of one channel leaks into another."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values

@@ -1,7 +1,5 @@
 """A stiffening spring to ground: a taut wire, a membrane, a geometric effect of the suspension."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

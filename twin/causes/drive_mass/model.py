@@ -1,7 +1,5 @@
 """A mass between force cell and beam: a stud, wax, the cell's own live side."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values

@@ -1,7 +1,5 @@
 """Dry friction against the surroundings: a cable that drags, a probe that touches."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A stop that the structure strikes on one side once it moves far enough."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

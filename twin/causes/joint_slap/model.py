@@ -1,7 +1,5 @@
 """The joint opens on one side of its motion: the layer loses stiffness beyond a gap (micro-slap)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The joint's linear stiffness is far from what was assumed: another torque, another surface."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

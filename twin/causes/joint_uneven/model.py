@@ -1,7 +1,5 @@
 """The contact fades along the overlap: the bolt is off its place, or the faces are not parallel."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name

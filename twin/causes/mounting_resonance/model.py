@@ -1,7 +1,5 @@
 """A sensor resonates on its mount: wax gone soft, a loose stud, a magnet base."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

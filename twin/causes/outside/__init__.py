@@ -4,8 +4,6 @@ The files named stand in the environment variable ``TWIN_CAUSES``, so that the w
 campaign know them too; each is imported as a module of this package, by its own name.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import traceback

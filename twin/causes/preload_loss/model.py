@@ -1,7 +1,5 @@
 """The bolt loses preload while the test runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, measured_duration_s

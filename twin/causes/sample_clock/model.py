@@ -1,7 +1,5 @@
 """The converter's clock is off, so that every frequency is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values

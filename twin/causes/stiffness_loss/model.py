@@ -1,7 +1,5 @@
 """A crack or a damaged section: a short length of beam bends more easily."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

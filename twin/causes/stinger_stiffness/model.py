@@ -1,7 +1,5 @@
 """The stinger holds the beam at the drive point, and the force cell does not see it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

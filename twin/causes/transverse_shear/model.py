@@ -1,7 +1,5 @@
 """A beam so thick or so soft in shear that Euler and Bernoulli do not hold."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values

@@ -1,7 +1,5 @@
 """Something that rubs viscously against the surroundings: a cable in a tight guide, grease, a foam rest."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
