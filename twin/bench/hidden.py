@@ -54,12 +54,7 @@ class HiddenCase:
 
 
 def draw_case(
-    rng: np.random.Generator,
-    *,
-    rig: Rig,
-    causes: Sequence[str] | None = None,
-    number: int = 1,
-    strength: float = 1.0,
+    rng: np.random.Generator, *, rig: Rig, causes: Sequence[str] | None = None, number: int = 1, strength: float = 1.0
 ) -> HiddenCase:
     """Draw causes, their parameters, and the true values of what is always unknown.
 
@@ -116,8 +111,5 @@ def draw_case(
     damping = rig.damping.model_copy(update={"modal_ratio": ratios})
     truth = rig.with_joints(near).model_copy(update={"damping": damping})
     return HiddenCase(
-        effects=tuple(effects),
-        rig=truth,
-        softening=float(rng.uniform(0.8, 1.2)),
-        loss=float(rng.uniform(0.8, 1.2)),
+        effects=tuple(effects), rig=truth, softening=float(rng.uniform(0.8, 1.2)), loss=float(rng.uniform(0.8, 1.2))
     )

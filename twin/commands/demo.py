@@ -151,10 +151,7 @@ def _record(
         "procedure": procedure.procedure,
         "stored": procedure.store,
     }
-    attachments = {
-        "rig.toml": nominal_rig_file(nominal),
-        "procedure.toml": dump_procedure(procedure),
-    }
+    attachments = {"rig.toml": nominal_rig_file(nominal), "procedure.toml": dump_procedure(procedure)}
     measured = 0
 
     def on_step(step: Any) -> None:

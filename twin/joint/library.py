@@ -170,10 +170,7 @@ LIBRARY = (
     NamedLaw(
         name="stop",
         sentence="meets a stop of {stiffness:.3g} N/m2 beyond {gap:.3g} m",
-        parameters=(
-            _length("gap", "deflection at which it meets the stop"),
-            _modulus("stiffness", "of the stop"),
-        ),
+        parameters=(_length("gap", "deflection at which it meets the stop"), _modulus("stiffness", "of the stop")),
         make=lambda gap, stiffness: PiecewiseLinearContact((stiffness,), (gap,), (1,)),
     ),
     NamedLaw(

@@ -17,13 +17,7 @@ from twin.identify.residual_model import ResidualModel
 from twin.lab.identified_model import IdentifiedModel
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
-from twin.views.moduli_report import (
-    errors_figure,
-    frequency_table,
-    moduli_page,
-    moduli_sentence,
-    moduli_table,
-)
+from twin.views.moduli_report import errors_figure, frequency_table, moduli_page, moduli_sentence, moduli_table
 from twin.views.page import Page
 from twin.views.table import Table
 

@@ -14,15 +14,7 @@ from recordings.streams import SampleSource
 from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Reported
 from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
-from twin.rehearsal import (
-    NominalRig,
-    Rehearsed,
-    branch_tables,
-    open_twin,
-    rehearse,
-    rehearse_until_clear,
-    result_table,
-)
+from twin.rehearsal import NominalRig, Rehearsed, branch_tables, open_twin, rehearse, rehearse_until_clear, result_table
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 from twin.views.page import Page

@@ -62,10 +62,7 @@ def reproduce_hybrid_joint() -> Reproduction:
                 "parameters": {"position_m": {"value": rig.length, "std": 0.0}, "mass_kg": parameters["sensor_mass"]},
             },
         ],
-        candidates=[
-            _tried_model("all free", found),
-            *(_tried_model(name, trial) for name, trial in trials.items()),
-        ],
+        candidates=[_tried_model("all free", found), *(_tried_model(name, trial) for name, trial in trials.items())],
         identifiability=identifiability,
         assumed_std_percent=100 * RELATIVE_STD,
         notes=[*study.note, *_remarks(study, rig, found, other, trials)],

@@ -147,8 +147,7 @@ def _mass(rig: Rig, structure: Structure, position_m: float, rescans: int) -> St
 def _modulus(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
     K0, zero = structure.K0, np.zeros_like(structure.K0)
     effect = SharedEffect(
-        Parameter("modulus_factor", 0.95, lower=0.1, upper=10.0),
-        lambda factor: (zero, (factor - 1) * K0, zero, K0),
+        Parameter("modulus_factor", 0.95, lower=0.1, upper=10.0), lambda factor: (zero, (factor - 1) * K0, zero, K0)
     )
     update, value, std = _fit(rig, structure, effect, rescans)
     return SteelUpdate("beam-modulus", {"factor": {"value": value, "std": std}}, update)
@@ -169,8 +168,7 @@ def _clamp(rig: Rig, rescans: int) -> SteelUpdate:
 
 def _shear(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
     effect = SharedEffect(
-        Parameter("shear_ratio", 3.1, lower=1e-3, upper=1e4),
-        lambda ratio: shear_change(structure, ratio),
+        Parameter("shear_ratio", 3.1, lower=1e-3, upper=1e4), lambda ratio: shear_change(structure, ratio)
     )
     update, value, std = _fit(rig, structure, effect, rescans)
     return SteelUpdate("transverse-shear", {"modulus_ratio": {"value": value, "std": std}}, update)

@@ -81,12 +81,7 @@ class HarmonicBalance:
     _kernel: Any = continuation
 
     def __init__(
-        self,
-        built: Built,
-        *,
-        harmonics: int = 7,
-        samples: int = 256,
-        internal_rate_Hz: float = MODEL_RATE_Hz,
+        self, built: Built, *, harmonics: int = 7, samples: int = 256, internal_rate_Hz: float = MODEL_RATE_Hz
     ) -> None:
         self._poles = built.poles(0.0, internal_rate_Hz)
         self._elements = built.elements()

@@ -196,10 +196,7 @@ class NamedLaws(Table):
         ValueError
             If they take more off one than there is.
         """
-        for name, laws, what, modulus in (
-            ("opening", self.opening, "E'", E),
-            ("slip", self.slip, "G'", G),
-        ):
+        for name, laws, what, modulus in (("opening", self.opening, "E'", E), ("slip", self.slip, "G'", G)):
             taken = sum(law.force.most_taken for law in laws)
             if taken > MORE_THAN_ALL * modulus:
                 raise ValueError(f"law.{name} takes {taken:.4g} N/m2 off {what}, which is {modulus:.4g} N/m2")

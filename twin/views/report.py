@@ -70,9 +70,7 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
         tables.append(_by_harmonic(gain))
     told = f"The error falls {fold:.3g}-fold" if fold > 1.05 else "The error stays as it is"
     return Section(
-        title="What naming it gains",
-        texts=[f"{told} on sweeps that no fit has seen: {where}."],
-        tables=tables,
+        title="What naming it gains", texts=[f"{told} on sweeps that no fit has seen: {where}."], tables=tables
     )
 
 
@@ -94,9 +92,7 @@ def causes_section(causes: Sequence[NamedCause]) -> Section | None:
     if not causes:
         return None
     return Section(
-        title="Causes",
-        tables=[causes_table(causes)],
-        items=[f"{cause.cause}: {cause.summary}." for cause in causes],
+        title="Causes", tables=[causes_table(causes)], items=[f"{cause.cause}: {cause.summary}." for cause in causes]
     )
 
 

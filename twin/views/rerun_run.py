@@ -155,11 +155,7 @@ def _by_resonance(
 
 
 def _sweep_charts(
-    recording: rr.RecordingStream,
-    run: Run,
-    reduced: Sequence[SteppedSweep],
-    rehearsal: Mapping[str, Any],
-    path: str,
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any], path: str
 ) -> list[rrb.Spatial2DView]:
     """Receptance against frequency, one chart for each response channel, all levels in it."""
     views = []

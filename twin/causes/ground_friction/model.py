@@ -34,12 +34,7 @@ class GroundFriction(Cause):
             *position(evidence, label, 8),
             # Never reported: its error is what a slider's linear substitute in noise may leave behind.
             Parameter(
-                name="travel_m",
-                scale=3e-6,
-                lower=1e-8,
-                upper=3e-5,
-                starts=(TRAVEL_m, 0.1 * TRAVEL_m),
-                model_error=0.05,
+                name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(TRAVEL_m, 0.1 * TRAVEL_m), model_error=0.05
             ),
         )
 
