@@ -15,14 +15,9 @@ class ChannelDelay(Cause):
     name = "channel-delay"
     summary = "a channel lags behind the others by a constant time"
     labels = staticmethod(all_channels)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """The lag."""
-        return (
-            Parameter(
-                name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,), model_error=0.0015
-            ),
-        )
+    numbers = (
+        Parameter(name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,), model_error=0.0015),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """exp(-j omega delay)."""

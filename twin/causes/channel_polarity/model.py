@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, all_channels
+from twin.diagnose.cause import Cause, Values, all_channels
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
@@ -15,10 +15,6 @@ class ChannelPolarity(Cause):
     name = "channel-polarity"
     summary = "a channel reads with the wrong sign"
     labels = staticmethod(all_channels)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """No numbers."""
-        return ()
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The factor -1."""

@@ -24,13 +24,10 @@ class JointStiffness(Cause):
     name = "joint-stiffness"
     summary = "the joint's E' and G' are not those that were assumed"
     labels = staticmethod(joint_labels)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Logarithms of the factors on both moduli."""
-        return (
-            Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
-            Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
-        )
+    numbers = (
+        Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
+        Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
+    )
 
     def shared(
         self, evidence: MeasuredData, label: Mapping[str, str], baseline: BaselineParameters, values: Values

@@ -13,12 +13,9 @@ class JointUneven(Cause):
     name = "joint-uneven"
     summary = "the joint is stiffer at one end of the overlap than at the other"
     labels = staticmethod(joint_labels)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
-        return (
-            Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
-        )
+    numbers = (
+        Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with its strain operators weighted along the overlap."""

@@ -10,6 +10,11 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import mount
 
 
+def _compliance(frequency_Hz: float) -> float:
+    """Displacement per acceleration of the base, s^2."""
+    return float((2 * np.pi * frequency_Hz) ** -2)
+
+
 class MountingResonance(Cause):
     """The sensor's own resonance amplifies one channel.
 
@@ -19,16 +24,13 @@ class MountingResonance(Cause):
     name = "mounting-resonance"
     summary = "a sensor rides on a soft mount and resonates"
     labels = staticmethod(response_channels)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Compliance and damping."""
-        return (
-            Parameter(
-                name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
-                starts=(_compliance(3000.0),), tolerance=5e-5, model_error=0.004,
-            ),
-            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1), model_error=0.005),
-        )  # fmt: skip
+    numbers = (
+        Parameter(
+            name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
+            starts=(_compliance(3000.0),), tolerance=5e-5, model_error=0.004,
+        ),
+        Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1), model_error=0.005),
+    )  # fmt: skip
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Frequency and damping ratio."""
@@ -47,8 +49,3 @@ class MountingResonance(Cause):
         """Base excitation of a single degree of freedom."""
         factor = mount(values["compliance_s2"], values["damping_ratio"])
         return ModelModification(channel_factor={label["channel"]: factor})
-
-
-def _compliance(frequency_Hz: float) -> float:
-    """Displacement per acceleration of the base, s^2."""
-    return float((2 * np.pi * frequency_Hz) ** -2)
