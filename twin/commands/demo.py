@@ -14,7 +14,7 @@ from recordings.errors import InputError
 from recordings.whole import made_folder
 from twin.commands.demo_ending import tell_result
 from twin.commands.output import json_option, print_json, say, write_json
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
 

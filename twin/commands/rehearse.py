@@ -16,9 +16,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import made_folder
-from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, plain, print_json, say, stage, write_json
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option, laws_words
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 

@@ -17,8 +17,7 @@ from twin.views.live_ranges import RangeUse
 from twin.views.live_spectrum import LiveSpectrum
 from twin.views.live_sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
-from twin.views.rerun_log import log_line, log_view
-from twin.views.rrd import send_layout
+from twin.views.rrd import log_line, log_view, send_layout
 from twin.views.style import level_colour, on_dark, unit_text
 
 Array = NDArray[Any]

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.views.style import AFTER
-from twin.views.table import Table, table_markdown
-from twin.views.templates import template
+from twin.views.table import Table, table_markdown, template
 
 DPI = 130
 

@@ -6,7 +6,15 @@ import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
 from twin.identify.linear_model import nominal_parameters
-from twin.views.answer import causes_table, errors_table, estimate_text, excluded_table, residuals_table
+from twin.views.answer import (
+    causes_table,
+    errors_table,
+    estimate_text,
+    excluded_table,
+    fitted_table,
+    residuals_table,
+    scores_table,
+)
 from twin.views.curves import compared_models, has_law, joint_name, shown_models
 from twin.views.figures import law_figure
 from twin.views.fit_sections import (
@@ -20,7 +28,6 @@ from twin.views.fit_sections import (
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, CAUTION
-from twin.views.tried import fitted_table, scores_table
 
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""

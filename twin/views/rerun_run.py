@@ -16,8 +16,7 @@ from twin.views.curves import SteppedSweep, about_each_resonance, parted, resona
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label
 from twin.views.rerun_backbone import draw_backbone
-from twin.views.rerun_log import log_line, log_view
-from twin.views.rrd import recording_file, send_layout
+from twin.views.rrd import log_line, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
-from twin.views.templates import template
+import jinja2
 
 NARROW = 4
 """Columns that a text pane has room for."""
@@ -50,3 +51,16 @@ def table_markdown(table: Table) -> str:
 def table_html(table: Table) -> str:
     """The table as the pages have it, without their style."""
     return str(template("table.html").module.drawn(table))  # type: ignore[attr-defined]
+
+
+@cache
+def template(name: str) -> jinja2.Template:
+    """A template by its file's name; what is filled in is escaped, and what is missing is an error."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("twin.views", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)
