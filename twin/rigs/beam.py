@@ -4,8 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from recordings.toml_input import Name, Table
 from twin.rigs.lap_joint import Beam
-from twin.rigs.tables import Effect, Name, Table
+from twin.rigs.tables import Effect
 
 
 class BeamRig(Table):

@@ -6,8 +6,9 @@ from typing import Self
 
 from pydantic import Field
 
+from recordings.toml_input import Name, Table
 from twin.rigs.layout import Layout, Place, ThinLayer
-from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Name, Preload, Shaker, Table, Transducer
+from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Preload, Shaker, Transducer
 
 
 class Rig(Table, ABC):
