@@ -100,14 +100,14 @@ class LiveDrawing:
         self._ranges.draw()
         self._tell()
         if self._charts is not None:
-            below: list[Any] = [chart.view() for chart in self._charts]
+            below: list[Any] = [each.chart.view() for each in self._charts]
         else:
             assert self._spectrum is not None
-            below = [self._spectrum.view()]
+            below = [self._spectrum.chart.view()]
         layout = rrb.Horizontal(
             rrb.Vertical(
                 rrb.TextDocumentView(origin="/now", name="Now"),
-                self._ranges.view(),
+                self._ranges.chart.view(),
                 log_view(TIME),
                 row_shares=[2, 1.6, 1.6],
             ),
