@@ -9,8 +9,8 @@ import numpy as np
 from twin.identify.eigensensitivity import FrequencyUpdate, Parameter
 from twin.identify.identifiability import profile_likelihood
 from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
-from twin.papers.reproduction import Reproduction, TriedModel, describe_update
-from twin.papers.tables import load_study, percent_error
+from twin.papers.reproduction import Reproduction, TriedModel, compared, describe_update
+from twin.papers.tables import load_study
 from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
 from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
@@ -65,22 +65,8 @@ def reproduce_steel_lap_joint() -> Reproduction:
             )
             four[preload] = describe_update(alone, [])
     update = best.update
-    published = {name: c.published_model for name, c in study.condition.items()}
-    errors = {
-        "published_model": {n: percent_error(c.measured, c.published_model) for n, c in study.condition.items()},
-        "printed": {n: c.printed_error_percent for n, c in study.condition.items()},
-        "moduli_only": {n: e.tolist() for n, e in base.error_percent.items()},
-        "this_model": {n: e.tolist() for n, e in update.error_percent.items()},
-    }
     return Reproduction(
-        source=study.source,
-        measured={n: c.measured for n, c in study.condition.items()},
-        published_model=published,
-        this_model={n: f.tolist() for n, f in update.after.items()},
-        error_percent=errors,
-        rms_percent={
-            n: float(np.sqrt(np.mean(np.square(np.concatenate(list(e.values())))))) for n, e in errors.items()
-        },
+        **compared(study, list(study.condition), update, moduli_only=base),
         free_parameters=len(update.names),
         parameters={n: {"value": update.values[n], "std": update.std[n]} for n in update.names},
         published_parameters={
@@ -124,9 +110,7 @@ def _measured(rig: Rig) -> dict[str, list[float]]:
 
 
 def _tried_model(cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate) -> TriedModel:
-    return TriedModel(
-        cause, parameters, len(update.names), update.chi2, update.bic, update.rms_percent, update.worst_percent
-    )
+    return TriedModel.of(cause, parameters, update, len(update.names), update.bic)
 
 
 def _fit(rig: Rig, structure: Structure, effect: SharedEffect, rescans: int) -> tuple[FrequencyUpdate, float, float]:
