@@ -9,7 +9,7 @@ from pathlib import Path
 
 from recordings.errors import InputError
 
-__all__ = ["check_writable", "whole_file"]
+__all__ = ["check_writable", "made_folder", "whole_file"]
 
 
 @contextmanager
@@ -52,6 +52,22 @@ def check_writable(*paths: Path | None) -> None:
         except OSError as error:
             raise _refused(path, error) from error
         part.unlink()
+
+
+def made_folder(path: str | Path) -> Path:
+    """A folder, made with its parents if it is not there.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, "", (error.strerror or str(error)).lower()) from error
+    return folder
 
 
 def _refused(path: Path, error: OSError) -> InputError:

@@ -4,8 +4,6 @@ Every subcommand is a module of :mod:`twin.commands` that offers ``command``, a 
 when called, so that ``twin --help`` is quick.
 """
 
-from __future__ import annotations
-
 import difflib
 import importlib
 import os

@@ -1,7 +1,5 @@
 """From a plan to the reduced rig: matrices, local coordinates, condensation, poles at any time of a drift."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

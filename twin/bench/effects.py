@@ -3,8 +3,6 @@
 Names and parameters are the recording contract's.  This is the truth's side: nothing of the diagnosis is used here.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterable, MutableMapping
 from typing import Any

@@ -5,8 +5,6 @@ out, then armature displacement, velocity and coil current, then the sensors' ow
 (or, without a shaker, the force itself) and the restoring force of each local coordinate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from recordings.whole import made_folder
 from twin.commands.demo_ending import tell_result
 from twin.commands.output import json_option, print_json, say, write_json
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
 
@@ -74,10 +75,9 @@ def _folder(out: Path, cause: str | None, *, overwrite: bool) -> Path:
     try:
         if out.is_dir() and any(out.iterdir()) and not overwrite:
             raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
-        out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(out, "", (error.strerror or str(error)).lower()) from error
-    return out
+    return made_folder(out)
 
 
 def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dict[str, Any]:
@@ -151,10 +151,7 @@ def _record(
         "procedure": procedure.procedure,
         "stored": procedure.store,
     }
-    attachments = {
-        "rig.toml": nominal_rig_file(nominal),
-        "procedure.toml": dump_procedure(procedure),
-    }
+    attachments = {"rig.toml": nominal_rig_file(nominal), "procedure.toml": dump_procedure(procedure)}
     measured = 0
 
     def on_step(step: Any) -> None:

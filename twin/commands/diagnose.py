@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import (
     console,
     json_option,
@@ -21,7 +20,7 @@ from twin.commands.output import (
     working,
     write_json,
 )
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option, laws_words
 from twin.commands.staging import staged_folder
 
 if TYPE_CHECKING:

@@ -12,9 +12,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, print_json, print_tables, say, working
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option, laws_words
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.laws import laws_option, laws_words
+from recordings.whole import made_folder
 from twin.commands.output import json_option, next_step, plain, print_json, say, stage, write_json
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option, laws_words
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -76,7 +76,7 @@ def command(
     for job in jobs:
         job.prepare()
     for job in jobs:
-        _make_folder(job.out)
+        made_folder(job.out)
     started = time.perf_counter()
     results = [run_here(jobs[0])] if len(jobs) == 1 else run_side_by_side(jobs, [job.preload or "" for job in jobs])
     result: dict[str, Any] = results[0]
@@ -108,17 +108,16 @@ class _Job:
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
-        from twin.procedures import check_channels, check_rate, load_procedure
+        from twin.procedures import load_procedure
         from twin.rehearsal import open_twin
         from twin.rigs import load_rig
         from twin.rigs.preloads import known_preload
 
         asked, rig = load_procedure(self.procedure), load_rig(self.rig)
         preload = known_preload(rig, self.preload)
-        source = open_twin(rig, asked, preload=preload, seed=self.seed, source=self.rig)
-        check_channels(asked, source.channels, source=self.procedure)
-        check_rate(asked, source.sample_rate_Hz, source=self.procedure)
-        return asked, rig, source
+        return asked, rig, open_twin(
+            rig, asked, preload=preload, seed=self.seed, source=self.rig, named=self.procedure
+        )  # fmt: skip
 
     def run(self, meter: Meter) -> dict[str, Any]:
         """Rehearse, improve, write; returns what went into result.json."""
@@ -244,10 +243,3 @@ def _about(
         branches=tuple(branches),
         window_s=REHEARSED_WINDOW_S,
     )
-
-
-def _make_folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--out", str(out), (error.strerror or str(error)).lower()) from error

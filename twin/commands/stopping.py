@@ -1,7 +1,5 @@
 """How long work is asked to end: in order, with what it has."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """One run in progress: generator, samples and file together, for whichever procedure is running."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

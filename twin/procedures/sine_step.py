@@ -1,7 +1,5 @@
 """One step of a sine procedure: set, hold the amplitude while it settles, measure."""
 
-from __future__ import annotations
-
 from recordings.run import StepState
 from twin.procedures.measured import measured
 from twin.procedures.results import StepResult
@@ -26,12 +24,7 @@ def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) ->
     session.recorder.open(measure_ns, end_ns, session.stream.buffered)
     series = _collect(session, measure_ns, count / sample_rate_Hz)
     result = measured(
-        session,
-        step,
-        series,
-        wait=wait,
-        settle_s=(measure_ns - holds_ns) * 1e-9,
-        measure_s=count / sample_rate_Hz,
+        session, step, series, wait=wait, settle_s=(measure_ns - holds_ns) * 1e-9, measure_s=count / sample_rate_Hz
     )
     if abs(result.amplitude_error) > step.tolerance:
         session.note("not-held", _not_held(session, result), source=result.target_channel)

@@ -1,7 +1,5 @@
 """Excitation that is not one sine, measured in one piece: the stretch, and what came of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

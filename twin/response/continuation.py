@@ -8,8 +8,6 @@ Unknowns are measured coordinate by coordinate, each by its own size: an opening
 volts of a shaker.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -14,7 +14,8 @@ from typing import Annotated, Any, Literal, TypeVar
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from twin.rigs.tables import AnyLaw, Name, NonNegative, Positive, Preload, Table, check_law
+from recordings.toml_input import Name, NonNegative, Positive, Table
+from twin.rigs.tables import AnyLaw, Preload, check_law
 
 Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]

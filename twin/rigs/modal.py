@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from twin.rigs.tables import Finite, Name, NonNegative, Positive, Table
+from recordings.toml_input import Finite, Name, NonNegative, Positive, Table
 
 
 class LevelFit(Table):

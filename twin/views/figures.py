@@ -1,7 +1,5 @@
 """Pictures as matplotlib figures, drawn without a screen; the caller saves or shows them."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -17,13 +15,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
-from twin.views.curves import (
-    Fitted,
-    LawBand,
-    about_each_resonance,
-    broadband_responses,
-    law_bands,
-)
+from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, law_bands
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 

@@ -1,7 +1,5 @@
 """The report of moduli identified from natural frequencies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

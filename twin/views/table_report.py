@@ -1,7 +1,5 @@
 """The report of a diagnosis of tables: the answer first, then what was measured, tried, assumed and left open."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from twin.cli import main
-from twin.commands.laws import laws_words
+from twin.commands.own_code import laws_words
 from twin.rigs import load_rig, nominal_rig_file
 
 LAW = """

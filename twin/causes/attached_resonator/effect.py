@@ -1,7 +1,5 @@
 """A small oscillator on the structure: a cable loop, a loose bracket."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

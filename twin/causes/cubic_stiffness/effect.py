@@ -1,7 +1,5 @@
 """A spring to ground that hardens with the cube of the deflection (a taut cable, a membrane)."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Element, Plan
 from twin.joint import Cubic
 

@@ -1,7 +1,5 @@
 """Dry friction between the structure and something fixed: a cable tie, a touching cover."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Element, Plan
 from twin.joint import jenkins
 

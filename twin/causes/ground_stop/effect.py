@@ -1,7 +1,5 @@
 """A stop that the structure touches on one side."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Element, Plan
 from twin.joint import one_sided
 

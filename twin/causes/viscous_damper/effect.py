@@ -1,7 +1,5 @@
 """A dashpot to ground."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.bench.plan import Matrices, Plan
