@@ -19,8 +19,8 @@ def _files_option(name: str, module: str, load: str, told: str) -> Decorator:
                 getattr(import_module(module), load)(file)
 
     return click.option(
-        name, multiple=True, metavar="FILE.py", type=click.Path(path_type=Path), callback=run, is_eager=True,
-        expose_value=False, help=told,
+        name, f"{name.lstrip('-')}_files", multiple=True, metavar="FILE.py", type=click.Path(path_type=Path),
+        callback=run, is_eager=True, expose_value=False, help=told,
     )  # fmt: skip
 
 
