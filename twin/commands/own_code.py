@@ -30,10 +30,3 @@ causes_option = _files_option(
 laws_option = _files_option(
     "--laws", "twin.joint", "load_laws", "Python file with laws of joints that the rig names; it is run."
 )
-
-
-def laws_words() -> list[str]:
-    """``--laws`` as it was given, for the command line that a report repeats."""
-    from twin.joint.registry import loaded_files
-
-    return [word for file in loaded_files() for word in ("--laws", str(file))]
