@@ -7,6 +7,7 @@ when called, so that ``twin --help`` is quick.
 import difflib
 import importlib
 import os
+import shlex
 import sys
 from typing import NoReturn
 
@@ -134,7 +135,8 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else arguments
     try:
         with terminable():
-            result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False)
+            typed = shlex.join(["twin", *given])
+            result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False, obj=typed)
     except InputError as error:
         trace()
         click.echo(f"twin: {error}", err=True)

@@ -19,8 +19,8 @@ def _files_option(name: str, module: str, load: str, told: str) -> Decorator:
                 getattr(import_module(module), load)(file)
 
     return click.option(
-        name, multiple=True, metavar="FILE.py", type=click.Path(path_type=Path), callback=run, is_eager=True,
-        expose_value=False, help=told,
+        name, f"{name.lstrip('-')}_files", multiple=True, metavar="FILE.py", type=click.Path(path_type=Path),
+        callback=run, is_eager=True, expose_value=False, help=told,
     )  # fmt: skip
 
 
@@ -30,10 +30,3 @@ causes_option = _files_option(
 laws_option = _files_option(
     "--laws", "twin.joint", "load_laws", "Python file with laws of joints that the rig names; it is run."
 )
-
-
-def laws_words() -> list[str]:
-    """``--laws`` as it was given, for the command line that a report repeats."""
-    from twin.joint.registry import loaded_files
-
-    return [word for file in loaded_files() for word in ("--laws", str(file))]

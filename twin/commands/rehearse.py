@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,8 +15,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import made_folder
-from twin.commands.output import json_option, next_step, plain, print_json, say, stage, write_json
-from twin.commands.own_code import causes_option, laws_option, laws_words
+from twin.commands.output import json_option, next_step, plain, print_json, say, stage, typed, write_json
+from twin.commands.own_code import causes_option, laws_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -105,6 +104,7 @@ class _Job:
     rounds: int
     out: Path
     watch: WatchOptions
+    again: str = field(default_factory=typed)
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
@@ -169,25 +169,8 @@ class _Job:
         )
         result = plain({**table, "wall_s": wall_s})
         write_json(result, self.out / "result.json")
-        rehearsal_page(result).write(self.out / "report.html", commands=[self.command])
+        rehearsal_page(result).write(self.out / "report.html", commands=[self.again])
         return result
-
-    @property
-    def command(self) -> str:
-        """What to type to get the same again."""
-        preload = ["--preload", self.preload] if self.preload else []
-        words = [
-            "twin",
-            "rehearse",
-            self.procedure,
-            "--rig",
-            self.rig,
-            *laws_words(),
-            *preload,
-            "--seed",
-            str(self.seed),
-        ]
-        return shlex.join([*words, "--rounds", str(self.rounds), "--out", str(self.out)])
 
 
 def _folders(out: Path, preloads: tuple[str, ...]) -> list[tuple[str | None, Path]]:

@@ -176,6 +176,18 @@ def panels(count: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
 
 
+def bars(axes: Axes, kinds: Sequence[tuple[str, Any, str]], names: Sequence[str]) -> None:
+    """Bars in groups with `names` below them; each kind is a label, a value for each group and a colour.
+
+    The axes' titles are set, as :func:`dressed` wants them.
+    """
+    x, width = np.arange(len(names)), 0.8 / len(kinds)
+    for i, (label, values, colour) in enumerate(kinds):
+        axes.bar(x - 0.4 + (i + 0.5) * width, values, width=width, color=colour, label=label)
+    dressed(axes)
+    axes.set_xticks(x, names)
+
+
 def dressed(axes: Axes) -> None:
     """Give axes, when their titles are set, the look that all figures share."""
     axes.grid(color="#dddddd", linewidth=0.6)
