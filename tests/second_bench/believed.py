@@ -61,7 +61,7 @@ BELIEVED = Specimen(
     elements=(26, 23),
     layer=Layer(
         begin=0.185, end=0.235, width=0.0254, height=0.00636, normal_modulus=3.9e8, shear_modulus=7.6e7, points=5,
-        softening=0.75, opening_m=1.5e-6, bend=2.0, friction=1.2e9, slip_m=2.0e-6, travel_m=1.5e-7,
+        softening=0.75, opening_m=1.5e-6, early=0.2, friction=1.2e9, slip_m=2.0e-6, travel_m=1.5e-7,
     ),
     drive_position=TRANSDUCERS[0].position,
     sensors={t.channel: t.position for t in TRANSDUCERS[1:]},

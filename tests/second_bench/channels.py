@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter, lfilter_zi
 
 from recordings import Channel
-from tests.second_bench.believed import BITS, HIGH_PASS_Hz, TRANSDUCERS, Transducer
+from tests.second_bench.believed import BITS, TRANSDUCERS, HIGH_PASS_Hz, Transducer
 
 Array = NDArray[np.float64]
 

@@ -59,15 +59,15 @@ MAGNET_REACH_m, SWING_Hz, HUM_Hz = 1.5e-3, 3.0, 50.0
 Maker = Callable[[np.random.Generator], Effect]
 
 
-def _specimen(rig: Rig, **changes) -> Rig:  # noqa: ANN003
+def _specimen(rig: Rig, **changes) -> Rig:
     return replace(rig, specimen=replace(rig.specimen, **changes))
 
 
-def _layer(rig: Rig, **changes) -> Rig:  # noqa: ANN003
+def _layer(rig: Rig, **changes) -> Rig:
     return _specimen(rig, layer=replace(rig.specimen.layer, **changes))
 
 
-def _wired(rig: Rig, channel: str, **changes) -> Rig:  # noqa: ANN003
+def _wired(rig: Rig, channel: str, **changes) -> Rig:
     return replace(rig, wiring={**rig.wiring, channel: replace(rig.wiring[channel], **changes)})
 
 
@@ -80,7 +80,11 @@ def _place(rng: np.random.Generator, low: float = 0.7, high: float = 1.0) -> flo
 
 
 def _to_ground(
-    kind: Kind, usual: float, name: str, of_size: Callable[[float], tuple[float, ...]] = lambda size: (size,), **told: float
+    kind: Kind,
+    usual: float,
+    name: str,
+    of_size: Callable[[float], tuple[float, ...]] = lambda size: (size,),
+    **told: float,
 ) -> Maker:
     """An element between the ground and a place that is drawn; `of_size` makes its parameters of its size."""
 

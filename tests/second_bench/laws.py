@@ -19,11 +19,15 @@ FORGETTING = 0.02
 class Kind(IntEnum):
     """An element's law; its parameters in order.
 
-    ``SOFTENING``: stiffness, share that saturates, opening, bend, gap, factor beyond the gap, stiffness already in the
-    linear structure.  ``RIDING_FRICTION``: stiffness, friction, slip, travel, stiffness already in the linear
-    structure; the friction is that of a contact that rode up as far as it lately slipped.  ``SLIDER``: stiffness, slip force.  ``CUBIC``: N/m3.  ``STOP``: stiffness, gap.  ``DASHPOT``: Ns/m.
-    ``DRAG``: Ns2/m2.  ``MAGNET``: stiffness that pushes away from the middle, reach.  ``SWINGING``: mean stiffness,
-    part of it that swings, Hz.
+    ``SOFTENING``: stiffness, share that saturates, opening, early part of the share, gap, factor beyond the gap, and
+    the stiffness that is in the linear structure already.
+
+    ``RIDING_FRICTION``: stiffness, friction, slip, travel, and the stiffness that is in the linear structure already.
+    The friction is that of a contact that rode up as far as it lately slipped.
+
+    ``SLIDER``: stiffness, slip force.  ``CUBIC``: N/m3.  ``STOP``: stiffness, gap.  ``DASHPOT``: Ns/m.  ``DRAG``:
+    Ns2/m2.  ``MAGNET``: stiffness that pushes away from the middle, reach.  ``SWINGING``: mean stiffness, part of it
+    that swings, Hz.
     """
 
     SOFTENING = 0
@@ -43,16 +47,21 @@ class Kind(IntEnum):
 
 
 @njit(cache=True, inline="always")
-def saturating(d, k, share, opening, bend):  # noqa: ANN001, ANN201 (compiled)
-    """Force and tangent of a spring that loses a share of its stiffness beyond an opening."""
-    x = abs(d / opening) ** bend
-    soft = (1.0 + x) ** (-1.0 / bend)
-    return k * d * (1.0 - share + share * soft), k * (1.0 - share + share * soft / (1.0 + x))
+def saturating(d, k, share, opening, early):
+    """Force and tangent of a spring that loses a share of its stiffness beyond an opening.
+
+    Part of the share, `early`, goes as 1 / (1 + x), the rest as 1 / sqrt(1 + x^2), with x = d / opening.
+    """
+    x = abs(d / opening)
+    one, root = 1.0 / (1.0 + x), 1.0 / np.sqrt(1.0 + x * x)
+    kept = 1.0 - share + share * (early * one + (1.0 - early) * root)
+    tangent = 1.0 - share + share * (early * one**2 + (1.0 - early) * root**3)
+    return k * d * kept, k * tangent
 
 
 @njit(cache=True)
-def element_force(kind, p, y, y_old, memory, reach, time_s, scale):  # noqa: ANN001, ANN201 (compiled)
-    """Force, tangent and both memories of an element that moves from `y_old` to `y`; `scale` is on a layer's modulus."""
+def element_force(kind, p, y, y_old, memory, reach, time_s, scale):
+    """Force, tangent and both memories of an element that moves from `y_old` to `y`; `scale` is on its modulus."""
     if kind == 0:
         k = p[0] * scale
         if y > p[4]:

@@ -76,8 +76,9 @@ class State:
     ----------
     q, p, g : ndarray, (n,)
         Modal displacements, velocities and forces.
-    y, memory, reach : ndarray, (2, e), (e,) and (e,)
-        The elements' motion, now and one sample ago; their memories: of force or grip, and of how far they lately slipped.
+    y, memory, reach : ndarray, (3, e), (e,) and (e,)
+        The elements' motion, now and one and two samples ago; their memories, of force or grip, and of how far they
+        lately slipped.
     time_s
         Since the start.
     """
@@ -94,10 +95,10 @@ class State:
 def at_rest(modes: Modes) -> State:
     """Nothing moves."""
     n, e = len(modes.omega), len(modes.kinds)
-    return State(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((2, e)), np.zeros(e), np.zeros(e))
+    return State(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((3, e)), np.zeros(e), np.zeros(e))
 
 
-def march(modes: Modes, state: State, force: Array, rate_Hz: float, *, layer: float = 1.0, all_moduli: float = 1.0):  # noqa: ANN201
+def march(modes: Modes, state: State, force: Array, rate_Hz: float, *, layer: float = 1.0, all_moduli: float = 1.0):
     """Go on under a force.
 
     Parameters
@@ -148,18 +149,10 @@ def march(modes: Modes, state: State, force: Array, rate_Hz: float, *, layer: fl
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
-def _solve(A, b):  # noqa: ANN001, ANN202 (compiled)
-    """Solve A x = b in place; the elements' Jacobian is close to the identity and needs no pivots beyond the largest."""
+def _solve(A, b):
+    """Solve A x = b in place, without pivots: a flexibility times a stiffness, plus one, needs none."""
     n = len(b)
     for i in range(n):
-        best = i
-        for r in range(i + 1, n):
-            if abs(A[r, i]) > abs(A[best, i]):
-                best = r
-        if best != i:
-            for j in range(i, n):
-                A[i, j], A[best, j] = A[best, j], A[i, j]
-            b[i], b[best] = b[best], b[i]
         for r in range(i + 1, n):
             factor = A[r, i] / A[i, i]
             if factor != 0.0:
@@ -173,16 +166,16 @@ def _solve(A, b):  # noqa: ANN001, ANN202 (compiled)
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
-def _march(  # noqa: ANN202 (compiled)
-    c, square, loss, drive, sensors, rows, of_velocity, gain, kinds, parameters, scale,  # noqa: ANN001
-    q, p, g, y, memory, reach, force, time_s, step_s, accelerations,  # noqa: ANN001
+def _march(
+    c, square, loss, drive, sensors, rows, of_velocity, gain, kinds, parameters, scale,
+    q, p, g, y, memory, reach, force, time_s, step_s, accelerations,
 ):  # fmt: skip
     """March; the index of the sample without balance, or -1."""
     n, e = len(q), len(kinds)
     known, f, slope, kept = np.empty(e), np.empty(e), np.empty(e), np.empty((2, e))
     new, A, b = np.empty(e), np.empty((e, e)), np.empty(e)
     q1, p1 = np.empty(n), np.empty(n)
-    largest = np.maximum(np.abs(y[0]), np.abs(y[1]))
+    largest = np.abs(y[0])
     for t in range(len(force)):
         now = time_s + (t + 1) * step_s
         for m in range(n):
@@ -193,7 +186,7 @@ def _march(  # noqa: ANN202 (compiled)
             known[i] = 0.0
             for m in range(n):
                 known[i] += rows[i, m] * (p1[m] if of_velocity[i] else q1[m])
-            new[i] = 2 * y[0, i] - y[1, i]
+            new[i] = 3 * (y[0, i] - y[1, i]) + y[2, i]
         balanced = False
         for iteration in range(ITERATIONS):
             for i in range(e):
@@ -220,7 +213,7 @@ def _march(  # noqa: ANN202 (compiled)
         for i in range(e):
             f[i] += slope[i] * b[i]
             memory[i], reach[i] = kept[0, i], kept[1, i]
-            y[1, i], y[0, i] = y[0, i], new[i]
+            y[2, i], y[1, i], y[0, i] = y[1, i], y[0, i], new[i]
         for m in range(n):
             from_elements = 0.0
             for i in range(e):

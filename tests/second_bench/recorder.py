@@ -153,7 +153,7 @@ class _Recording:
         self._writer.__enter__()
         return self
 
-    def __exit__(self, *error) -> None:  # noqa: ANN002
+    def __exit__(self, *error) -> None:
         self._writer.__exit__(*error)
 
     @property

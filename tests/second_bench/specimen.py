@@ -22,9 +22,9 @@ class Layer:
         Of the layer at rest, N/m2.
     points
         Gauss points along the overlap, each with an opening and a slip.
-    softening, opening_m, bend
-        Share of the normal modulus that is lost where the layer opens far, the opening at which it goes, and how
-        sharply: the force of the part that saturates is d / (1 + (d/opening)^bend)^(1/bend).
+    softening, opening_m, early
+        Share of the normal modulus that is lost where the layer opens far, the opening at which it goes, and the part
+        of it that goes early, see :func:`laws.saturating`.
     friction, slip_m, travel_m
         Friction of asperities that ride up as far as they lately slipped, s: friction s^2 / (slip + s) for each area
         over height, N/m2 at large slip; it turns its sign within `travel_m`.
@@ -43,7 +43,7 @@ class Layer:
     points: int
     softening: float
     opening_m: float
-    bend: float
+    early: float
     friction: float
     slip_m: float
     travel_m: float

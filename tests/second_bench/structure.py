@@ -15,7 +15,7 @@ from tests.second_bench.specimen import Layer, Specimen
 Array = NDArray[np.float64]
 
 MODES = 16
-"""Kept with their inertia, up to some 10 kHz, ten times the recordings' band; what lies above is a residual flexibility."""
+"""Kept with their inertia, up to some 10 kHz, ten times the recordings' band; the others yield as springs do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,7 @@ def _at_point(layer: Layer, area: float, opening: Array, slip: Array) -> list[_E
     normal, shear = layer.normal_modulus * area, layer.shear_modulus * area
     return [
         _Element(opening, Kind.SOFTENING, (
-            normal, layer.softening, layer.opening_m, layer.bend, layer.gap_m, layer.slap_factor, normal,
+            normal, layer.softening, layer.opening_m, layer.early, layer.gap_m, layer.slap_factor, normal,
         )),
         _Element(slip, Kind.RIDING_FRICTION, (shear, layer.friction * area, layer.slip_m, layer.travel_m, shear)),
     ]  # fmt: skip

@@ -58,7 +58,7 @@ def _law(rng: np.random.Generator) -> dict[str, float]:
     return {
         "softening": float(rng.uniform(0.55, 0.8)),
         "opening_m": law.opening_m * float(np.exp(rng.uniform(-0.3, 0.3))),
-        "bend": float(rng.uniform(1.5, 2.5)),
+        "early": float(rng.uniform(0.0, 0.4)),
         "friction": law.friction * float(np.exp(rng.uniform(-0.3, 0.3))),
         "slip_m": law.slip_m * float(np.exp(rng.uniform(-0.4, 0.4))),
         "travel_m": law.travel_m * float(np.exp(rng.uniform(-0.3, 0.3))),
