@@ -1,5 +1,7 @@
 """What local elements lose in a cycle, against their loops written out."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -15,7 +17,7 @@ def lost_in_a_cycle(kind, parameters, *, samples=20000, cycles=4):
     padded[: len(parameters)] = parameters
     path = S * np.sin(2 * np.pi * np.arange(samples * cycles + 1) / samples)
     forces, memory, reach = [0.0], 0.0, 0.0
-    for before, now in zip(path[:-1], path[1:], strict=True):
+    for before, now in pairwise(path):
         force, _, memory, reach = element_force(int(kind), padded, now, before, memory, reach, 0.0, 1.0)
         forces.append(force)
     return np.trapezoid(forces[-samples - 1 :], path[-samples - 1 :])
