@@ -23,9 +23,9 @@ ITERATIONS = 100
 FULL_STEPS = 8
 """Of Newton's; later ones go half way, which ends a walk to and fro across the kink where a slip turns."""
 
-SAMPLES_A_PERIOD = 8
+SAMPLES_A_PERIOD = 4
 """Fewer do not follow a mode; it then only yields as a spring does."""
-AT_REST_AT_ONCE = 0.7
+SOON_AT_REST = 0.2
 """Damping ratio of such modes."""
 
 
@@ -60,12 +60,12 @@ def recurrence(omega: Array, damping: Array, step_s: float) -> Array:
 
 
 def followed(modes: Modes, rate_Hz: float) -> Array:
-    """Damping ratios with which a march at a rate is sound, (n,): what it cannot follow comes to rest at once.
+    """Damping ratios with which a march at a rate is sound, (n,): what it cannot follow comes to rest soon.
 
     Undamped, such modes ring between the samples with the friction's kinks until all is lost.
     """
     fast = modes.omega > 2 * np.pi * rate_Hz / SAMPLES_A_PERIOD
-    return np.where(fast, np.maximum(modes.damping, AT_REST_AT_ONCE), modes.damping)
+    return np.where(fast, np.maximum(modes.damping, SOON_AT_REST), modes.damping)
 
 
 @dataclass(eq=False)

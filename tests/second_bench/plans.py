@@ -9,12 +9,16 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Random force in a band; `march_Hz` is how finely it is marched, `stored_Hz` how finely it is recorded."""
+    """Random force in a band.
+
+    `stored_Hz` is how finely it is recorded, `march_Hz` how finely it is marched: so that every mode that can be told
+    from the band is followed.
+    """
 
     band_Hz: tuple[float, float] = (5.0, 1000.0)
     rms: float = 0.5
     seconds: int = 60
-    march_Hz: int = 20480
+    march_Hz: int = 40960
     stored_Hz: int = 5120
 
 
@@ -57,7 +61,7 @@ AROUND_2_Hz = (*np.arange(-5.0, -1.9, 1.0), *np.arange(-1.6, 1.21, 0.16), *np.ar
 def sweeps_of(mode: int, resonance_Hz: float) -> tuple[Sweeps, Sweeps]:
     """The sweeps about a mode that are diagnosed, and the one at another force that is held out."""
     around, forces, other, march_Hz, stored_Hz, block_s = {
-        1: (AROUND_1_Hz, (1.5, 3.0, 6.0), 4.5, 4096, 1024, 0.5),
+        1: (AROUND_1_Hz, (1.5, 3.0, 6.0), 4.5, 6144, 1024, 0.5),
         2: (AROUND_2_Hz, (0.5, 1.0, 2.0), 1.5, 16384, 2048, 0.25),
     }[mode]
     frequencies = tuple(round(resonance_Hz + float(offset), 2) for offset in around)

@@ -25,7 +25,7 @@ HELD = 3e-3
 """Deviation of the force from what it was to be, as a share; drawn for each step."""
 WANDER = 4e-5
 """Deviation of all resonances from sweep to sweep, relative."""
-SETTLED = 3e-5
+SETTLED = 5e-5
 """Change of the response in a block, relative, below which it has settled; waiting ends after `LONGEST_s` anyway."""
 LONGEST_s = 30.0
 STARTED = datetime(2026, 3, 2, 9, tzinfo=UTC)

@@ -11,13 +11,13 @@ from tests.second_bench.specimen import Specimen
 
 CHANGES = (0.02, 0.1)
 """Of the response at resonance, relative, that effects of normal size make; drawn in between."""
-FORCE_N, RATE_Hz = 4.5, 4096
+FORCE_N, RATE_Hz = 4.5, 6144
 OFFSETS_Hz = (-0.3, -0.05)
 """Where it is compared: below the resonance at small amplitude, and about where that lies under load."""
-SETTLING_s, COMPARED_s = 12, 1
+SETTLING_s, COMPARED_s = 8, 1
 LATE_s = 200.0
 """Recorded time, about in the middle of a campaign: what drifts has drifted so far."""
-STEPS = 5
+STEPS = 4
 AT_ONCE = 5.0
 """Largest factor from one size to the next of a search."""
 

@@ -103,7 +103,7 @@ def modes_of(specimen: Specimen, count: int = MODES) -> Modes:
     kinds = np.array([element.kind for element in elements], dtype=np.int64)
     free = np.arange(DOFS, n)  # the clamp holds all of the first node
     M, K, rows = M[np.ix_(free, free)], K[np.ix_(free, free)], rows[:, free]
-    square, shapes = eigh(K, M, subset_by_index=(0, count - 1))
+    square, shapes = _lowest(M, K, count)
     modal = rows @ shapes
     residual = rows @ np.linalg.solve(K, rows.T) - (modal / square) @ modal.T
     resists = np.array([Kind(kind).of_velocity for kind in kinds])
@@ -119,6 +119,19 @@ def modes_of(specimen: Specimen, count: int = MODES) -> Modes:
         kinds=kinds,
         parameters=np.array([[*e.parameters, *[0.0] * (PARAMETERS - len(e.parameters))] for e in elements]),
     )
+
+
+def _lowest(M: Array, K: Array, count: int) -> tuple[Array, Array]:
+    """Squares of the lowest natural frequencies and mass-normalised shapes, (count,) and (n, count).
+
+    The lowest of K are the highest of M in the scale of K, where no fast motion of a short element spoils their digits.
+    """
+    scale = 1 / np.sqrt(np.diag(K))
+    inverse, shapes = eigh(
+        scale[:, None] * M * scale, scale[:, None] * K * scale, subset_by_index=(len(M) - count, len(M) - 1)
+    )
+    inverse, shapes = inverse[::-1], scale[:, None] * shapes[:, ::-1]
+    return 1 / inverse, shapes / np.sqrt(inverse)
 
 
 def _points(layer: Layer) -> list[tuple[float, float]]:

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.second_bench.believed import BELIEVED
+from tests.second_bench.believed import BELIEVED, SHAKER
 from tests.second_bench.laws import Kind
 from tests.second_bench.march import at_rest, march, recurrence
-from tests.second_bench.shaker import Distortion, sine
+from tests.second_bench.plans import Noise
+from tests.second_bench.shaker import Distortion, noise, sine
 from tests.second_bench.sine_wave import fundamental
 from tests.second_bench.specimen import GroundElement
 from tests.second_bench.structure import modes_of
@@ -36,7 +37,7 @@ def test_at_small_amplitude_it_is_the_linear_rig(frequency_Hz, rate_Hz, seconds)
 
 def test_under_load_a_finer_step_changes_little():
     coarse, fine = (
-        receptance(BELIEVED, force=3.0, frequency_Hz=26.2, rate_Hz=rate, seconds=20) for rate in (4096, 20480)
+        receptance(BELIEVED, force=3.0, frequency_Hz=26.2, rate_Hz=rate, seconds=20) for rate in (6144, 24576)
     )
     assert np.abs(coarse / fine - 1).max() < 1e-3
 
@@ -63,3 +64,21 @@ def test_a_mode_is_carried_exactly_under_a_force_that_is_linear_between_samples(
     at_once = step(whole, 0.3, -2.0, 5.0, 9.0)
     in_two = step(half, *step(half, 0.3, -2.0, 5.0, 7.0), 7.0, 9.0)
     assert at_once == pytest.approx(in_two, rel=1e-12)
+
+
+def test_noise_at_small_amplitude_meets_the_linear_rig_over_the_whole_band():
+    plan = Noise()
+    modes = modes_of(BELIEVED)
+    period = 4 * plan.march_Hz
+    marched, read = noise(
+        np.random.default_rng(1), modes, SHAKER, band_Hz=plan.band_Hz, rms=1e-5, samples=period, rate_Hz=plan.march_Hz
+    )
+    state = at_rest(modes)
+    for _ in range(5):  # the first mode's transient falls to e^-6
+        responses = march(modes, state, marched, plan.march_Hz)
+    frequency = np.fft.rfftfreq(period, 1 / plan.march_Hz)
+    inside = (frequency > 100.0) & (frequency < 990.0)
+    spectra = np.fft.rfft(np.vstack([read, responses]))[:, inside]
+    found = -(spectra[1:] / spectra[0]).T / (2 * np.pi * frequency[inside, None]) ** 2
+    linear = modes.receptance(frequency[inside])
+    assert np.median(np.abs(found / linear - 1), axis=0).max() < 1e-4
