@@ -23,24 +23,28 @@ from tests.second_bench.unknowns import drawn_specimen
 EFFECTS = {**LISTED, **UNLISTED}
 TRUTH = "truth.json"
 BROADBAND = "broadband.mcap"
+WANDERS = (1e-5, 1e-4)
+"""Of all resonances from sweep to sweep, relative, as rooms make them wander; drawn in between."""
 ALL_STORED = 0.25
 """Share of the campaigns without a drift whose waits are recorded too; with one all are, for time to be known."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign: what is hidden, and what decides all that is drawn."""
+    """One campaign: what is hidden, what decides all that is drawn, and whether resonances wander between sweeps."""
 
     effect: str
     seed: int
     strength: float = 1.0
     modes: int = 1
+    still: bool = False
 
     @property
     def name(self) -> str:
         """Of its folder."""
         strength = "" if self.strength == 1 else f"-{self.strength:g}"
-        return f"{self.effect}{strength}-{self.seed}" + ("" if self.modes == 1 else f"-modes{self.modes}")
+        modes = "" if self.modes == 1 else f"-modes{self.modes}"
+        return f"{self.effect}{strength}-{self.seed}{modes}" + ("-still" if self.still else "")
 
 
 def recording_names(mode: int) -> tuple[str, str]:
@@ -71,7 +75,8 @@ def record(case: Case, out: Path) -> Path:
     effect = EFFECTS[case.effect](rng)
     rig, parameters = effect.apply(sound, sized(effect, sound, rng, case.strength))
     stored = "all" if effect.drifts or rng.random() < ALL_STORED else "settled"
-    campaign = Campaign(rig.specimen, rig.wiring, rng, stored)
+    wander = float(np.exp(rng.uniform(*np.log(WANDERS))))
+    campaign = Campaign(rig.specimen, rig.wiring, rng, stored, wander=0.0 if case.still else wander)
     (folder / "rig.toml").write_text(rig_text())
     campaign.record_noise(folder / BROADBAND, Noise())
     natural_Hz = modes_of(rig.specimen).omega / (2 * np.pi)
@@ -81,6 +86,7 @@ def record(case: Case, out: Path) -> Path:
     truth = {
         "cause": "unknown" if case.effect in UNLISTED else case.effect, "effect": case.effect, "parameters": parameters,
         "strength": case.strength, "seed": case.seed, "modes": case.modes, "stored": stored,
+        "wander": campaign.wander,
         "layer": {
             "normal_modulus": rig.specimen.layer.normal_modulus, "shear_modulus": rig.specimen.layer.shear_modulus,
         },
@@ -104,10 +110,11 @@ def main() -> None:
     parser.add_argument("--effect", choices=["all", *EFFECTS], action="append", required=True)
     parser.add_argument("--modes", type=int, choices=[1, 2], default=1)
     parser.add_argument("--strength", type=float, default=1.0)
+    parser.add_argument("--still", action="store_true", help="resonances do not wander from sweep to sweep")
     asked = parser.parse_args()
     for seed in asked.seeds:
         for effect in EFFECTS if "all" in asked.effect else asked.effect:
-            case = Case(effect, seed, asked.strength, asked.modes)
+            case = Case(effect, seed, asked.strength, asked.modes, asked.still)
             if not (asked.out / case.name / TRUTH).exists():
                 print(record(case, asked.out), file=sys.stderr)
 

@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 
 HELD = 3e-3
 """Deviation of the force from what it was to be, as a share; drawn for each step."""
-WANDER = 4e-5
-"""Deviation of all resonances from sweep to sweep, relative."""
 SETTLED = 5e-5
 """Change of the response in a block, relative, below which it has settled; waiting ends after `LONGEST_s` anyway."""
 LONGEST_s = 30.0
@@ -45,6 +43,8 @@ class Campaign:
         Draws noise, and what is not held exactly.
     stored
         Whether the waits are recorded too: ``all`` or ``settled``.
+    wander
+        Standard deviation of all resonances from sweep to sweep, relative.
     clock_s
         Recorded so far.
     """
@@ -53,6 +53,7 @@ class Campaign:
     wiring: dict[str, Wiring]
     rng: np.random.Generator
     stored: str
+    wander: float = 0.0
     clock_s: float = 0.0
 
     def record_noise(self, path: Path, plan: Noise) -> None:
@@ -91,7 +92,7 @@ class Campaign:
             recording.announce(StepState.DONE, *step)
 
     def _bench(self) -> Bench:
-        return Bench(self.specimen, clock_s=self.clock_s, wander=2 * WANDER * self.rng.normal())
+        return Bench(self.specimen, clock_s=self.clock_s, wander=2 * self.wander * self.rng.normal())
 
     def _open(self, path: Path, procedure: str, march_Hz: int, stored_Hz: int) -> _Recording:
         info = {
