@@ -46,6 +46,7 @@ def test_a_mass_lowers_the_frequency_as_rayleigh_says():
     assert 1 / ratio - 1 == pytest.approx(mass * shape**2, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_size_is_found_that_changes_the_response_by_some_per_cent():
     rng = np.random.default_rng(2)
     rig, effect = sound(), LISTED["cubic-stiffness"](rng)
