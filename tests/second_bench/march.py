@@ -17,7 +17,7 @@ from tests.second_bench.structure import Modes
 
 Array = NDArray[np.float64]
 
-CLOSE = 1e-7
+CLOSE = 1e-5
 """Of an element's own largest motion so far: Newton's next iterate is then as near as doubles can say."""
 ITERATIONS = 100
 FULL_STEPS = 8
