@@ -49,3 +49,18 @@ def test_no_answer_is_told_as_such(tmp_path, monkeypatch):
 def test_cases_are_found_in_folders_and_by_name(tmp_path):
     one, two = case(tmp_path, "b"), case(tmp_path, "a")
     assert judge.cases_in([tmp_path]) == judge.cases_in([one, two]) == [two, one]
+
+
+def test_a_diagnosis_ends_at_its_limit_of_cpu_time(tmp_path, monkeypatch):
+    endless = tmp_path / "endless"
+    endless.write_text("#!/bin/sh\nwhile :; do :; done\n")
+    endless.chmod(0o755)
+    monkeypatch.setattr(judge.sys, "executable", str(endless))
+    found, trouble = judge.diagnosed(case(tmp_path), limit_s=0.5)
+    assert (found, trouble) == (None, "no answer in 1 s")
+
+
+def test_what_the_tool_says_is_told_where_it_has_no_answer(tmp_path):
+    found, trouble = judge.diagnosed(case(tmp_path), limit_s=60)
+    assert found is None
+    assert "rig.toml" in trouble
