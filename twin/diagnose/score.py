@@ -131,24 +131,31 @@ def _signatures_of(
     cause: Cause,
 ) -> list[_Signature]:
     """Signatures of every label and starting place of one cause."""
+
+    def left_by(label: Mapping[str, str], values: dict[str, float]) -> Array:
+        modification = modification_of(evidence, (*model.hypotheses, CauseHypothesis(cause, label, values, {})))
+        changed = ResidualModel(evidence, modification, harmonics, held=held)
+        return changed.evaluate(model.baseline, sensitivities=False).residual
+
     found = []
     for label in cause.labels(evidence):
         parameters = cause.parameters(evidence, label)
         strengths = strengths_of(parameters)
         for start in _starts(parameters):
-            # What an effect without a strength leaves; else how the residual changes with each strength alone.
-            probes, left = _at_small_strengths(cause, evidence, label, start), []
-            for values, _ in probes or [(start, 1.0)]:
-                modification = modification_of(evidence, (*model.hypotheses, CauseHypothesis(cause, label, values, {})))
-                changed = ResidualModel(evidence, modification, harmonics, held=held)
-                left.append(changed.evaluate(model.baseline, sensitivities=False).residual)
-            columns = np.column_stack(left)
-            if not np.isfinite(columns).all():
-                continue
-            if strengths:
-                per_step = [p.scale / step for p, (_, step) in zip(strengths, probes, strict=True)]
-                columns = (residual[:, None] - columns) * per_step
-            found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns))
+            if not strengths:
+                columns = left_by(label, start)[:, None]
+            else:
+                # A structure made anew differs a little from the assumed one, without any effect in it.
+                remakes = cause.modification(evidence, label, start).changes_structure
+                none = {**start, **{p.name: p.null for p in strengths}}
+                before = left_by(label, none) if remakes else residual
+                columns = np.empty((len(residual), len(strengths)))
+                for k, p in enumerate(strengths):
+                    step = _small_step(p, start[p.name] - p.null, remakes=remakes)
+                    after = left_by(label, {**none, p.name: p.null + step})
+                    columns[:, k] = (before - after) * p.scale / step
+            if np.isfinite(columns).all():
+                found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns))
     return found
 
 
@@ -185,18 +192,6 @@ def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
         yield dict(zip([p.name for p in parameters], combination, strict=True))
 
 
-def _at_small_strengths(
-    cause: Cause, evidence: MeasuredData, label: Mapping[str, str], start: dict[str, float]
-) -> list[tuple[dict[str, float], float]]:
-    """For each strength, values where it alone differs from no effect: by so little that first order will do; how much.
-
-    On the side of the start.
-    """
-    strengths = strengths_of(cause.parameters(evidence, label))
-    none, found = {p.name: p.null for p in strengths}, []
-    remakes = cause.modification(evidence, label, start).changes_structure
-    for p in strengths:
-        away = start[p.name] - p.null
-        step = float(np.copysign(min(abs(away), difference_step(p, p.null, remakes=remakes)), away))
-        found.append(({**start, **none, p.name: p.null + step}, step))
-    return found
+def _small_step(strength: Parameter, away: float, *, remakes: bool) -> float:
+    """Distance from no effect, towards a start that is `away` from it, so small that first order will do."""
+    return float(np.copysign(min(abs(away), difference_step(strength, strength.null, remakes=remakes)), away))
