@@ -57,8 +57,9 @@ class _Linearised:
 class Tolerances:
     """Directions of the residuals in which sound rigs differ from any model, each with a standard normal amount.
 
-    No rig is exactly the nominal one: sensors, masses, dampers are a little off, and the mesh is coarse.  What that
-    does to the data is known from the causes' signatures, and integrated over.
+    No rig is exactly the nominal one: sensors, masses, dampers are a little off, and the mesh is coarse; and no rig is
+    the same from sweep to sweep.  What that does to the data is known, from the causes' signatures and from the
+    sensitivities to natural frequencies, and integrated over.
 
     Attributes
     ----------
@@ -74,9 +75,30 @@ class Tolerances:
     rest: Array
 
     @classmethod
-    def of(cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Tolerances:
-        """From whitened columns (r, k)."""
-        return cls(*_unwhitened(columns, dict(blocks), held))
+    def of(
+        cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation, made_of: Covariances
+    ) -> Tolerances:
+        """From whitened columns (r, k) of causes, and the shifts of runs and sweeps."""
+        broadband, steps, rest = _unwhitened(columns, dict(blocks), held)
+        runs, sweeps = made_of.shifts()
+        return cls(
+            tuple(np.dstack(pair) for pair in zip(broadband, runs, strict=True)),
+            np.dstack([steps, sweeps]) if len(sweeps) else np.zeros((0, 0, steps.shape[-1] + sweeps.shape[2])),
+            np.hstack([rest, np.zeros((len(rest), sweeps.shape[2]))]),
+        )
+
+    def whitened(self, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Array:
+        """The directions as columns (r, k) of a whitened residual."""
+        where = dict(blocks)
+        columns = np.zeros((max(part.stop for part in where.values()), self.rest.shape[1]))
+        for number, (factor, run) in enumerate(zip(held.broadband_factors, self.broadband, strict=True)):
+            white = np.sqrt(2) * np.linalg.solve(factor, run).reshape(-1, run.shape[2])
+            columns[where[f"broadband {number}"]] = np.vstack([white.real, white.imag])
+        if "steps" in where:
+            columns[where["steps"]] = np.linalg.solve(held.step_factor, self.steps).reshape(-1, self.steps.shape[2])
+        if "harmonics" in where:
+            columns[where["harmonics"]] = self.rest
+        return columns
 
 
 def _unwhitened(rows: Array, blocks: dict[str, slice], held: Linearisation) -> tuple[tuple[Array, ...], Array, Array]:
@@ -101,11 +123,14 @@ class _Marginal:
         self._made_of: Covariances = problem.residual_model(x).covariances(problem.baseline(x))
         rows = np.column_stack([residual, jacobian])
         broadband, steps, rest = _unwhitened(rows, dict(problem.blocks), problem.held)
-        count = 0
-        if tolerances is not None:
-            count = tolerances.rest.shape[1]
-            broadband = tuple(np.dstack(pair) for pair in zip(broadband, tolerances.broadband, strict=True))
-            steps, rest = np.dstack([steps, tolerances.steps]), np.hstack([rest, tolerances.rest])
+        if tolerances is None:
+            none = np.zeros((len(residual), 0))
+            tolerances = Tolerances.of(none, problem.blocks, problem.held, self._made_of)
+        count = tolerances.rest.shape[1]
+        broadband = tuple(np.dstack(pair) for pair in zip(broadband, tolerances.broadband, strict=True))
+        if len(steps):
+            steps = np.dstack([steps, tolerances.steps])
+        rest = np.hstack([rest, tolerances.rest])
         self._broadband, self._steps = [_Linearised(columns) for columns in broadband], _Linearised(steps)
         self._rest = rest.T @ rest
         self._away = np.append(x - problem.mean, np.zeros(count))
@@ -153,7 +178,7 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     problem
         At a fit, see :attr:`FitProblem.x0`.
     tolerances
-        What sound rigs have of every cause; left out with None.
+        What sound rigs have of every cause; with None the shifts of runs and sweeps alone.
     free
         Whether the errors of stiffness may have any size: what a model deserves that lacks something.
     """

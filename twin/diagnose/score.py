@@ -90,6 +90,9 @@ def score_causes(
     signatures = [signature for each in found for signature in each]
     tolerated = [s.columns * [p.tolerance for p in s.strengths] for s in signatures if s.strengths]
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
+    made_of = ResidualModel(evidence, modification, errors=model.errors).covariances(model.baseline)
+    tolerances = Tolerances.of(columns, prediction.blocks, held, made_of)
+    columns = tolerances.whitened(prediction.blocks, held)
     mean, precision = residual_model.prior(model.baseline)
     # The priors as further rows: a cause may gain by taking over what the unknowns strain to explain.
     root = np.linalg.cholesky(precision).T
@@ -102,7 +105,7 @@ def score_causes(
     free = np.append(not_held_back(model.baseline.vector, pull, lower, upper), np.ones(columns.shape[1], bool))
     outside = _Outside(J[:, free], cho_factor(J[:, free].T @ J[:, free]))
     scores = [_score(signature, r, len(prediction.residual), outside) for signature in signatures]
-    return sorted(scores, key=lambda score: -score.log_bayes), Tolerances.of(columns, prediction.blocks, held)
+    return sorted(scores, key=lambda score: -score.log_bayes), tolerances
 
 
 def _principal(columns: Array) -> Array:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import FREQUENCY_STD, MODULI_STD
 from twin.identify.measured_data import StepArrays
+from twin.identify.sweeps import rows_by_sweep
 
 __all__ = ["SOUND", "Covariances", "Discrepancy", "ErrorModel", "continuation", "log_determinant", "log_prior"]
 
@@ -118,6 +119,11 @@ def log_prior(errors: ErrorModel, *, free: bool = False) -> float:
     return float(total)
 
 
+SHIFT = 6e-5
+"""Standard deviation of what all natural frequencies of one run or sweep are off by, relative: half a kelvin between
+them, and a steel whose modulus falls by 2.4e-4 per kelvin."""
+
+
 @dataclass(frozen=True)
 class Covariances:
     """What the covariances of a model's residuals are made of, at parameters that are held.
@@ -146,6 +152,23 @@ class Covariances:
     by_amplitude: Array
     reference: int
     ratio: Array
+
+    def shifts(self) -> tuple[tuple[Array, ...], Array]:
+        """Changes of the residuals of broadband runs (b, o, k) and of steps (s, 2 o, k).
+
+        As all frequencies of one of the k runs and sweeps shift by SHIFT.
+        """
+        sweeps = rows_by_sweep(self.steps.states)
+        count = len(self.broadband) + len(sweeps)
+        runs = []
+        for number, by_stiffness in enumerate(self.broadband_by_stiffness):
+            columns = np.zeros((*by_stiffness.shape[:2], count), complex)
+            columns[:, :, number] = 2 * SHIFT * by_stiffness.sum(axis=2)
+            runs.append(columns)
+        steps = np.zeros((*self.ratio.shape, count), complex)
+        for number, rows in enumerate(sweeps.values(), len(self.broadband)):
+            steps[rows, :, number] = 2 * SHIFT * self.ratio[rows] * self.by_stiffness[rows].sum(axis=2)
+        return tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)
 
     def broadband_factors(self, errors: Discrepancy) -> tuple[Array, ...]:
         """Cholesky factors (b, o, o) of the covariance of each run's log responses."""

@@ -183,9 +183,9 @@ def test_a_small_stiffness_loss(by_hand, dense, structure, baseline, omega, posi
     rig, factor = by_hand.rig, 0.98
     half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
     x = np.linspace(position_m - half, position_m + half, 401)
-    curvature = np.array([curvature(structure, at) for at in x])
+    bent = np.array([curvature(structure, at) for at in x])
     EI = rig.lower.youngs_modulus * rig.lower.width * rig.lower.thickness**3 / 12
-    lost = (1 - factor) * EI * simpson(curvature[:, :, None] * curvature[:, None, :], x=x, axis=0)
+    lost = (1 - factor) * EI * simpson(bent[:, :, None] * bent[:, None, :], x=x, axis=0)
     expected = dense.response(omega, extra=np.broadcast_to(-lost, (len(omega), *lost.shape)))
     evidence = by_hand.evidence(omega, expected)
     modification = CAUSES["stiffness-loss"].modification(evidence, {}, {"factor": factor, "position_m": position_m})

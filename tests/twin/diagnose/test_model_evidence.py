@@ -81,12 +81,14 @@ def with_gain(baseline, evidence):
 
 
 def oracle(problem):
-    """Log density of all data with every parameter integrated out, but for the constant of so many numbers."""
+    """Log density of all data, every parameter and shift integrated out, but for the constant of so many numbers."""
     problem.weigh(problem.x0)
     r, J = problem.evaluate(problem.x0)
     data = r + J @ (problem.x0 - problem.mean)
-    covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T)
     made_of = problem.residual_model(problem.x0).covariances(problem.baseline(problem.x0))
+    shifts = Tolerances.of(np.zeros((len(r), 0)), problem.blocks, problem.held, made_of)
+    shifts = shifts.whitened(problem.blocks, problem.held)
+    covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T) + shifts @ shifts.T
     # A complex number of a broadband run is two real ones.
     noise = 2 * sum(map(log_determinant, made_of.broadband_factors(problem.errors.broadband)))
     noise += log_determinant(made_of.step_factor(problem.errors.steps))
@@ -106,7 +108,8 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     with_it = with_gain(baseline, evidence)(SOUND)
     with_it.weigh(with_it.x0)
     column = with_it.evaluate(with_it.x0)[1][:, with_it.count :]
-    tolerances = Tolerances.of(column, with_it.blocks, with_it.held)
+    made_of = with_it.residual_model(with_it.x0).covariances(with_it.baseline(with_it.x0))
+    tolerances = Tolerances.of(column, with_it.blocks, with_it.held, made_of)
     without = FitProblem(evidence, None, baseline, ())
     (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
     assert tolerated == pytest.approx(named, abs=1e-3)

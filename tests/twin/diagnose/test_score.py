@@ -13,6 +13,7 @@ from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.score import score_causes
+from twin.identify import error_model
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND
 from twin.identify.joint_law import LayerLaw, choose_knots
@@ -62,6 +63,12 @@ def having(measured, baseline):
         return replace(measured, broadband=(bins,), steps=replace(measured.steps, response=response))
 
     return having
+
+
+@pytest.fixture(autouse=True)
+def no_shifts(monkeypatch):
+    """Refits have none of the shifts of runs and sweeps, and neither have the scores that are compared with them."""
+    monkeypatch.setattr(error_model, "SHIFT", 1e-12)
 
 
 @dataclass(frozen=True)
