@@ -11,10 +11,13 @@ from recordings import read_run
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem
 from twin.diagnose.model_evidence import Tolerances, infer_errors
 from twin.diagnose.models import CAUSES
+from twin.identify import error_model
 from twin.identify.base_fit import starting_baseline
 from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, log_determinant, log_prior
 from twin.identify.measured_data import gather_data
+from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
+from twin.identify.sweeps import rows_by_sweep
 from twin.rigs import load_rig
 
 LABEL = {"channel": "acc1"}
@@ -114,6 +117,32 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
     assert tolerated == pytest.approx(named, abs=1e-3)
     assert two.steps.stiffness == pytest.approx(one.steps.stiffness, rel=1e-2)
+
+
+def test_a_sweep_that_is_shifted_as_a_whole_is_no_model_error(measured, baseline):
+    """By 4e-5 of its frequencies, a hundredth of a resonance's width: a laboratory's temperature does that."""
+    steps, at = measured.steps, measured.reference
+    plain, shifted = (
+        ResidualModel(measured, ModelModification(frequency_factor=factor)) for factor in (1.0, 1.0 + 4e-5)
+    )
+    response, force = steps.response.copy(), steps.force.copy()
+    first = next(iter(rows_by_sweep(steps.states).values()))
+    for model, rows in ((plain, slice(None)), (shifted, first)):
+        R, omega, _ = model.step_receptance(baseline)
+        ratio = model.responses(R, omega)
+        force[rows, 0] = (response[:, at, 0] / ratio[:, at])[rows]
+        response[rows, :, 0] = (ratio * force[:, :1])[rows]
+    (data,) = measured.broadband
+    binned = replace(data, H=plain.broadband_response(data, baseline))
+    evidence = replace(measured, broadband=(binned,), steps=replace(steps, response=response, force=force))
+    problem = FitProblem(evidence, None, baseline, ())
+    inferred, with_shifts = infer_errors(problem, None)
+    assert inferred.steps.stiffness < SOUND.steps.stiffness
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(error_model, "SHIFT", 1e-12)
+        inferred, without = infer_errors(problem, None)
+    assert inferred.steps.stiffness > 3 * SOUND.steps.stiffness
+    assert with_shifts > without + 100
 
 
 @pytest.mark.parametrize("size", [1.0, 30.0])
