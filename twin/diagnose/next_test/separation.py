@@ -36,5 +36,6 @@ def separation(predicted_data: Imagined, rival: FittedModel) -> float:
 
 def enough(gap: float) -> float:
     """Separation that overcomes a gap of log evidence in nine of ten tests: D - SURE sqrt(2 D) = gap."""
-    root = (SURE * np.sqrt(2.0) + np.sqrt(2.0 * SURE**2 + 4.0 * gap)) / 2.0
-    return float(root**2)
+    square = 2.0 * SURE**2 + 4.0 * gap
+    # A rival so far behind is parted from the other by any test.
+    return float((SURE * np.sqrt(2.0) + np.sqrt(square)) ** 2 / 4.0) if square > 0 else 0.0
