@@ -67,7 +67,7 @@ class Session:
     @property
     def over(self) -> bool:
         """Whether nobody will ever come to it again."""
-        return not self.port.returns and not self.port.client
+        return not self.port.returns and not self.port.client and not self._client
 
     @property
     def silent_s(self) -> float:
