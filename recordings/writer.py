@@ -35,7 +35,8 @@ class RunWriter:
     The file gets its name when metadata and attachments are in it and flushed: what interrupts the constructor leaves
     nothing behind, and what ends the program in an orderly way after it leaves a finished file.  A chunk is closed at
     64 KiB, and at the latest after 150 ms by a thread of its own, whether or not anything more is written.  Leaving
-    the ``with`` block by an exception still finishes the file: what was recorded stays readable.
+    the ``with`` block by an exception still finishes the file: what was recorded stays readable.  A file that is
+    overwritten stays as it was until the new one is finished.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ class RunWriter:
         self._topics: dict[str, int] = {}
         self._counts: dict[int, int] = {}
         self._placed = False
-        opening = Opening(self.path, overwrite=overwrite)
+        self._opening = opening = Opening(self.path, overwrite=overwrite)
         try:
             self._in_place(opening.start)
             self._stream = opening.stream
@@ -97,7 +98,7 @@ class RunWriter:
             self._guarded(lambda: self._begin(filled, records, attachments or {}))
             UNINTERRUPTED.install(self)
             self._in_place(opening.place)
-            self._placed = True
+            self._placed = not opening.replaces
             self._flushed_at = time.monotonic()
             self._flusher = threading.Thread(target=self._flush_regularly, name="run-writer-flush", daemon=True)
             self._flusher.start()
@@ -154,10 +155,21 @@ class RunWriter:
                     self._guarded(self._finish)
             finally:
                 self._drop_stream()
+                if self._failure is None:
+                    self._guarded(self._opening.finish)
         self._flusher.join()
         if failed_before:
             assert self._failure is not None
             raise self._failure
+
+    def abandon(self) -> None:
+        """Give the recording up, as nothing was measured: what it was to replace stays, and nothing else is left."""
+        with UNINTERRUPTED, self._lock:
+            self._closed.set()
+            atexit.unregister(self.close)
+            self._opening.abandon()
+        self._flusher.join()
+        UNINTERRUPTED.remove(self)
 
     def __enter__(self) -> Self:
         return self

@@ -51,11 +51,6 @@ class WirePort:
         return self._port.client
 
     @property
-    def mixed(self) -> bool:
-        """Whether what waits may be the client's before."""
-        return self._port.mixed
-
-    @property
     def throttled(self) -> bool:
         """Whether the wire is still busy with what was sent."""
         self._earn()

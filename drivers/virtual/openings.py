@@ -1,4 +1,4 @@
-"""Who opens, writes to and closes a terminal, by inotify: one who goes and another who comes at once are two."""
+"""Who opens and closes a terminal, by inotify: a client that goes and another that comes at once are two."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import ctypes
 import os
 import struct
 
-__all__ = ["CLOSED", "OPENED", "WRITTEN", "Openings"]
+__all__ = ["Openings"]
 
-WRITTEN, CLOSED, OPENED = 0x02, 0x08 | 0x10, 0x20
-"""The kernel's bits IN_MODIFY, IN_CLOSE_WRITE with IN_CLOSE_NOWRITE, and IN_OPEN."""
+CLOSED, OPENED = 0x08 | 0x10, 0x20
+"""The kernel's bits IN_CLOSE_WRITE with IN_CLOSE_NOWRITE, and IN_OPEN."""
 _EVENT = struct.Struct("iIII")
 READ_BYTES = 4096
 
@@ -27,10 +27,10 @@ class Openings:
         self._libc = ctypes.CDLL(None, use_errno=True)
         self.descriptor: int = self._libc.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC)
         if self.descriptor >= 0:
-            self._libc.inotify_add_watch(self.descriptor, os.fsencode(path), WRITTEN | CLOSED | OPENED)
+            self._libc.inotify_add_watch(self.descriptor, os.fsencode(path), CLOSED | OPENED)
 
-    def take(self) -> list[int]:
-        """What has happened since the last call, in order: one of the kernel's bits each."""
+    def take(self) -> list[bool]:
+        """What has happened since the last call, in order: opened (True) or closed."""
         if self.descriptor < 0:
             return []
         try:
@@ -41,7 +41,8 @@ class Openings:
         while position < len(data):
             _, mask, _, length = _EVENT.unpack_from(data, position)
             position += _EVENT.size + length
-            found.append(mask)
+            if mask & (CLOSED | OPENED):
+                found.append(bool(mask & OPENED))
         return found
 
     def close(self) -> None:

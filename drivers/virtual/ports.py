@@ -15,7 +15,7 @@ from typing import Protocol
 
 import serial
 
-from drivers.virtual.openings import CLOSED, OPENED, WRITTEN, Openings
+from drivers.virtual.openings import Openings
 from recordings.errors import InputError
 
 __all__ = ["Port", "PtyPort", "SerialPort", "TcpLine", "TcpPort"]
@@ -49,11 +49,6 @@ class Port(Protocol):
     @property
     def ended(self) -> bool:
         """Whether the client has said that it sends no more."""
-        ...
-
-    @property
-    def mixed(self) -> bool:
-        """Whether what waits to be read may be the client's before, who left a moment ago."""
         ...
 
     @property
@@ -128,7 +123,6 @@ class PtyPort:
         os.set_blocking(self._master, False)
         self._openings = Openings(name)
         self._open_files = 0
-        self._unread = self.mixed = False
         self.client = 0
         self.address = name
         if self._link is not None:
@@ -155,16 +149,9 @@ class PtyPort:
     def poll(self) -> None:
         """Look for a hang-up, which lasts until a client opens the line, and for one client after the other."""
         another = False
-        for event in self._openings.take():
-            if event & WRITTEN:
-                self._unread = True
-            elif event & CLOSED:
-                self._open_files = max(0, self._open_files - 1)
-            elif event & OPENED:
-                if not self._open_files and self.client:
-                    another = True
-                    self.mixed = self.mixed or self._unread
-                self._open_files += 1
+        for opened in self._openings.take():
+            another = another or (opened and not self._open_files and self.client > 0)
+            self._open_files = self._open_files + 1 if opened else max(0, self._open_files - 1)
         poller = select.poll()
         poller.register(self._master, select.POLLIN)
         events = poller.poll(0)
@@ -191,15 +178,16 @@ class PtyPort:
     def read(self, most: int = CHUNK_BYTES) -> bytes:
         """What has come; a client that has gone gives nothing."""
         try:
-            data = os.read(self._master, most)
+            return os.read(self._master, most)
         except OSError:  # nothing there, or nobody: the next poll tells which
-            data = b""
-        self._unread = self._unread and len(data) == most
-        self.mixed = self.mixed and self._unread
-        return data
+            return b""
 
     def write(self, data: memoryview) -> int:
-        """Send what the line's buffer takes."""
+        """Send what the line's buffer takes, unless its client has gone in this moment."""
+        client = self.client
+        self.poll()
+        if self.client != client:
+            return 0
         try:
             return os.write(self._master, data)
         except OSError:
@@ -234,7 +222,7 @@ class PtyPort:
 class SerialPort:
     """A serial port of this machine, for a virtual instrument at the far end of a real cable."""
 
-    throttled = ended = mixed = False
+    throttled = ended = False
     returns = True
 
     def __init__(self, path: str, baud: int = DEFAULT_BAUD) -> None:
@@ -319,7 +307,7 @@ class TcpPort:
 class TcpLine:
     """One client's connection; whose machine has died is noticed within a minute."""
 
-    throttled = returns = mixed = False
+    throttled = returns = False
 
     def __init__(self, link: socket.socket) -> None:
         self._link = link

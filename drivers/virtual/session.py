@@ -123,8 +123,6 @@ class Session:
         if self.port.client != self._client:
             self.forget()
             self._client = self.port.client
-            if self.port.mixed:  # nobody can tell whose it is: a command that is lost is noticed, a wrong answer not
-                self.port.read()
         if not self._client:
             return False
         moved = False
@@ -179,10 +177,10 @@ class Session:
             if not self._under_way:
                 self._under_way = memoryview(self._next())
             sent = self.port.write(self._under_way)
-            if sent == 0:
-                break
-            moved = True
+            moved = moved or sent > 0
             self._under_way = self._under_way[sent:]
+            if self._under_way:
+                break
         return moved
 
     def descriptors(self) -> list[tuple[int, bool, bool]]:
