@@ -57,6 +57,10 @@ def json_option(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace what is there, once the new one is whole.")
+"""Add ``--overwrite``: without it nothing that exists is touched."""
+
+
 def _set_quiet(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
     console.quiet = wanted
 
