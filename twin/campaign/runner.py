@@ -98,7 +98,7 @@ def read_results(folder: Path) -> list[CaseResult]:
     for path in sorted((folder / CASES).glob("*.json")):
         try:
             results.append(CaseResult.from_dict(json.loads(path.read_text(encoding="utf-8"))))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise InputError(path, "", f"is not a case of a campaign ({error})", "delete it to run it again") from error
     return results
 

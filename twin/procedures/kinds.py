@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from recordings.numbers import NonNegative, Positive
 from twin.procedures.tables import (
     MOST_STEPS,
     Controller,
@@ -16,9 +17,7 @@ from twin.procedures.tables import (
     Limits,
     Measure,
     Name,
-    NonNegative,
     Phase,
-    Positive,
     Settle,
     Table,
 )

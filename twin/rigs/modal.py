@@ -7,7 +7,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from twin.rigs.tables import Finite, Name, NonNegative, Positive, Table
+from recordings.numbers import Finite, NonNegative, Positive
+from twin.rigs.tables import Name, Table
 
 
 class LevelFit(Table):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
+from recordings.numbers import Finite, Mass, Modulus, NonNegative, Positive
 from recordings.quantities import follows_excitation, known_quantities, quantity
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
 MORE_THAN_ALL = 1.0 + 1e-6
 """Of a modulus that a law may take off it, lest rounding forbid all of it."""
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Name = Annotated[str, Field(min_length=1, max_length=64)]
 
 HARDEST_STOP_Hz = 3000.0
@@ -35,8 +33,8 @@ class Table(BaseModel):
 class Preload(Table):
     """Moduli of the thin layer at one preload: E' and G', N/m2."""
 
-    normal_modulus: Positive
-    shear_modulus: Positive
+    normal_modulus: Modulus
+    shear_modulus: Modulus
 
 
 class LawTable(Table):
@@ -294,9 +292,9 @@ class Transducer(Table):
     channel: Name
     quantity: Name
     """Force, or what the table of quantities knows as a response: acceleration, strain, ..."""
-    mass: NonNegative = 0.0
+    mass: Mass = 0.0
     """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
-    stinger_side_mass: NonNegative = 0.0
+    stinger_side_mass: Mass = 0.0
     """Of a force cell, the part on the stinger's side, which moves with the beam and is not measured, kg."""
     range: Positive
     noise_density: NonNegative = 0.0
