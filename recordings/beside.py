@@ -8,9 +8,11 @@ import glob
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["Beside"]
+__all__ = ["Beside", "temporary_folder"]
 
 SUFFIX = ".part"
 NAME_LENGTH = 64
@@ -60,6 +62,18 @@ class Beside:
         if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
+
+
+@contextmanager
+def temporary_folder(name: str) -> Iterator[Path]:
+    """A private folder among the system's temporary ones; what a killed program has left of the name is removed."""
+    beside = Beside(Path(tempfile.gettempdir()) / name)
+    try:
+        folder = beside.make()
+        folder.mkdir()
+        yield folder
+    finally:
+        beside.remove()
 
 
 def _lock(folder: Path) -> int:

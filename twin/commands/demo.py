@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import secrets
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from twin.commands.demo_ending import tell_result
 from twin.commands.output import json_option, overwrite_option, print_json, say, write_json
@@ -80,8 +80,8 @@ def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dic
     from twin.rigs import load_rig, save_rig
 
     nominal = load_rig(RIG)
-    with tempfile.TemporaryDirectory(prefix="twin-demo-") as temporary:
-        folder = Path(temporary)
+    with temporary_folder("twin-demo") as temporary:
+        folder = temporary
         # The truth lies where the client does not look, and comes to the results when all is said.
         case = draw_demo_case(nominal, seed=seed, cause=cause)
         save_rig(case.rig, folder / TRUTH)

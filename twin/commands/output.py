@@ -27,6 +27,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from recordings.errors import printable
+
 if TYPE_CHECKING:
     from twin.views.table import Table
 
@@ -103,11 +105,6 @@ def write_json(result: Mapping[str, Any], path: Path) -> None:
     path.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def printable(text: str) -> str:
-    """`text` with what could steer a terminal, but for the ends of its lines, as question marks."""
-    return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
-
-
 def say(*pieces: str | tuple[str, str]) -> None:
     """Print for people, on standard error.
 
@@ -149,7 +146,7 @@ def progress_bar() -> Progress:
     A task without a total shows no share and no estimate: nobody knows them.
     """
     return Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(bar_width=30), TaskProgressColumn(),
+        _NameColumn(""), BarColumn(bar_width=30), TaskProgressColumn(),
         TimeElapsedColumn(), _LeftColumn(),
         console=console, transient=True, disable=console.quiet or not console.is_terminal,
     )  # fmt: skip
@@ -193,6 +190,13 @@ def working(text: str) -> Iterator[Callable[[str], None]]:
                 begin("done")
         finally:
             waiting.cancel()
+
+
+class _NameColumn(TextColumn):
+    """What is done, with names as strangers may have written them."""
+
+    def render(self, task: Task) -> Text:
+        return Text(printable(task.description))
 
 
 class _LeftColumn(TimeRemainingColumn):
