@@ -53,6 +53,9 @@ class RunWriter:
         ``lz4`` or ``none``; noise hardly compresses, silence does.
     overwrite
         Replace an existing file instead of refusing.
+    reproducible
+        The same messages give the same bytes: chunks are closed by their size alone, and the run has started when its
+        device's time begins.  For what is computed, and can be computed again.
 
     Raises
     ------
@@ -71,12 +74,15 @@ class RunWriter:
         attachments: Mapping[str, bytes] | None = None,
         compression: Literal["lz4", "none"] = "lz4",
         overwrite: bool = False,
+        reproducible: bool = False,
     ) -> None:
         self.path = Path(path)
         self._channels = {channel.name: channel for channel in channels}
         if len(self._channels) != len(channels):
             raise ValueError("two channels have the same name")
-        started = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        now = datetime.fromtimestamp(0, UTC) if reproducible else datetime.now(UTC)
+        started = now.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        self._flush_s = threading.TIMEOUT_MAX if reproducible else FLUSH_SECONDS
         filled = {"format": "1", "rig": "", "procedure": "", "started": started, **info}
         parse_run(filled)
         records = {f"{CHANNEL_PREFIX}{channel.name}": channel_record(channel) for channel in channels}
@@ -231,7 +237,7 @@ class RunWriter:
         sequence = self._counts[channel]
         self._writer.add_message(channel, log_time=time_ns, publish_time=time_ns, data=data, sequence=sequence)
         self._counts[channel] = (sequence + 1) & 0xFFFFFFFF
-        if time.monotonic() - self._flushed_at >= FLUSH_SECONDS:
+        if time.monotonic() - self._flushed_at >= self._flush_s:
             self._flush()
 
     def _flush(self) -> None:
@@ -240,7 +246,7 @@ class RunWriter:
 
     def _flush_regularly(self) -> None:
         """In a thread: flush also when nothing comes any more."""
-        while not self._closed.wait(FLUSH_SECONDS):
+        while not self._closed.wait(self._flush_s):
             with self._lock:
                 if self._failure is None and not self._closed.is_set():
                     try:

@@ -83,7 +83,6 @@ def command(
     watch.check()
     for job in jobs:
         job.prepare()
-    started = time.perf_counter()
     several = [str(part) for _, part in parts if len(parts) > 1]
     with staged_folder(out, results=[*RESULTS, *several], overwrite=overwrite) as folder:
         jobs = [replace(job, written=folder / part) for job, (_, part) in zip(jobs, parts, strict=True)]
@@ -92,7 +91,7 @@ def command(
         results = [run_here(jobs[0])] if not several else run_side_by_side(jobs, several)
         result: dict[str, Any] = results[0]
         if several:
-            result = {"preloads": {r["preload"]: r for r in results}, "wall_s": time.perf_counter() - started}
+            result = {"preloads": {r["preload"]: r for r in results}}
             write_json(result, folder / "result.json")
     if as_json:
         print_json(result)
@@ -181,7 +180,7 @@ class _Job:
         table = result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches
         )
-        result = plain({**table, "wall_s": wall_s})
+        result = plain(table)
         write_json(result, self.written / "result.json")
         rehearsal_page(result).write(self.written / "report.html", commands=[self.command])
         return result
