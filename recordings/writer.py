@@ -54,8 +54,8 @@ class RunWriter:
     overwrite
         Replace an existing file instead of refusing.
     reproducible
-        The same messages give the same bytes: chunks are closed by their size alone, and the run has started when its
-        device's time begins.  For what is computed, and can be computed again.
+        The same messages give the same bytes: chunks are closed by their size and with every step, not by time, and
+        the run has started when its device's time begins.  For what is computed, and can be computed again.
 
     Raises
     ------
@@ -127,6 +127,8 @@ class RunWriter:
     def write_step(self, step: Step) -> None:
         """Record the start of a state of a step."""
         self._write("/procedure", STEP, step.time_ns, encode_step(step))
+        if self._flush_s > FLUSH_SECONDS:
+            self.flush()
 
     def write_event(self, event: Event) -> None:
         """Record a thing that went wrong or changed."""

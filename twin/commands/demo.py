@@ -51,7 +51,7 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
     out = out if out is not None else Path(f"demo-{seed}")
     if out.is_dir() and any(out.iterdir()) and not overwrite:
         raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
-    with staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
+    with staged_folder(out, results=RESULTS, overwrite=overwrite, recovers=True) as folder:
         try:
             with Stages() as stages:
                 result = _demonstrate(folder, seed, cause, stages)

@@ -84,7 +84,7 @@ def command(
     for job in jobs:
         job.prepare()
     several = [str(part) for _, part in parts if len(parts) > 1]
-    with staged_folder(out, results=[*RESULTS, *several], overwrite=overwrite) as folder:
+    with staged_folder(out, results=[*RESULTS, *several], overwrite=overwrite, recovers=True) as folder:
         jobs = [replace(job, written=folder / part) for job, (_, part) in zip(jobs, parts, strict=True)]
         for job in jobs:
             job.written.mkdir(exist_ok=True)

@@ -17,7 +17,7 @@ AT_FDCWD, RENAME_EXCHANGE = -100, 2
 
 
 @contextmanager
-def staged_folder(out: Path, *, results: Sequence[str], overwrite: bool) -> Iterator[Path]:
+def staged_folder(out: Path, *, results: Sequence[str], overwrite: bool, recovers: bool = False) -> Iterator[Path]:
     """A place for a folder of results that takes the name `out` if the block ends well, and vanishes if it does not.
 
     Parameters
@@ -28,6 +28,9 @@ def staged_folder(out: Path, *, results: Sequence[str], overwrite: bool) -> Iter
         Patterns of the names that results have.
     overwrite
         Whether results that are there may be replaced, all of them at once.
+    recovers
+        Whether what a killed program leaves is worth having, such as a recording; then it is made in its own place
+        where there is nothing to be replaced.
 
     Raises
     ------
@@ -39,6 +42,13 @@ def staged_folder(out: Path, *, results: Sequence[str], overwrite: bool) -> Iter
     old = _there(out, results)
     if old and not overwrite:
         raise InputError(out, "", f"is not empty: it holds {old[0].name}", "give another --out, or --overwrite")
+    if recovers and not old:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _refusal(out, error) from error
+        yield out
+        return
     top = out.absolute()
     while not top.parent.is_dir():
         top = top.parent
