@@ -221,8 +221,8 @@ def test_a_good_client_beside_fifty_random_ones_keeps_all_its_samples(seconds: f
                 number = int(generator.integers(len(others)))
                 others[number] = misbehave(others[number], rig.tcp, generator)
             assert rig.resident_bytes - began < MOST_BYTES
-        for other in others:
-            other.close(killed=True)
+        for each in (good, *others):
+            each.close(killed=True)
     print(f"{seconds:g} s: {samples} samples, all right")
     assert samples > 1000 * seconds
 
