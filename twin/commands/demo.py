@@ -10,12 +10,12 @@ import click
 
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
+from recordings.staging import staged_folder
 from twin.commands.demo_ending import tell_result
 from twin.commands.output import json_option, overwrite_option, print_json, say, write_json
 from twin.commands.outside import causes_option
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
-from twin.commands.staging import staged_folder
 
 if TYPE_CHECKING:
     from drivers.host import RigAcquisition

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.staging import staged_folder
 from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import (
     console,
@@ -23,7 +24,6 @@ from twin.commands.output import (
     write_json,
 )
 from twin.commands.outside import causes_option
-from twin.commands.staging import staged_folder
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from recordings.staging import staged_folder
 from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import json_option, next_step, overwrite_option, plain, print_json, say, stage, write_json
 from twin.commands.outside import causes_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
-from twin.commands.staging import staged_folder
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:

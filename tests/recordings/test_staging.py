@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from recordings import InputError
-from twin.commands.staging import staged_folder
+from recordings.staging import staged_folder
 
 RESULTS = ("result.json", "*.toml")
 
