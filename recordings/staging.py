@@ -19,7 +19,9 @@ AT_FDCWD, RENAME_EXCHANGE = -100, 2
 
 
 @contextmanager
-def staged_folder(out: Path, *, results: Sequence[str], overwrite: bool, recovers: bool = False) -> Iterator[Path]:
+def staged_folder(
+    out: Path, *, results: Sequence[str] = (), overwrite: bool = False, recovers: bool = False
+) -> Iterator[Path]:
     """A place for a folder of results that takes the name `out` if the block ends well, and vanishes if it does not.
 
     Parameters

@@ -11,9 +11,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from recordings.staging import staged_folder
 from twin.cli import main
 from twin.commands.diagnose import command
-from twin.commands.staging import staged_folder
 from twin.lab import diagnosed
 from twin.rigs import load_rig
 from twin.rigs.kinds import load_any_rig
