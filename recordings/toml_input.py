@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from recordings.errors import InputError
 
-__all__ = ["parse_toml", "read_toml"]
+__all__ = [
+    "Name",
+    "Question",
+    "Table",
+    "parse_toml",
+    "read_toml",
+    "shipped_or_file",
+]
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -27,6 +35,34 @@ _TOKEN = re.compile(
 )
 """Strings and comments, in which everything is allowed, and what is counted outside them."""
 _TOO_LONG = {"dots": f"a key of more than {DOTS_LIMIT} dots", "digits": f"a number of over {DIGITS_LIMIT} digits"}
+
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys are errors, so that a misspelt field is not silently a default."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Question(BaseModel):
+    """What must be known of a file before it is clear which tables it has; all else in it is left for later."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+def shipped_or_file(name_or_path: str | Path, shipped: Mapping[str, Path], what: str) -> Path:
+    """Path of what is shipped by that name, or of a file; `what` it is, such as ``rig``.
+
+    Raises
+    ------
+    InputError
+        If there is neither.
+    """
+    path = shipped.get(str(name_or_path), Path(name_or_path))
+    if not path.exists() and path.suffix != ".toml":
+        raise InputError(path, "", f"neither a file nor a shipped {what}", f"shipped {what}s: {', '.join(shipped)}")
+    return path
 
 
 def read_toml(path: str | Path, model: type[Model]) -> Model:

@@ -9,7 +9,7 @@ from pathlib import Path
 from recordings.beside import Beside
 from recordings.errors import InputError
 
-__all__ = ["check_writable", "refuse_existing", "whole_file"]
+__all__ = ["check_writable", "made_folder", "refuse_existing", "whole_file"]
 
 
 @contextmanager
@@ -62,6 +62,22 @@ def refuse_existing(path: Path, *, overwrite: bool | None = None) -> None:
     if not overwrite and (path.exists() or path.is_symlink()):
         remedy = "choose another name or remove it" if overwrite is None else "give another name, or --overwrite"
         raise InputError(path, "", "exists already", remedy)
+
+
+def made_folder(path: str | Path) -> Path:
+    """A folder, made with its parents if it is not there.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, "", (error.strerror or str(error)).lower()) from error
+    return folder
 
 
 def _refused(path: Path, error: OSError) -> InputError:

@@ -4,11 +4,10 @@ Every subcommand is a module of :mod:`twin.commands` that offers ``command``, a 
 when called, so that ``twin --help`` is quick.
 """
 
-from __future__ import annotations
-
 import difflib
 import importlib
 import os
+import shlex
 import sys
 from typing import NoReturn
 
@@ -136,7 +135,8 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else arguments
     try:
         with terminable():
-            result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False)
+            typed = shlex.join(["twin", *given])
+            result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False, obj=typed)
     except InputError as error:
         trace()
         _complain(f"twin: {error}")

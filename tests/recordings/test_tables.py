@@ -74,7 +74,7 @@ def test_natural_frequencies_of_several_preloads_stand_in_one_table(tmp_path: Pa
     ("text", "place", "reason"),
     [
         ("", "", "is empty"),
-        (HEAD, "line 1", "no rows"),
+        (HEAD, "", "has 0 rows"),
         ("level,frequency_Hz,force_N\n1,2,3\n", "line 1", "none of the columns"),
         (HEAD.replace("phase_rad", "velocity_m_per_s") + "1,2,3,4,5\n", "line 1", "2 of the columns"),
         ("a,b\n1,2\n", "line 1", "no column 'level'"),

@@ -1,13 +1,9 @@
 """A campaign on the bench, recorded once for all tests that identify, and steady states without a recording."""
 
-import numpy as np
 import pytest
+from short_campaign import record_campaign
 
-from recordings import RunWriter
-from twin.bench import open_bench
 from twin.identify.sine_fit import SteadyState
-from twin.procedures import DirectAcquisition, Random, SteppedSine, run_procedure
-from twin.procedures.tables import Measure
 from twin.rigs import load_rig
 
 
@@ -39,18 +35,4 @@ def true_rig():
 @pytest.fixture(scope="session")
 def campaign(tmp_path_factory, true_rig):
     """Recordings of a broadband run, sweeps at 1.5, 3 and 6 N, and a held-out sweep at 4.5 N."""
-    folder = tmp_path_factory.mktemp("campaign")
-    # Denser about the resonance, which is where the levels differ.
-    frequencies = [25.6, 25.9, *np.round(np.arange(26.1, 26.8, 0.06), 3).tolist(), 27.0]
-    measure = Measure(seconds=1.0)
-    procedures = {
-        "random": Random(band=(5.0, 1000.0), duration=30.0, rms=0.5),
-        "sweeps": SteppedSine(frequencies=frequencies, amplitudes=[1.5, 3.0, 6.0], measure=measure),
-        "heldout": SteppedSine(frequencies=frequencies, amplitudes=[4.5], measure=measure),
-    }
-    for seed, (name, procedure) in enumerate(procedures.items()):
-        acquisition = DirectAcquisition(open_bench(true_rig, seed=seed))
-        info = {"source": "simulated", "rig": true_rig.name, "preload_N": "120", "stored": procedure.store}
-        with RunWriter(folder / f"{name}.mcap", info=info, channels=list(acquisition.channels)) as writer:
-            assert run_procedure(procedure, acquisition, writer).state == "done"
-    return folder
+    return record_campaign(tmp_path_factory.mktemp("campaign"), true_rig)

@@ -5,18 +5,3 @@ from twin.bench.effects import EFFECTS
 from twin.bench.hidden import FIRST_CAUSES, HiddenCase, draw_case
 from twin.bench.layer import JointLaw, default_law, no_law
 from twin.bench.planned import check_effects
-
-__all__ = [
-    "EFFECTS",
-    "FIRST_CAUSES",
-    "Bench",
-    "HiddenCase",
-    "JointLaw",
-    "SAMPLE_RATES_Hz",
-    "check_effects",
-    "default_law",
-    "draw_case",
-    "drive_limits",
-    "no_law",
-    "open_bench",
-]

@@ -1,7 +1,5 @@
 """The streaming rig: physics, instruments and converter behind the interface of a source of samples."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Literal
 

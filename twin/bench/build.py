@@ -1,7 +1,5 @@
 """From a plan to the reduced rig: matrices, local coordinates, condensation, poles at any time of a drift."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -201,6 +199,8 @@ class Built:
     def _others(self) -> int:
         resonances = sum(len(i.resonances) for i in self.plan.instruments.values())
         followers = sum(velocity for _, velocity in self.rows)
+        if self.rows:
+            followers += 2 * sum(_form(i) in ("velocity", "acceleration") for i in self.plan.instruments.values())
         return followers + (3 if self.shaker else 0) + 2 * resonances
 
 

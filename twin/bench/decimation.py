@@ -9,8 +9,6 @@ sampled acceleration of a stiff mode would fold onto the harmonics (4 % of the t
 smoother, does not.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

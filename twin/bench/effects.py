@@ -3,8 +3,6 @@
 Names and parameters are the recording contract's.  This is the truth's side: nothing of the diagnosis is used here.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterable, MutableMapping
 from typing import Any
@@ -22,6 +20,8 @@ def _effect(module: Any, name: str) -> Callable[..., None]:
 
 EFFECTS: MutableMapping[str, Callable[..., None]] = Registered("effect", from_folders("effect", _effect))
 """Every cause by its contract name; each takes the plan, and its parameters by name."""
+PLACE = {name: p for name, p in inspect.signature(Plan.place).parameters.items() if name != "self"}
+"""What tells in a rig file where an effect acts that takes a `place`."""
 
 
 def apply_effects(plan: Plan, effects: Iterable[Effect]) -> None:
@@ -57,20 +57,26 @@ def _named(function: Callable[..., Any], where: str) -> Callable[..., Any]:
 def _checked(effect: Effect) -> Callable[..., None]:
     """What a cause does, given only parameters that it has and of the kinds that its annotations tell."""
 
-    def apply(plan: Plan, **parameters: float | str) -> None:
+    def apply(plan: Plan, **parameters: Any) -> None:
         function = EFFECTS.get(effect.cause)
         if function is None:
             raise ValueError(f"there is no such effect; there are {', '.join(EFFECTS)}")
         takes = {name: p for name, p in inspect.signature(function).parameters.items() if name != "plan"}
+        placed = takes.pop("place", None) is not None
+        takes |= PLACE if placed else {}
         needed = {name for name, p in takes.items() if p.default is p.empty}
         if not needed <= set(parameters) <= set(takes):
             raise ValueError(f"it takes {', '.join(sorted(takes))}; got {', '.join(sorted(parameters))}")
         for name, value in parameters.items():
-            kind = str(takes[name].annotation)
+            annotation = takes[name].annotation
+            kind = getattr(annotation, "__name__", str(annotation))  # a class, or text where they are put off
             if kind.startswith("float") and not isinstance(value, float):
                 raise ValueError(f"{name} is a number, not {value!r:.60}")
             if kind.startswith("str") and isinstance(value, float):
                 parameters[name] = f"{value:g}"  # elements are counted, and may be written as numbers
+        if placed:
+            told = {name: parameters.pop(name) for name in PLACE if name in parameters}
+            parameters["place"] = plan.place(**told)
         function(plan, **parameters)
 
     return apply

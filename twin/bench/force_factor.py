@@ -4,8 +4,6 @@ The one law of two coordinates: y is the current for the armature's force, and t
 back-EMF.  As both lose the same factor, no energy is made.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The signal generator: sine without phase jumps, band-limited Gaussian noise, a multisine, or nothing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

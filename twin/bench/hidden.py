@@ -1,7 +1,5 @@
 """Drawing a hidden case: a cause of plausible size, and what no experimenter knows of the rig anyway."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +9,7 @@ import numpy as np
 from twin.bench.bench import Bench, open_bench
 from twin.bench.layer import default_law
 from twin.causes import DRAWS, Dice
-from twin.rigs import Effect, Rig
+from twin.rigs import Effect, Preload, Rig
 
 FIRST_CAUSES = (
     "added-mass",
@@ -56,12 +54,7 @@ class HiddenCase:
 
 
 def draw_case(
-    rng: np.random.Generator,
-    *,
-    rig: Rig,
-    causes: Sequence[str] | None = None,
-    number: int = 1,
-    strength: float = 1.0,
+    rng: np.random.Generator, *, rig: Rig, causes: Sequence[str] | None = None, number: int = 1, strength: float = 1.0
 ) -> HiddenCase:
     """Draw causes, their parameters, and the true values of what is always unknown.
 
@@ -99,27 +92,18 @@ def draw_case(
             raise ValueError(f"no cause {name!r} can be drawn; there are none, {', '.join(DRAWS)}")
         effects.append(Effect(cause=name, parameters=DRAWS[name](Dice(rng, rig, strength))))
     near = [
-        joint.model_copy(
-            update={
-                "preload": {
-                    key: moduli.model_copy(
-                        update={
-                            "normal_modulus": moduli.normal_modulus * rng.uniform(0.9, 1.1),
-                            "shear_modulus": moduli.shear_modulus * rng.uniform(0.9, 1.1),
-                        }
-                    )
-                    for key, moduli in joint.preload.items()
-                }
-            }
-        )
+        joint.model_copy(update={"preload": {key: _near(moduli, rng) for key, moduli in joint.preload.items()}})
         for joint in rig.joints
     ]
     ratios = [ratio * rng.uniform(0.8, 1.2) for ratio in rig.damping.modal_ratio]
     damping = rig.damping.model_copy(update={"modal_ratio": ratios})
     truth = rig.with_joints(near).model_copy(update={"damping": damping})
     return HiddenCase(
-        effects=tuple(effects),
-        rig=truth,
-        softening=float(rng.uniform(0.8, 1.2)),
-        loss=float(rng.uniform(0.8, 1.2)),
+        effects=tuple(effects), rig=truth, softening=float(rng.uniform(0.8, 1.2)), loss=float(rng.uniform(0.8, 1.2))
     )
+
+
+def _near(moduli: Preload, rng: np.random.Generator) -> Preload:
+    """Moduli within 10 % of what is assumed."""
+    E, G = (value * rng.uniform(0.9, 1.1) for value in (moduli.normal_modulus, moduli.shear_modulus))
+    return Preload(normal_modulus=E, shear_modulus=G)

@@ -1,11 +1,9 @@
 """The linear rig from voltage and local forces to local coordinates and channels, as states and as poles.
 
-States: modal displacements and velocities, then what local velocities have from the modes left out, then armature
-displacement, velocity and coil current, then the sensors' own resonances.  Inputs: generator voltage (or, without a
-shaker, the force itself) and the restoring force of each local coordinate.
+States: modal displacements and velocities, then what local velocities and then what channels have from the modes left
+out, then armature displacement, velocity and coil current, then the sensors' own resonances.  Inputs: generator voltage
+(or, without a shaker, the force itself) and the restoring force of each local coordinate.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,9 +26,11 @@ class Output:
     """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker.
 
     `displacement` has the static share of all modes left out in it.  Velocities and accelerations are those of the kept
-    modes; with `static` they have their share under the drive force too, through its derivatives: between resonances it
-    is some thousandths.  `rate` is the velocity of a local coordinate and `integral` the displacement that goes with
-    it: both have the static share under all forces, which follows them within FOLLOWING_s.  (The slip of a softened
+    modes; with `static` they have that share, too: under the drive force through its derivatives (between resonances it
+    is some thousandths), under the local forces by a mode of its own as fast as the fastest that is kept (a joint that
+    softens by 0.8 and loses three times its stiffness moves a tip's share by four parts in ten thousand).  `rate` is
+    the velocity of a local coordinate and `integral` the displacement that goes with it: both have the static share
+    under all forces, which follows them within FOLLOWING_s.  (The slip of a softened
     layer is by a third less than that of the kept modes.)
     """
 
@@ -40,6 +40,11 @@ class Output:
     ]  # fmt: skip
     row: Matrix | None = None
     static: bool = False
+
+    @property
+    def lags(self) -> bool:
+        """Whether it has a static share under local forces that a mode of its own gives."""
+        return self.static and self.quantity in ("velocity", "acceleration")
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,8 @@ def linear_rig(
     """
     Phi, m, R = modal.Phi, len(modal.omega), modal.residual
     followers = [output.row for output in outputs if output.quantity == "rate" and output.row is not None]
-    x = 2 * m + len(followers)
+    slow = [output.row for output in outputs if output.lags and output.row is not None] if loads else []
+    own, x = 2 * m + len(followers), 2 * m + len(followers) + 2 * len(slow)
     size = x + (3 if shaker else 0)
     inputs = 1 + len(loads) + len(shaker_loads)
     q, dq = slice(0, m), slice(m, 2 * m)
@@ -140,6 +146,11 @@ def linear_rig(
         A[n, n] -= 1.0
         A[n] /= FOLLOWING_s
         B[n] /= FOLLOWING_s
+    for n, row in enumerate(slow):
+        at, rate = own + 2 * n, own + 2 * n + 1
+        A[at, rate] = 1.0
+        A[rate, at], A[rate, rate] = -1 / FOLLOWING_s**2, -np.sqrt(2.0) / FOLLOWING_s
+        B[rate, 1 : 1 + len(loads)] = row @ R @ patterns / FOLLOWING_s**2
     if shaker:
         v, i = x + 1, x + 2
         A[x, v] = 1.0
@@ -157,6 +168,7 @@ def linear_rig(
                 B[i, n] = -1.0 / shaker.coil_inductance
 
     C, D = np.zeros((len(outputs), size)), np.zeros((len(outputs), inputs))
+    lagging = iter(range(own, x, 2))
     for n, output in enumerate(outputs):
         if output.quantity == "force":
             at_cell = cell_mass * (drive_row @ Phi)
@@ -175,11 +187,11 @@ def linear_rig(
                 C[n], D[n] = _static_share(output.row, R, drive_load, patterns, F_x, F_u)
                 C[n, q] += shape
             elif output.quantity in ("integral", "rate"):
-                own = 2 * m + next(k for k, row in enumerate(followers) if np.array_equal(row, output.row))
+                follower = 2 * m + next(k for k, row in enumerate(followers) if np.array_equal(row, output.row))
                 if output.quantity == "integral":
-                    C[n, q], C[n, own] = shape, 1.0
+                    C[n, q], C[n, follower] = shape, 1.0
                 else:
-                    C[n], D[n] = A[own], B[own]
+                    C[n], D[n] = A[follower], B[follower]
                     C[n, dq] += shape
             else:
                 # With a shaker the force is of displacements alone: its first derivative has no input in it.
@@ -190,6 +202,13 @@ def linear_rig(
                 else:
                     C[n] = shape @ A[dq] + share * (F_x @ A @ A)
                     D[n] = shape @ B[dq] + share * (F_x @ A @ B)
+                if output.lags and slow:
+                    rate = next(lagging) + 1
+                    if output.quantity == "velocity":
+                        C[n, rate] += 1.0
+                    else:
+                        C[n] += A[rate]
+                        D[n] += B[rate]
     return LinearRig(A, B, C, D)
 
 

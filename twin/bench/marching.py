@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from twin.bench.force_factor import lost_force
 from twin.bench.linear import Poles
+from twin.joint.elimination import eliminate
 from twin.joint.kernel import COMPILED, evaluate, remember
 from twin.joint.kinds import FORCE_FACTOR, FUNCTIONS, HINGES, POLYNOMIAL, SLIDERS
 
@@ -275,27 +276,3 @@ def _couple(
             u[1 + coordinate[e]] += force
             cross[coordinate[e], x] += by_x
             cross[coordinate[e], z] += by_z
-
-
-@COMPILED
-def eliminate(J: Matrix, r: Matrix) -> None:
-    """Gaussian elimination with row pivoting; the solution replaces r."""
-    n = r.shape[0]
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(J[i, k]) > abs(J[best, k]):
-                best = i
-        if best != k:
-            for j in range(k, n):
-                J[k, j], J[best, j] = J[best, j], J[k, j]
-            r[k], r[best] = r[best], r[k]
-        for i in range(k + 1, n):
-            factor = J[i, k] / J[k, k]
-            for j in range(k + 1, n):
-                J[i, j] -= factor * J[k, j]
-            r[i] -= factor * r[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            r[k] -= J[k, j] * r[j]
-        r[k] /= J[k, k]

@@ -5,8 +5,6 @@ distortion alone.  Schoukens, Vaes and Pintelon, "Linear System Identification i
 Systems Magazine 36 (2016) 38-69, on why its phases are random.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import CZT

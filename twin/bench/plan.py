@@ -1,7 +1,5 @@
 """What a bench is built from, open to effects: each hidden effect alters the plan in one or two places."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

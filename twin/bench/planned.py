@@ -1,7 +1,5 @@
 """From a rig as its file describes it to a plan of it as it is, its effects applied."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from recordings.errors import InputError

@@ -1,7 +1,5 @@
 """The finite elements condensed to a few coordinates that hold every mode and load the bench will ask of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Was it right?  One found case beside its truth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Literal
 

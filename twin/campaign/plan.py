@@ -1,7 +1,5 @@
 """Which cases a campaign runs, and in which order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Run many cases on all cores or on a cluster; each result is on disk as soon as it is there."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """A campaign in one table: what was named, how sure, how exactly, and from which size on."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -3,5 +3,3 @@
 from twin.causes.dice import Dice
 from twin.causes.outside import OutsideCause, load_causes
 from twin.causes.registry import DRAWS, FINDINGS, NAMES, Registered, from_folders
-
-__all__ = ["DRAWS", "FINDINGS", "NAMES", "Dice", "OutsideCause", "Registered", "from_folders", "load_causes"]

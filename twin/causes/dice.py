@@ -1,7 +1,5 @@
 """Ways of drawing a hidden cause's parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How large each cause usually is, for a rig of the steel rig's kind: a plausible mistake that data show clearly."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -91,10 +89,7 @@ LISTED: dict[str, Callable[[Dice], Parameters]] = {
     "preload-loss": lambda dice: {**dice.joint(), "rate_per_s": dice.size(1e-4, 3e-4)},
     "drive-mass": lambda dice: {"mass_kg": dice.size(0.03, 0.1)},
     "stinger-stiffness": lambda dice: {"stiffness_N_per_m": dice.size(1e4, 4e4)},
-    "drive-position": lambda dice: {
-        "channel": dice.rig.force_sensor.channel,
-        "offset_m": dice.signed(0.004, 0.01),
-    },
+    "drive-position": lambda dice: {"channel": dice.rig.force_sensor.channel, "offset_m": dice.signed(0.004, 0.01)},
     "sensor-position": _sensor_position,
     "base-motion": lambda dice: {"receptance_m_per_N": dice.size(3e-8, 1.5e-7)},
     "temperature-drift": lambda dice: {"rate_per_s": dice.size(3e-6, 1e-5)},
@@ -109,11 +104,7 @@ LISTED: dict[str, Callable[[Dice], Parameters]] = {
         "damping_ratio": dice.plain(0.02, 0.05),
     },
     "cross-talk": _cross_talk,
-    "mains-hum": lambda dice: {
-        "channel": dice.response(),
-        "frequency_Hz": 50.0,
-        "amplitude": dice.size(0.2, 1.0),
-    },
+    "mains-hum": lambda dice: {"channel": dice.response(), "frequency_Hz": 50.0, "amplitude": dice.size(0.2, 1.0)},
     "sample-clock": lambda dice: {"error_ppm": dice.signed(300.0, 2000.0)},
     "unsettled-dwell": lambda dice: {
         "sweep": f"{dice.rng.choice(['1.5', '3', '6'])}N-{dice.rng.choice(['up', 'down'])}"

@@ -6,8 +6,6 @@ an inference.  Causes from outside come from files, see :mod:`twin.causes.outsid
 distributions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from functools import cached_property
 from importlib import import_module

@@ -13,9 +13,9 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
-from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say, stage
+from twin.commands.own_code import laws_option
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:

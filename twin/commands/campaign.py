@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
-from twin.commands.laws import laws_option
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, print_tables, progress_bar, say, stage, write_json
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.campaign import CampaignSummary, CaseResult

@@ -1,7 +1,5 @@
 """Completion in the shell: the scripts, and names of shipped rigs and procedures beside files."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Mapping
 

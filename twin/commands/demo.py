@@ -13,7 +13,7 @@ from recordings.errors import InputError
 from recordings.staging import staged_folder
 from twin.commands.demo_ending import tell_result
 from twin.commands.output import json_option, overwrite_option, print_json, say, write_json
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
 
@@ -49,8 +49,11 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
     seed = secrets.randbelow(10_000) if seed is None else seed
     _check_cause(cause)
     out = out if out is not None else Path(f"demo-{seed}")
-    if out.is_dir() and any(out.iterdir()) and not overwrite:
-        raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
+    try:
+        if out.is_dir() and any(out.iterdir()) and not overwrite:
+            raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
+    except OSError as error:
+        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
     with staged_folder(out, results=RESULTS, overwrite=overwrite, recovers=True) as folder:
         try:
             with Stages() as stages:
@@ -145,10 +148,7 @@ def _record(
         "procedure": procedure.procedure,
         "stored": procedure.store,
     }
-    attachments = {
-        "rig.toml": nominal_rig_file(nominal),
-        "procedure.toml": dump_procedure(procedure),
-    }
+    attachments = {"rig.toml": nominal_rig_file(nominal), "procedure.toml": dump_procedure(procedure)}
     measured = 0
 
     def on_step(step: Any) -> None:

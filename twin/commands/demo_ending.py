@@ -1,7 +1,5 @@
 """How the demonstration ends, for people: what was hidden, what was found, what that gains, where the files are."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

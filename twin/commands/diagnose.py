@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.staging import staged_folder
-from twin.commands.laws import laws_option, laws_words
 from twin.commands.output import (
     console,
     json_option,
@@ -20,10 +18,11 @@ from twin.commands.output import (
     print_tables,
     say,
     trace,
+    typed,
     working,
     write_json,
 )
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
@@ -92,7 +91,6 @@ def command(
     from twin.diagnose import usual_processes
     from twin.lab import load_rig
 
-    again = _again(runs, held_out, rig_name, preloads, out)
     rig = load_rig(rig_name)
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
@@ -101,7 +99,7 @@ def command(
         data = found.save_model(folder)
         write_json(data, folder / RESULT)
         begin("writing the report and the pictures")
-        drawn = _draw(found, folder, again)
+        drawn = _draw(found, folder)
     if as_json:
         print_json(data)
     else:
@@ -109,22 +107,12 @@ def command(
     return int(not data["explains"])
 
 
-def _again(runs: Sequence[Path], held_out: Sequence[Path], rig_name: str, preloads: Sequence[str], out: Path) -> str:
-    """The command that makes the same report."""
-    words = ["twin", "diagnose", *map(str, runs)]
-    if held_out:
-        words += [HELD_OUT, *map(str, held_out)]
-    for name in preloads:
-        words += ["--preload", name]
-    return shlex.join([*words, "--rig", rig_name, *laws_words(), "--out", str(out)])
-
-
-def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path, again: str) -> list[str]:
+def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path) -> list[str]:
     """Write report and view beside a result that stands without them; names of those that could be drawn."""
     from twin.lab.diagnosed import VIEW, DiagnosedRecordings
 
     drawn = []
-    drawings: dict[str, Callable[[Path], None]] = {REPORT: lambda path: found.report(path, commands=[again])}
+    drawings: dict[str, Callable[[Path], None]] = {REPORT: lambda path: found.report(path, commands=[typed()])}
     if isinstance(found, DiagnosedRecordings):
         drawings[VIEW] = found.save_view
     for name, draw in drawings.items():

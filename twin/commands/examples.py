@@ -1,18 +1,10 @@
 """Examples of every command, shown at the end of its help."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
-    "demo": (
-        "twin demo",
-        "twin demo --seed 7 --cause added-mass --out demo",
-    ),
-    "rig": (
-        "twin rig show steel-lap-joint",
-        "twin rig show my-rig.toml --picture my-rig.png --save my-rig.rrd",
-    ),
+    "demo": ("twin demo", "twin demo --seed 7 --cause added-mass --out demo"),
+    "rig": ("twin rig show steel-lap-joint", "twin rig show my-rig.toml --picture my-rig.png --save my-rig.rrd"),
     "rehearse": (
         "twin rehearse steel-sweeps --rig steel-lap-joint --out rehearsal",
         "twin rehearse my-sweep.toml --rig my-rig.toml --preload 120N --preload 540N --out rehearsal",
@@ -29,14 +21,8 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin acquire steel-sweeps --instruments instruments.toml --rig steel-lap-joint --out run.mcap --view",
     ),
     "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
-    "faults": (
-        "twin faults --tries 20",
-        "twin faults --only 'on the bus' --json",
-    ),
-    "check": (
-        "twin check run.mcap",
-        "twin check cut.mcap --recover whole.mcap",
-    ),
+    "faults": ("twin faults --tries 20", "twin faults --only 'on the bus' --json"),
+    "check": ("twin check run.mcap", "twin check cut.mcap --recover whole.mcap"),
     "convert": (
         "twin convert run.mcap run.uff",
         "twin convert analyser.uff run.mcap",
@@ -64,18 +50,12 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "twin campaign --out weak --cause added-mass --cause joint-friction --strength 1 --strength 0.3",
         "twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786",
     ),
-    "reproduce": (
-        "twin reproduce",
-        "twin reproduce steel-lap-joint --json",
-    ),
+    "reproduce": ("twin reproduce", "twin reproduce steel-lap-joint --json"),
     "view": (
         "twin view sweeps.mcap",
         "twin view diagnosis --save diagnosis.rrd",
         "twin view diagnosis --picture diagnosis.png",
     ),
-    "speed": (
-        "twin speed",
-        "twin speed --only streaming --only start --json",
-    ),
+    "speed": ("twin speed", "twin speed --only streaming --only start --json"),
 }
 """By command."""

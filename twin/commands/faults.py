@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import io
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,7 +18,7 @@ from recordings.errors import InputError
 from twin.commands.output import console, json_option, print_json, progress_bar, say, stage
 
 if TYPE_CHECKING:
-    from twin.commands.fault_trials import Outcome
+    from drivers.fault_trials import Outcome
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,14 +79,27 @@ def command(tries: int, only: str | None, seed: int, as_json: bool) -> int:
 
 def _trials() -> Iterator[tuple[str, Callable[..., Outcome]]]:
     """All there is to try, by name."""
-    from twin.commands.fault_trials import CASES, try_fault
-    from twin.commands.file_trials import try_full_disk, try_kill, try_read_only
+    from drivers.fault_trials import CASES, try_fault
+    from drivers.file_trials import try_full_disk, try_kill, try_read_only
 
     for case in CASES:
-        yield case.name, partial(try_fault, case)
-    yield "acquire killed (kill -9)", try_kill
-    yield "disk full", try_full_disk
-    yield "folder read-only", try_read_only
+        yield case.name, partial(try_fault, case, acquire=_acquired)
+    program = [sys.executable, "-m", "twin", "acquire"]
+    for name, attempt in (
+        ("acquire killed (kill -9)", try_kill), ("disk full", try_full_disk), ("folder read-only", try_read_only)
+    ):  # fmt: skip
+        yield name, partial(attempt, program=program)
+
+
+def _acquired(arguments: Sequence[str]) -> dict[str, Any]:
+    """Run `twin acquire` in this process, silently; gives what it tells."""
+    from twin.commands.acquire import command as acquire
+
+    answer = io.StringIO()
+    with redirect_stdout(answer), redirect_stderr(io.StringIO()):
+        acquire.main([*arguments, "--json"], standalone_mode=False)
+    told: dict[str, Any] = json.loads(answer.getvalue())
+    return told
 
 
 def _in_a_folder(attempt: Callable[..., Outcome], seed: int) -> Outcome:

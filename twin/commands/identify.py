@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +11,17 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.laws import laws_option, laws_words
-from twin.commands.output import json_option, next_step, overwrite_option, print_json, print_tables, say, working
-from twin.commands.outside import causes_option
+from twin.commands.output import (
+    json_option,
+    next_step,
+    overwrite_option,
+    print_json,
+    print_tables,
+    say,
+    typed,
+    working,
+)
+from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
@@ -63,7 +70,7 @@ def command(
     with working("reading") as begin:
         model = rig.identify(runs, preload=preload, report=begin)
         begin("writing the model" + (" and the report" if page else ""))
-        _write(model, out, page, _again(runs, rig_name, preload, out))
+        _write(model, out, page)
     for warning in model.warnings:
         say(f"warning: {warning}")
     files = {"model": str(out), "report": None if page is None else str(page)}
@@ -82,19 +89,9 @@ def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
         raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
 
 
-def _write(
-    model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode, out: Path, page: Path | None, again: str
-) -> None:
+def _write(model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode, out: Path, page: Path | None) -> None:
     """Both files appear, or neither."""
     with whole_file(out) as part, whole_file(page) if page is not None else nullcontext() as page_part:
         model.save(part)
         if page_part is not None:
-            model.report(page_part, commands=[again])
-
-
-def _again(runs: Sequence[Path], rig_name: str, preload: str | None, out: Path) -> str:
-    """The command that makes the same model and report."""
-    state = ["--preload", preload] if preload else []
-    return shlex.join(
-        ["twin", "identify", *map(str, runs), "--rig", rig_name, *laws_words(), *state, "--out", str(out)]
-    )
+            model.report(page_part, commands=[typed()])

@@ -129,6 +129,11 @@ def print_tables(*tables: Table, to: Console | None = None) -> None:
         out.print(drawn)
 
 
+def typed() -> str:
+    """The command line as it was typed, for a report that says how to get it again."""
+    return str(click.get_current_context().obj)
+
+
 def next_step(text: str) -> None:
     """Say what a user would do next, as the last line of a command."""
     say(f"next: {text}")

@@ -1,15 +1,12 @@
 """``twin predict``: the response of an identified model to given frequencies and forces."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click
 
 from recordings.whole import check_writable
-from twin.commands.laws import laws_option
 from twin.commands.output import json_option, overwrite_option, print_json, say, working
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option
 
 
 @click.command(short_help="Predict responses to given frequencies and forces.")

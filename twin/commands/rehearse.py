@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,9 +15,18 @@ import click
 
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.laws import laws_option, laws_words
-from twin.commands.output import json_option, next_step, overwrite_option, plain, print_json, say, stage, write_json
-from twin.commands.outside import causes_option
+from twin.commands.output import (
+    json_option,
+    next_step,
+    overwrite_option,
+    plain,
+    print_json,
+    say,
+    stage,
+    typed,
+    write_json,
+)
+from twin.commands.own_code import causes_option, laws_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -117,20 +125,20 @@ class _Job:
     written: Path
     """Where `out` is made."""
     watch: WatchOptions
+    again: str = field(default_factory=typed)
 
     def prepare(self) -> tuple[Procedure, Rig, SampleSource]:
         """Everything that can be wrong is found here, before anything is written."""
-        from twin.procedures import check_channels, check_rate, load_procedure
+        from twin.procedures import load_procedure
         from twin.rehearsal import open_twin
         from twin.rigs import load_rig
         from twin.rigs.preloads import known_preload
 
         asked, rig = load_procedure(self.procedure), load_rig(self.rig)
         preload = known_preload(rig, self.preload)
-        source = open_twin(rig, asked, preload=preload, seed=self.seed, source=self.rig)
-        check_channels(asked, source.channels, source=self.procedure)
-        check_rate(asked, source.sample_rate_Hz, source=self.procedure)
-        return asked, rig, source
+        return asked, rig, open_twin(
+            rig, asked, preload=preload, seed=self.seed, source=self.rig, named=self.procedure
+        )  # fmt: skip
 
     def run(self, meter: Meter) -> dict[str, Any]:
         """Rehearse, improve, write; returns what went into result.json."""
@@ -182,25 +190,8 @@ class _Job:
         )
         result = plain(table)
         write_json(result, self.written / "result.json")
-        rehearsal_page(result).write(self.written / "report.html", commands=[self.command])
+        rehearsal_page(result).write(self.written / "report.html", commands=[self.again])
         return result
-
-    @property
-    def command(self) -> str:
-        """What to type to get the same again."""
-        preload = ["--preload", self.preload] if self.preload else []
-        words = [
-            "twin",
-            "rehearse",
-            self.procedure,
-            "--rig",
-            self.rig,
-            *laws_words(),
-            *preload,
-            "--seed",
-            str(self.seed),
-        ]
-        return shlex.join([*words, "--rounds", str(self.rounds), "--out", str(self.out)])
 
 
 def _parts(preloads: tuple[str, ...]) -> list[tuple[str | None, Path]]:

@@ -1,7 +1,5 @@
 """`twin replay`: a recorded run behind the same instruments."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

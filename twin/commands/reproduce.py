@@ -94,11 +94,7 @@ def _elements(result: Reproduction) -> Table:
     choice: dict[str, dict[str, Any]] = result.details.get("element_choice", {})
     names = list(next(iter(choice.values()))["parameters"]) if choice else []
     rows = [
-        (
-            element,
-            *(f"{entry['parameters'][name]['value']:.4g}" for name in names),
-            f"{entry['worst_percent']:.3f}",
-        )
+        (element, *(f"{entry['parameters'][name]['value']:.4g}" for name in names), f"{entry['worst_percent']:.3f}")
         for element, entry in choice.items()
     ]
     return Table(

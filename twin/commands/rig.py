@@ -9,9 +9,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.laws import laws_option
 from twin.commands.output import json_option, overwrite_option, print_json, say, working
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig

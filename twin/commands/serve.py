@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.laws import laws_option
 from twin.commands.output import json_option
-from twin.commands.outside import causes_option
+from twin.commands.own_code import causes_option, laws_option
 from twin.commands.serving import address_options, serve_source
 
 if TYPE_CHECKING:

@@ -26,30 +26,19 @@ _OPTIONS = [
     click.option("--tcp", metavar="HOST:PORT", help="SCPI and samples over TCP; port 0 takes any that is free."),
     click.option("--can", metavar="INTERFACE:CHANNEL", help="CAN node on any python-can interface."),
     click.option(
-        "--can-channels",
-        metavar="NAME,...[/NAME,...]",
-        default="",
+        "--can-channels", metavar="NAME,...[/NAME,...]", default="",
         help="Channels on CAN instead of the line; after the stroke, those of a second node.",
     ),
     click.option(
-        "--can-frames",
-        type=click.Choice(["fd", "classic"]),
-        default="fd",
-        show_default=True,
+        "--can-frames", type=click.Choice(["fd", "classic"]), default="fd", show_default=True,
         help="What the bus carries; in classic frames samples are decimated as far as it needs.",
     ),
     click.option(
-        "--bitrate",
-        type=click.IntRange(10_000, 1_000_000),
-        default=1_000_000,
-        show_default=True,
+        "--bitrate", type=click.IntRange(10_000, 1_000_000), default=1_000_000, show_default=True,
         help="Of the CAN bus, bit/s; in real time it carries no more.",
     ),
     click.option(
-        "--data-bitrate",
-        type=click.IntRange(10_000, 8_000_000),
-        default=5_000_000,
-        show_default=True,
+        "--data-bitrate", type=click.IntRange(10_000, 8_000_000), default=5_000_000, show_default=True,
         help="Of the data in CAN FD frames, bit/s.",
     ),
     click.option("--baud", type=click.IntRange(300, 20_000_000), help="Make the line as slow as a wire."),
@@ -83,7 +72,7 @@ _OPTIONS = [
     click.option(
         "--instruments-out", type=click.Path(dir_okay=False, path_type=Path), help="Write the client's file here."
     ),
-]
+]  # fmt: skip
 
 
 def address_options(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -1,7 +1,5 @@
 """`twin speed`: the benchmark ratios on this machine, each with its promise and the error at which it holds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -20,10 +18,10 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
     counts little; compilation is not counted.  The line `start` and those of wires are of real time; `start` compiles,
     which takes a minute.
     """
-    from twin.commands import speed_wire
+    from drivers import benchmarks
     from twin.speed import BENCHMARKS, MissingRivalError
 
-    every = {**BENCHMARKS, **speed_wire.BENCHMARKS}
+    every = {**BENCHMARKS, **benchmarks.BENCHMARKS}
     unknown = [name for name in only if name not in every]
     if unknown:
         raise click.UsageError(f"--only: no line {unknown[0]!r}; there are {', '.join(every)}")

@@ -1,7 +1,5 @@
 """How long work is asked to end: in order, with what it has."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import signal

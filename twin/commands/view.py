@@ -1,7 +1,5 @@
 """`twin view`: a run, a rehearsal or a diagnosis in rerun."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile

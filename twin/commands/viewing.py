@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
 from recordings.errors import InputError
-from recordings.run import Channel, Event, Indicator, SampleBlock, Step
-from recordings.streams import Acquisition, Excitation
+from recordings.run import Event, SampleBlock, Step
+from recordings.streams import Acquisition
 from recordings.whole import check_writable
 from twin.commands.output import console, say
 
@@ -96,11 +96,11 @@ class Watch:
 
     def acquisition(self, acquisition: Acquisition) -> Acquisition:
         """The same acquisition, its blocks shown."""
-        return _WatchedAcquisition(acquisition, self) if self._views else acquisition
+        return cast(Acquisition, _WatchedAcquisition(acquisition, self)) if self._views else acquisition
 
     def sink(self, sink: RunSink) -> RunSink:
         """The same sink, its steps and events shown."""
-        return _WatchedSink(sink, self) if self._views else sink
+        return cast("RunSink", _WatchedSink(sink, self)) if self._views else sink
 
     def both(self, acquisition: Acquisition, sink: RunSink) -> tuple[Acquisition, RunSink]:
         """Acquisition and sink, as a rehearsal takes them."""
@@ -180,46 +180,28 @@ def known_branches(rig: Rig | None, preload: str | None, procedure: Procedure | 
     return branches
 
 
-class _WatchedAcquisition:
-    """An acquisition whose blocks are shown as they are read."""
+class _Watched:
+    """Hands on whatever is asked of it to what it stands before; subclasses show what passes."""
 
-    def __init__(self, inner: Acquisition, watch: Watch) -> None:
+    def __init__(self, inner: Any, watch: Watch) -> None:
         self._inner, self._watch = inner, watch
 
-    @property
-    def channels(self) -> Sequence[Channel]:
-        return self._inner.channels
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
 
-    def set_sample_rate(self, sample_rate_Hz: float) -> float:
-        return self._inner.set_sample_rate(sample_rate_Hz)
 
-    def start(self) -> None:
-        self._inner.start()
-
-    def stop(self) -> None:
-        self._inner.stop()
-
-    def set_output(self, excitation: Excitation) -> int:
-        return self._inner.set_output(excitation)
+class _WatchedAcquisition(_Watched):
+    """An acquisition whose blocks are shown as they are read."""
 
     def read(self, *, timeout_s: float = 2.0) -> Sequence[SampleBlock]:
-        blocks = self._inner.read(timeout_s=timeout_s)
+        blocks: Sequence[SampleBlock] = self._inner.read(timeout_s=timeout_s)
         for block in blocks:
             self._watch.block(block)
         return blocks
 
-    def take_events(self) -> Sequence[Event]:
-        return self._inner.take_events()
 
-
-class _WatchedSink:
+class _WatchedSink(_Watched):
     """A sink whose steps and events are shown as they are written."""
-
-    def __init__(self, inner: RunSink, watch: Watch) -> None:
-        self._inner, self._watch = inner, watch
-
-    def write_block(self, block: SampleBlock) -> None:
-        self._inner.write_block(block)
 
     def write_step(self, step: Step) -> None:
         self._inner.write_step(step)
@@ -228,6 +210,3 @@ class _WatchedSink:
     def write_event(self, event: Event) -> None:
         self._inner.write_event(event)
         self._watch.event(event)
-
-    def write_indicator(self, indicator: Indicator) -> None:
-        self._inner.write_indicator(indicator)

@@ -1,7 +1,5 @@
 """What is wrong with the demonstration's rig, drawn from a seed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

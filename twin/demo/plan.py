@@ -1,7 +1,5 @@
 """The demonstration's runs: noise over the whole band, then sweeps about each resonance that it shows."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -22,9 +22,9 @@ __all__ = [
     "joint_labels",
     "joint_name",
     "joint_number",
-    "main_strength",
     "measured_duration_s",
     "response_channels",
+    "strengths_of",
 ]
 
 Array = NDArray[Any]
@@ -97,6 +97,8 @@ class Cause(ABC):
     """Whether a search fits it from its usual size even where its first order at nothing promises no gain: an effect
     that the base family's own law imitates leaves no slope there, nor does one that moves resonances by many widths
     from sweep to sweep."""
+    numbers: ClassVar[tuple[Parameter, ...]] = ()
+    """The numbers to be found, where they depend neither on the rig nor on what was measured."""
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Choices that are names, such as the channel at fault: one search each; a single empty one by default."""
@@ -106,9 +108,9 @@ class Cause(ABC):
         """Names that a rig file may leave out, and what is meant then; none by default."""
         return {}
 
-    @abstractmethod
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """The numbers to be found; the first one with a null value is the effect's strength."""
+        return self.numbers
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard deviations under the contract's names, where a search wants others."""
@@ -132,9 +134,9 @@ class Cause(ABC):
         """What differs from the nominal rig at these values."""
 
 
-def main_strength(parameters: Sequence[Parameter]) -> Parameter | None:
-    """The first parameter that has a null value; None where an effect has no strength."""
-    return next((p for p in parameters if not p.is_location), None)
+def strengths_of(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """The parameters that have a value without effect, the main one first; none where an effect has no strength."""
+    return tuple(p for p in parameters if not p.is_location)
 
 
 def measured_duration_s(evidence: MeasuredData) -> float:

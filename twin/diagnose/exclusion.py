@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import main_strength
+from twin.diagnose.cause import strengths_of
 from twin.diagnose.places import told_place
 from twin.diagnose.score import Score
 from twin.identify.measured_data import MeasuredData
@@ -45,9 +45,10 @@ def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[E
     for score in scores:
         hypothesis, name = score.hypothesis, score.hypothesis.cause.name
         parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
-        main = main_strength(parameters)
-        if main is None:
+        strengths = strengths_of(parameters)
+        if not strengths:
             continue
+        main = strengths[0]
         rising, falling = main.upper > main.null, main.lower < main.null
         size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
         largest_size = max(main.upper - main.null, main.null - main.lower)

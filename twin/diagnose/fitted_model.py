@@ -20,7 +20,7 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import Linearisation, Prediction, ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "fit_model", "modification_of"]
+__all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]
 
 Array = NDArray[Any]
 
@@ -203,7 +203,9 @@ class FitProblem:
         r, self.blocks = here.residual, here.blocks
         columns = np.zeros((len(r), len(self.slots)))
         for k, (i, p) in enumerate(self.slots):
-            step = _difference_step(p, x[self.count + k] * self.scales[k], remakes=self._remakes[i]) / p.scale
+            value = x[self.count + k] * self.scales[k]
+            step = difference_step(p, value, remakes=self._remakes[i])
+            step = (-step if value + step > p.upper else step) / p.scale
             moved = x.copy()
             moved[self.count + k] += step
             columns[:, k] = (r - self.predict(moved).residual) / step
@@ -269,8 +271,8 @@ def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
     )
 
 
-def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> float:
-    """Step of the difference quotient in a cause's parameter, away from its upper bound.
+def difference_step(parameter: Parameter, value: float, *, remakes: bool) -> float:
+    """Step of the difference quotient in a cause's parameter.
 
     Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
     stiffness; coarser along the structure.  Where a cause remakes the structure its modes are solved anew, and
@@ -279,8 +281,7 @@ def _difference_step(parameter: Parameter, value: float, *, remakes: bool) -> fl
     """
     along = parameter.is_location and "position" in parameter.name
     size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
-    step = (1e-3 if along else 3e-4 if remakes else 1e-6) * size
-    return -step if value + step > parameter.upper else step
+    return (1e-3 if along else 3e-4 if remakes else 1e-6) * size
 
 
 def _free_count(solution: Solution) -> int:

@@ -1,10 +1,9 @@
 """The score test: what each cause would gain, and how large it may be, at every place where it could sit.
 
 From the residual r of a fit and its sensitivities J, whitened and with their prior as further rows, a cause whose
-signature is x, with the unknowns and what sound rigs have of every cause projected out, has the size u / d^2 with the
-standard deviation 1 / d, where
-d^2 = x' x and u = x' r.  With a prior of unit size its log Bayes factor is u^2 / 2 (d^2 + 1) - ln(1 + d^2) / 2.  One
-residual for each cause and place, no fit.
+signatures by its strengths are the columns X, with the unknowns and what sound rigs have of every cause projected out,
+has the sizes D^-1 u with the covariance D^-1, where D = X' X and u = X' r.  With priors of unit size its log Bayes
+factor is u' (D + 1)^-1 u / 2 - ln det(1 + D) / 2.  One residual for each strength and place, no fit.
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from twin.diagnose.cause import Cause, Parameter, main_strength
-from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
+from twin.diagnose.cause import Cause, Parameter, strengths_of
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, difference_step, modification_of
 from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import baseline_bounds
@@ -32,8 +31,6 @@ __all__ = ["Score", "score_causes"]
 
 Array = NDArray[Any]
 
-SMALL = 1e-4
-"""Strength, over the prior's scale, at which a signature is taken: resonances are sharp."""
 FELT = 0.3
 """Least size of a direction of the tolerances, in standard deviations of the data."""
 
@@ -47,7 +44,7 @@ class Score:
     hypothesis : CauseHypothesis
         With the strength that the first order suggests.
     size, std : float
-        That strength less the one of no effect, as the data alone have it, and its standard deviation; in the
+        Its first strength less the one of no effect, as the data alone have it, and its standard deviation; in the
         parameter's unit.  Infinite where the data say nothing of it.
     log_bayes : float
         Expected gain of log evidence.
@@ -61,15 +58,14 @@ class Score:
 
 @dataclass(frozen=True)
 class _Signature:
-    """Change of the whitened residual with a cause's strength in units of its scale, at one place.
+    """Change (r, k) of the whitened residual with a cause's strengths in units of their scales, at one place.
 
     Where the effect has no strength, what it leaves instead of the residual.
     """
 
     hypothesis: CauseHypothesis
-    main: Parameter | None
-    direction: float
-    column: Array
+    strengths: tuple[Parameter, ...]
+    columns: Array
 
 
 def score_causes(
@@ -92,7 +88,7 @@ def score_causes(
     common = (evidence, harmonics, model, held, prediction.residual)
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
-    tolerated = [s.column * s.main.tolerance for s in signatures if s.main is not None]
+    tolerated = [s.columns * [p.tolerance for p in s.strengths] for s in signatures if s.strengths]
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
     mean, precision = residual_model.prior(model.baseline)
     # The priors as further rows: a cause may gain by taking over what the unknowns strain to explain.
@@ -117,13 +113,13 @@ def _principal(columns: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Outside:
-    """Projects a signature on what the unknowns cannot imitate."""
+    """Projects signatures on what the unknowns cannot imitate."""
 
     J: Array
     factor: tuple[Array, bool]
 
-    def __call__(self, column: Array) -> Array:
-        return np.asarray(column - self.J @ cho_solve(self.factor, self.J.T @ column))
+    def __call__(self, columns: Array) -> Array:
+        return np.asarray(columns - self.J @ cho_solve(self.factor, self.J.T @ columns))
 
 
 def _signatures_of(
@@ -138,54 +134,69 @@ def _signatures_of(
     found = []
     for label in cause.labels(evidence):
         parameters = cause.parameters(evidence, label)
-        main = main_strength(parameters)
+        strengths = strengths_of(parameters)
         for start in _starts(parameters):
-            values, strength = _at_small_strength(parameters, start)
-            hypothesis = CauseHypothesis(cause, label, values, {})
-            modification = modification_of(evidence, (*model.hypotheses, hypothesis))
-            changed = ResidualModel(evidence, modification, harmonics, held=held)
-            after = changed.evaluate(model.baseline, sensitivities=False).residual
-            if not np.isfinite(after).all():
+            # What an effect without a strength leaves; else how the residual changes with each strength alone.
+            probes, left = _at_small_strengths(cause, evidence, label, start), []
+            for values, _ in probes or [(start, 1.0)]:
+                modification = modification_of(evidence, (*model.hypotheses, CauseHypothesis(cause, label, values, {})))
+                changed = ResidualModel(evidence, modification, harmonics, held=held)
+                left.append(changed.evaluate(model.baseline, sensitivities=False).residual)
+            columns = np.column_stack(left)
+            if not np.isfinite(columns).all():
                 continue
-            column = after if main is None else (residual - after) * main.scale / strength
-            found.append(_Signature(hypothesis, main, strength, column))
+            if strengths:
+                per_step = [p.scale / step for p, (_, step) in zip(strengths, probes, strict=True)]
+                columns = (residual[:, None] - columns) * per_step
+            found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns))
     return found
 
 
 def _score(signature: _Signature, r: Array, data: int, outside: _Outside) -> Score:
-    hypothesis, main = signature.hypothesis, signature.main
-    if main is None:
-        return Score(hypothesis, 0.0, np.inf, 0.5 * float(r[:data] @ r[:data] - signature.column @ signature.column))
-    column = outside(np.concatenate([signature.column, np.zeros(len(r) - data)]))
-    d2, u = float(column @ column), float(column @ r)
+    hypothesis, strengths = signature.hypothesis, signature.strengths
+    if not strengths:
+        left = signature.columns[:, 0]
+        return Score(hypothesis, 0.0, np.inf, 0.5 * float(r[:data] @ r[:data] - left @ left))
+    X = outside(np.vstack([signature.columns, np.zeros((len(r) - data, len(strengths)))]))
+    D, u = X.T @ X, X.T @ r
+    with_prior = D + np.eye(len(strengths))
+    scale, null = (np.array([getattr(p, name) for p in strengths]) for name in ("scale", "null"))
     # Bounds matter: a mass that would have to be negative explains nothing.
-    lower, upper = (main.lower - main.null) / main.scale, (main.upper - main.null) / main.scale
-    amount = float(np.clip(u / (d2 + 1.0), lower, upper))
-    log_bayes = amount * u - 0.5 * amount**2 * (d2 + 1.0) - 0.5 * np.log1p(d2)
+    lower, upper = ((np.array([getattr(p, side) for p in strengths]) - null) / scale for side in ("lower", "upper"))
+    amount = np.clip(np.linalg.solve(with_prior, u), lower, upper)
+    log_bayes = amount @ u - 0.5 * amount @ with_prior @ amount - 0.5 * np.linalg.slogdet(with_prior)[1]
     # First order is trusted within the prior's scale, and a start at nothing at all would have no slope to follow.
-    size = np.copysign(np.clip(abs(amount), 1e-3, 1.0), amount or signature.direction) * main.scale
-    values = {**hypothesis.values, main.name: float(np.clip(main.null + size, main.lower, main.upper))}
+    begun = np.array([hypothesis.values[p.name] for p in strengths]) - null
+    size = np.copysign(np.clip(np.abs(amount), 1e-3, 1.0), np.where(amount == 0, begun, amount)) * scale
+    values = {p.name: float(np.clip(n + s, p.lower, p.upper)) for p, n, s in zip(strengths, null, size, strict=True)}
+    known = np.linalg.pinv(D)
+    felt = bool(D[0, 0] > 0)
     return Score(
-        CauseHypothesis(hypothesis.cause, hypothesis.label, values, {}),
-        u / d2 * main.scale if d2 > 0 else 0.0,
-        main.scale / np.sqrt(d2) if d2 > 0 else np.inf,
+        CauseHypothesis(hypothesis.cause, hypothesis.label, {**hypothesis.values, **values}, {}),
+        float(known[0] @ u) * scale[0] if felt else 0.0,
+        float(scale[0] * np.sqrt(known[0, 0])) if felt else np.inf,
         float(log_bayes),
     )
 
 
 def _starts(parameters: tuple[Parameter, ...]) -> Iterator[dict[str, float]]:
-    """Every combination of starting values; further strengths keep their first."""
-    main = main_strength(parameters)
-    names = [p.name for p in parameters]
-    lists = [p.starts if p.is_location else (p.starts if p is main else p.starts[:1]) for p in parameters]
-    for combination in product(*lists):
-        yield dict(zip(names, combination, strict=True))
+    """Every combination of starting values."""
+    for combination in product(*(p.starts for p in parameters)):
+        yield dict(zip([p.name for p in parameters], combination, strict=True))
 
 
-def _at_small_strength(parameters: tuple[Parameter, ...], start: dict[str, float]) -> tuple[dict[str, float], float]:
-    """Values at a strength small enough for first order, on the side of the start, and the strength's distance."""
-    main = main_strength(parameters)
-    if main is None:
-        return start, 1.0
-    step = np.copysign(min(abs(start[main.name] - main.null), SMALL * main.scale), start[main.name] - main.null)
-    return {**start, main.name: main.null + float(step)}, float(step)
+def _at_small_strengths(
+    cause: Cause, evidence: MeasuredData, label: Mapping[str, str], start: dict[str, float]
+) -> list[tuple[dict[str, float], float]]:
+    """For each strength, values where it alone differs from no effect: by so little that first order will do; how much.
+
+    On the side of the start.
+    """
+    strengths = strengths_of(cause.parameters(evidence, label))
+    none, found = {p.name: p.null for p in strengths}, []
+    remakes = cause.modification(evidence, label, start).changes_structure
+    for p in strengths:
+        away = start[p.name] - p.null
+        step = float(np.copysign(min(abs(away), difference_step(p, p.null, remakes=remakes)), away))
+        found.append(({**start, **none, p.name: p.null + step}, step))
+    return found

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, main_strength
+from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
 from twin.diagnose.parallel_map import parallel_map
@@ -321,9 +321,10 @@ def _elsewhere(
 
 def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
     """The same with the strength that such an effect usually has."""
-    main = main_strength(hypothesis.cause.parameters(evidence, hypothesis.label))
-    if main is None:
+    strengths = strengths_of(hypothesis.cause.parameters(evidence, hypothesis.label))
+    if not strengths:
         return hypothesis
+    main = strengths[0]
     full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
     return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
 

@@ -1,7 +1,5 @@
 """Frequency responses of a run: H1 of broadband stretches, the ratio of the fundamentals of stepped sines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -96,15 +94,12 @@ def _broadband(
     for record in broadband_records(run, channels=names):
         estimate = h1(record, force=force.name, resolution_Hz=resolution_Hz)
         for form, alike in _by_form(responses):
+            frf = np.stack([estimate.H[each.name] for each in alike])
+            coherence = np.stack([estimate.coherence[each.name] for each in alike])
             yield FrequencyResponses(
-                sweep=record.sweep,
-                frequency_Hz=estimate.frequency_Hz,
-                frf=np.stack([estimate.H[channel.name] for channel in alike]),
-                coherence=np.stack([estimate.coherence[channel.name] for channel in alike]),
-                responses=alike,
-                force=force,
-                frf_form=form,
-            )
+                sweep=record.sweep, frequency_Hz=estimate.frequency_Hz, frf=frf, coherence=coherence, responses=alike,
+                force=force, frf_form=form,
+            )  # fmt: skip
 
 
 def _stepped(run: Run, force: Channel, responses: Sequence[Channel]) -> Iterator[FrequencyResponses]:
@@ -115,15 +110,11 @@ def _stepped(run: Run, force: Channel, responses: Sequence[Channel]) -> Iterator
         if len(frequency) < 2 or np.any(np.diff(frequency) <= 0):
             continue  # a dwell or a ladder of amplitudes is no function of frequency
         for form, alike in _by_form(responses):
+            frf = np.stack([_ratio(upward, channel, force) for channel in alike])
             yield FrequencyResponses(
-                sweep=sweep,
-                frequency_Hz=frequency,
-                frf=np.stack([_ratio(upward, channel, force) for channel in alike]),
-                coherence=None,
-                responses=alike,
-                force=force,
+                sweep=sweep, frequency_Hz=frequency, frf=frf, coherence=None, responses=alike, force=force,
                 frf_form=form,
-            )
+            )  # fmt: skip
 
 
 def _ratio(steps: Sequence[SteadyState], channel: Channel, force: Channel) -> NDArray[np.complex128]:

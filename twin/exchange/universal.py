@@ -1,7 +1,5 @@
 """Frequency responses as universal files: data set 58, function type 4, with the coherence as function type 6."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from pathlib import Path

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.elimination import COMPILED, eliminate, eliminate_complex
 from twin.identify.slipping import LEAST_SLIP, RIPPLES, room_to_slide, slide
+from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
 __all__ = ["settle", "turn"]
 
@@ -149,7 +149,7 @@ def _turn_one(
             A[i, j] = among[i, j] * k[j]
             right[i, 1 + j] = among[i, j]
         A[i, i] += 1.0
-    eliminate_complex(A, right)
+    eliminate_columns(A, right)
     reading = reference
     for i in range(n):
         reading -= to_reference[i] * k[i] * right[i, 0]

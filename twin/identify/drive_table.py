@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.columns import Columns
 from recordings.errors import InputError
-from recordings.tables import csv_rows
 from recordings.whole import whole_file
 from twin.identify.modal_prediction import ModalResponse
 
@@ -46,33 +46,12 @@ def read_drive(path: Path) -> DriveTable:
     InputError
         With line and column, if the file cannot be read or a value is missing or not above zero.
     """
-    rows = csv_rows(path)
-    if not rows:
-        raise InputError(path, "", "is empty", "it needs column names and rows of numbers")
-    if not 1 <= len(rows) - 1 <= ROW_LIMIT:
-        raise InputError(path, "", f"has {len(rows) - 1} rows below the column names", f"1 to {ROW_LIMIT} are allowed")
-    names = [name.strip() for name in rows[0][1]]
-    given = [name for name in HELD if name in names]
-    if "frequency_Hz" not in names or len(given) != 1 or len(set(names)) != len(names):
-        raise InputError(
-            path, f"line {rows[0][0]}", f"needs the column frequency_Hz and one of {', '.join(HELD)}, each once"
-        )
-    columns = {name: _column(path, name, names.index(name), len(names), rows[1:]) for name in ("frequency_Hz", *given)}
+    table = Columns(path, most_rows=ROW_LIMIT)
+    given = [name for name in HELD if name in table.names]
+    if "frequency_Hz" not in table.names or len(given) != 1:
+        raise InputError(path, "line 1", f"needs the column frequency_Hz and one of {', '.join(HELD)}, each once")
+    columns = {name: table.numbers(name, above=0) for name in ("frequency_Hz", *given)}
     return DriveTable(columns["frequency_Hz"], columns.get("force_N"), columns.get("acceleration_m_per_s2"))
-
-
-def _column(path: Path, name: str, at: int, width: int, rows: list[tuple[int, list[str]]]) -> Array:
-    values = np.empty(len(rows))
-    for i, (line, row) in enumerate(rows):
-        if len(row) != width:
-            raise InputError(path, f"line {line}", f"has {len(row)} values for {width} columns")
-        try:
-            values[i] = float(row[at])
-        except ValueError as error:
-            raise InputError(path, f"line {line}, column {name}", f"{row[at]!r:.60} is not a number") from error
-        if not 0 < values[i] < np.inf:
-            raise InputError(path, f"line {line}, column {name}", f"{row[at]!r:.60} is not above zero")
-    return values
 
 
 def write_response(response: ModalResponse, path: Path) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.elimination import COMPILED, eliminate
+from twin.joint.elimination import COMPILED, eliminate
 
 __all__ = ["balance", "force_at"]
 

@@ -4,12 +4,12 @@ from twin.joint.cubic import Cubic
 from twin.joint.describing import describing_function
 from twin.joint.drag import QuadraticDrag
 from twin.joint.functions import FunctionLaw, law_of_functions
-from twin.joint.iwan import iwan, iwan_backbone
+from twin.joint.iwan import iwan
 from twin.joint.jenkins import jenkins_stiffness
 from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.linear import Linear
-from twin.joint.masing import masing, masing_of_points, masing_stiffness
+from twin.joint.masing import masing_of_points
 from twin.joint.named_law import NamedLaw, Parameter, PointForce
 from twin.joint.polynomial import Polynomial
 from twin.joint.registry import known_laws, law_named, load_laws
@@ -18,36 +18,3 @@ from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.sliders import ParallelJenkins, jenkins
 from twin.joint.table import Table, table_from_stiffness
-
-__all__ = [
-    "Cubic",
-    "FunctionLaw",
-    "Law",
-    "Linear",
-    "NamedLaw",
-    "ParallelJenkins",
-    "Parameter",
-    "PiecewiseLinearContact",
-    "PointForce",
-    "Polynomial",
-    "QuadraticDrag",
-    "RunningLoss",
-    "Saturating",
-    "Table",
-    "describing_function",
-    "iwan",
-    "iwan_backbone",
-    "jenkins",
-    "jenkins_stiffness",
-    "known_laws",
-    "law_named",
-    "law_of_functions",
-    "load_laws",
-    "loss_of_knots",
-    "masing",
-    "masing_of_points",
-    "masing_stiffness",
-    "one_sided",
-    "softening_of_knots",
-    "table_from_stiffness",
-]

@@ -4,8 +4,6 @@ The kernels are compiled once and kept on disk; a law that somebody brings along
 reaches them as a number, the address of its machine code, at the price of an indirect call.
 """
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 from typing import Any

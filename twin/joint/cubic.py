@@ -1,7 +1,5 @@
 """The cubic spring, f = k e^3."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The describing function by quadrature (2011 paper, equation 6), for any law that can follow a path in time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

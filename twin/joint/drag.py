@@ -1,7 +1,5 @@
 """Quadratic drag on a velocity coordinate, f = c v |v|."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -14,8 +14,6 @@ Both may use what numba compiles: numbers, arrays, `math`, other such functions.
 so that `force` may be asked for many x within one step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ClassVar

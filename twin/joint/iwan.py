@@ -8,11 +8,8 @@ parabolas; Segalman's joints have -1 < chi < 0, and lose energy as A^(3 + chi) i
 and beyond x_1 all slip.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from twin.joint.law import Series
 from twin.joint.sliders import ParallelJenkins
 
 
@@ -38,10 +35,3 @@ def iwan(stiffness_N_per_m: float, slip_force_N: float, *, sliders: int = 10, ch
     levels = ((np.arange(sliders) + 0.5) / sliders) ** (1.0 / (chi + 1.0))
     levels *= slip_force_N / levels.sum()
     return ParallelJenkins((stiffness_N_per_m / sliders,) * sliders, tuple(float(level) for level in levels))
-
-
-def iwan_backbone(x: Series, stiffness_N_per_m: float, slip_force_N: float, *, chi: float = 0.0) -> Series:
-    """Force on first loading to x >= 0, with infinitely many sliders."""
-    x_1 = slip_force_N / stiffness_N_per_m * (chi + 2.0) / (chi + 1.0)
-    inside = np.minimum(np.asarray(x, float), x_1)
-    return np.asarray(stiffness_N_per_m * inside * (1.0 - (inside / x_1) ** (chi + 1.0) / (chi + 2.0)))

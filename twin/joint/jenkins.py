@@ -1,7 +1,5 @@
 """The Jenkins element: a spring in series with a Coulomb slider, in time and over an amplitude."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.joint.law import Series, Stiffness

@@ -4,8 +4,6 @@ Written once in the subset that numba compiles; the plain Python functions are w
 (``evaluate.py_func``), and the tests hold them to the laws' own paths.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Numbers by which compiled kernels tell the laws apart, since numba kernels take no functions as arguments."""
 
-from __future__ import annotations
-
 LINEAR = 0
 CUBIC = 1
 SATURATING = 2

@@ -1,7 +1,5 @@
 """Laws from knots of softening and loss over amplitude, piecewise cubic between them, as files give them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

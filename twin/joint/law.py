@@ -1,7 +1,5 @@
 """What every law offers: numbers for the kernels, a path in time, and an equivalent stiffness."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Protocol
 
 import numpy as np

@@ -4,8 +4,6 @@ A law acts on a point's opening or on its slip: lengths are metres of that coord
 the layer's moduli are.  What a law says, it says beyond E' and G' at rest (:class:`twin.joint.named_law.PointForce`).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 
@@ -172,10 +170,7 @@ LIBRARY = (
     NamedLaw(
         name="stop",
         sentence="meets a stop of {stiffness:.3g} N/m2 beyond {gap:.3g} m",
-        parameters=(
-            _length("gap", "deflection at which it meets the stop"),
-            _modulus("stiffness", "of the stop"),
-        ),
+        parameters=(_length("gap", "deflection at which it meets the stop"), _modulus("stiffness", "of the stop")),
         make=lambda gap, stiffness: PiecewiseLinearContact((stiffness,), (gap,), (1,)),
     ),
     NamedLaw(

@@ -1,7 +1,5 @@
 """The linear spring (or, on a velocity coordinate, the linear damper)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Functions of a law compiled to what the kernels can call."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import lru_cache

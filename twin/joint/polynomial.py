@@ -5,8 +5,6 @@ rate-independent loss c |e|^(k+1) sign(de/dt) has j 4 c X^k / (pi (k+2)); so any
 time form, term by term.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import gamma, pi, sqrt
 from typing import ClassVar

@@ -4,8 +4,6 @@ A law is a program.  A rig file names one and never brings one along: code is ru
 (``--laws``, :func:`load_laws`) or has installed its package (entry points of the group ``twin.joint_laws``).
 """
 
-from __future__ import annotations
-
 import difflib
 import sys
 from functools import cache

@@ -11,8 +11,6 @@ the frequency 1/(2 w tau)^3, some 1e-5.  On a sine of any frequency f is eta(A) 
 ahead: the describing function is j eta(A), without harmonics.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar
 

@@ -4,8 +4,6 @@ Its tangent k (1 + (e/e0)^2)^(-3/2) is positive everywhere, which no softening p
 it the law for a layer whose equivalent modulus falls by two thirds.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -4,8 +4,6 @@ The penalty law of Mayer and Gaul (2011 paper, equation 3) is a sum of such hing
 pressure has slope -c1 below g0, -c2 below 0 and -c3 below -g0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Jenkins elements in parallel: the time form of Iwan and Masing laws alike."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

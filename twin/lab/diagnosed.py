@@ -1,41 +1,39 @@
 """What a diagnosis gives: an answer to show, to save and to go on with."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 from matplotlib.figure import Figure
 
-from recordings import InputError, whole_file
+from recordings.whole import made_folder
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.tables import TableDiagnosis
-from twin.lab.shown import Reported
-from twin.rigs.kinds import save_any_rig
+from twin.identify.measured_data import MeasuredData
+from twin.lab.model_result import FitPictures, ModelResult
+from twin.rigs import Rig
+from twin.rigs.kinds import AnyRig
 from twin.views.answer import causes_table, errors_table, residuals_table
-from twin.views.curves import has_law, shown_models
-from twin.views.figures import broadband_figure, law_figure, residuals_figure, sweeps_figure
+from twin.views.curves import Fitted, has_law, shown_models
+from twin.views.figures import law_figure, sweeps_figure
 from twin.views.missing_force import missing_force_figure
 from twin.views.page import Page
 from twin.views.report import diagnosis_page
-from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
 from twin.views.table_report import table_figure, table_page, tried_table
-
-if TYPE_CHECKING:
-    from twin.lab.rig import LabRig
 
 EXTENDED, VIEW = "extended.toml", "view.rrd"
 """Files of a saved diagnosis."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class _Diagnosed(Reported):
+class _Diagnosed(ModelResult):
     """What the diagnoses of recordings and of tables have in common; `diagnosis` holds all that is behind it."""
+
+    became: ClassVar[str] = "extended"
 
     diagnosis: Diagnosis | TableDiagnosis
 
@@ -49,27 +47,17 @@ class _Diagnosed(Reported):
         """``explained``, ``none``, ``ambiguous`` or ``unknown``."""
         return self.diagnosis.verdict
 
-    @property
-    def rig(self) -> LabRig:
-        """The extended model as a rig."""
-        raise NotImplementedError
-
-    def to_dict(self) -> dict[str, Any]:
-        """As ``twin diagnose --json`` prints it."""
-        raise NotImplementedError
-
     def save_model(self, folder: str | Path) -> dict[str, Any]:
         """Write the extended model into a folder, which is made if it is not there.
 
         Returns what ``twin diagnose --json`` prints.
         """
-        with whole_file(_folder(folder) / EXTENDED) as part:
-            save_any_rig(self.rig.file, part)
+        self.save_file(made_folder(folder) / EXTENDED)
         return {**self.to_dict(), "extended_model": EXTENDED}
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class DiagnosedRecordings(_Diagnosed):
+class DiagnosedRecordings(FitPictures, _Diagnosed):
     """The diagnosis of recordings."""
 
     diagnosis: Diagnosis
@@ -86,14 +74,11 @@ class DiagnosedRecordings(_Diagnosed):
         return tables
 
     @property
-    def rig(self) -> LabRig:
-        """The extended model as a rig."""
-        from twin.lab.rig import LabRig
-
+    def file(self) -> Rig:
+        """The extended model."""
         found = self.diagnosis
         accepted = list(shown_models(found).values())[-1]
-        rig = updated_rig_file(found.evidence, replace(found.search, model=accepted))
-        return LabRig(source=f"{rig.name}, extended", file=rig)
+        return updated_rig_file(found.evidence, replace(found.search, model=accepted))
 
     def page(self) -> Page:
         """The report."""
@@ -114,17 +99,15 @@ class DiagnosedRecordings(_Diagnosed):
 
         save_diagnosis(self.diagnosis, Path(path))
 
-    def plot_sweeps(self) -> Figure:
-        """Receptances of the sweeps that were learnt from: measured, before and after."""
-        return self._beside(self.diagnosis.sweeps)
+    def _fit(self) -> tuple[MeasuredData, Mapping[str, Fitted], Sequence[SweepComparison]]:
+        return self.diagnosis.evidence, shown_models(self.diagnosis), self.diagnosis.sweeps
 
     def plot_held_out(self) -> Figure:
-        """The same of the sweeps that were held out."""
-        return self._beside(self.diagnosis.held_out)
-
-    def plot_residuals(self) -> Figure:
-        """Residuals in standard deviations of their noise, before and after."""
-        return residuals_figure(_some(self.diagnosis.sweeps), kinds=list(shown_models(self.diagnosis)))
+        """Receptances of the sweeps that were held out."""
+        if not self.diagnosis.held_out:
+            raise ValueError("no sweeps were held out")
+        evidence, models, _ = self._fit()
+        return sweeps_figure(evidence, self.diagnosis.held_out, kinds=["measured", *models])
 
     def plot_law(self) -> Figure:
         """The joint's law, before and after."""
@@ -133,17 +116,6 @@ class DiagnosedRecordings(_Diagnosed):
             raise ValueError("the joint's law was not seen: nothing was measured by stepped sines")
         return law_figure(self.diagnosis.evidence, models)
 
-    def plot_broadband(self, index: int = 0) -> Figure:
-        """Responses of one broadband run: measured, before and after."""
-        evidence = self.diagnosis.evidence
-        if not 0 <= index < len(evidence.broadband):
-            raise ValueError(f"there are {len(evidence.broadband)} broadband runs, none is number {index}")
-        return broadband_figure(evidence, shown_models(self.diagnosis), index)
-
-    def plot_modes(self) -> Figure:
-        """Mode shapes of the accepted model's structure."""
-        return modes_figure(self.diagnosis.evidence, list(shown_models(self.diagnosis).values())[-1])
-
     def plot_missing_force(self) -> Figure:
         """Where no listed cause explains the data: the force that is missing, over a period and along the beam."""
         force = self.diagnosis.missing_force
@@ -151,19 +123,9 @@ class DiagnosedRecordings(_Diagnosed):
             raise ValueError("no force was found to be missing")
         return missing_force_figure(self.diagnosis, force)
 
-    def _beside(self, sweeps: Sequence[SweepComparison]) -> Figure:
-        kinds = ["measured", *shown_models(self.diagnosis)]
-        return sweeps_figure(self.diagnosis.evidence, _some(sweeps), kinds=kinds)
-
     def to_dict(self) -> dict[str, Any]:
         """As ``twin diagnose --json`` prints it."""
         return self.diagnosis.to_dict()
-
-
-def _some(sweeps: Sequence[SweepComparison]) -> Sequence[SweepComparison]:
-    if not sweeps:
-        raise ValueError("there are no such sweeps")
-    return sweeps
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -179,11 +141,9 @@ class DiagnosedTables(_Diagnosed):
         return [*tables, tried_table(found)] if found.tried else tables
 
     @property
-    def rig(self) -> LabRig:
-        """The extended model as a rig."""
-        from twin.lab.rig import LabRig
-
-        return LabRig(source=f"{self.diagnosis.rig}, extended", file=self.diagnosis.model)
+    def file(self) -> AnyRig:
+        """The extended model."""
+        return self.diagnosis.model
 
     def save(self, folder: str | Path) -> dict[str, Any]:
         """As :meth:`save_model`."""
@@ -200,12 +160,3 @@ class DiagnosedTables(_Diagnosed):
     def to_dict(self) -> dict[str, Any]:
         """As ``twin diagnose --json`` prints it."""
         return self.diagnosis.to_dict(EXTENDED)
-
-
-def _folder(path: str | Path) -> Path:
-    folder = Path(path)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(folder, "", (error.strerror or str(error)).lower()) from error
-    return folder

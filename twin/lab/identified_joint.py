@@ -1,8 +1,6 @@
 """A joint identified from recordings: to save, to show and to go on with."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -16,21 +14,20 @@ from twin.diagnose.sound_data import sound_data
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomial_law import PolynomialFit
-from twin.lab.identified_model import IdentifiedModel
+from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload
-from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
+from twin.views.curves import Fitted
 from twin.views.identified_figures import identified_law_figure, strength_figure
 from twin.views.identified_report import fitted_sweeps, identified_page, identified_sentence
 from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
 from twin.views.page import Page
-from twin.views.rig_figure import modes_figure
 from twin.views.table import Table
 
 Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class IdentifiedJoint(IdentifiedModel):
+class IdentifiedJoint(FitPictures, IdentifiedModel):
     """A lap joint's moduli, damping and law, identified from recordings.
 
     Attributes
@@ -72,35 +69,14 @@ class IdentifiedJoint(IdentifiedModel):
             raise ValueError("no joint's law was seen: there is no joint, or nothing was measured by stepped sines")
         return identified_law_figure(self.found, self.evidence)
 
-    def plot_sweeps(self) -> Figure:
-        """Measured and modelled receptances of every sweep."""
-        return sweeps_figure(self.evidence, self._sweeps(), kinds=("measured", "model"))
-
-    def plot_residuals(self) -> Figure:
-        """Residuals of the sweeps in standard deviations of their noise."""
-        return residuals_figure(self._sweeps(), kinds=("model",))
-
-    def plot_broadband(self, index: int = 0) -> Figure:
-        """Measured and modelled responses of one broadband run, and the error beside the noise."""
-        if not 0 <= index < len(self.evidence.broadband):
-            raise ValueError(f"there are {len(self.evidence.broadband)} broadband runs, none is number {index}")
-        return broadband_figure(self.evidence, {"model": self.found}, index)
-
-    def plot_modes(self) -> Figure:
-        """Mode shapes of the identified structure."""
-        return modes_figure(self.evidence, self.found)
-
     def plot_strength(self) -> Figure:
         """L-curve, cross-validation and iterations of the polynomials of all levels."""
         if self.found.polynomials is None:
             raise ValueError("no polynomials were identified: there are no sweeps, or too few steps")
         return strength_figure(self.found.polynomials.together)
 
-    def _sweeps(self) -> tuple[SweepComparison, ...]:
-        sweeps = fitted_sweeps(self.found, self.evidence)
-        if not sweeps:
-            raise ValueError("nothing was measured by stepped sines")
-        return sweeps
+    def _fit(self) -> tuple[MeasuredData, Mapping[str, Fitted], Sequence[SweepComparison]]:
+        return self.evidence, {"model": self.found}, fitted_sweeps(self.found, self.evidence)
 
     def to_dict(self) -> dict[str, Any]:
         """As ``twin identify --json`` prints it, without the model file's name."""

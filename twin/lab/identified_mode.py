@@ -1,7 +1,5 @@
 """One mode identified from a table of sweeps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from twin.identify.modal_table import identify_sweep_table
-from twin.lab.identified_model import IdentifiedModel
+from twin.lab.model_result import IdentifiedModel
 from twin.rigs.modal import ModalRig
 from twin.views.mode_report import mode_figure, mode_page, mode_sentence, mode_table
 from twin.views.page import Page

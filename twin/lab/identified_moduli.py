@@ -1,7 +1,5 @@
 """Moduli identified from a table of natural frequencies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,16 +14,10 @@ from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.lap_joint_moduli import require_one_joint, update_moduli
 from twin.identify.predict import blank_data
 from twin.identify.residual_model import ResidualModel
-from twin.lab.identified_model import IdentifiedModel
+from twin.lab.model_result import IdentifiedModel
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
-from twin.views.moduli_report import (
-    errors_figure,
-    frequency_table,
-    moduli_page,
-    moduli_sentence,
-    moduli_table,
-)
+from twin.views.moduli_report import errors_figure, frequency_table, moduli_page, moduli_sentence, moduli_table
 from twin.views.page import Page
 from twin.views.table import Table
 

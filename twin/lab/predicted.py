@@ -1,7 +1,5 @@
 """Predicted responses, all branches."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

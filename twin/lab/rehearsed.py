@@ -1,7 +1,5 @@
 """What a rehearsal gives: a recording, warnings, a better procedure."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 import weakref
@@ -13,18 +11,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from recordings.streams import SampleSource
+from recordings.whole import made_folder
 from twin.lab.recording import Recording, load_run
 from twin.lab.shown import Reported
-from twin.procedures import Procedure, check_channels, check_rate, load_procedure, save_procedure
-from twin.rehearsal import (
-    NominalRig,
-    Rehearsed,
-    branch_tables,
-    open_twin,
-    rehearse,
-    rehearse_until_clear,
-    result_table,
-)
+from twin.procedures import Procedure, load_procedure, save_procedure
+from twin.rehearsal import NominalRig, Rehearsed, branch_tables, open_twin, rehearse, rehearse_until_clear, result_table
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 from twin.views.page import Page
@@ -126,35 +117,26 @@ def rehearse_procedure(
     rounds: int,
     report: Report,
 ) -> RehearsedProcedure:
-    """Rehearse a procedure, and improve it for `rounds` rounds at most.
-
-    Parameters
-    ----------
-    procedure
-        A shipped procedure's name, a file, or the procedure itself.
-    source
-        The rig's name, for errors.
-    out
-        Folder of the recordings; a temporary one that lives as long as the result if not given.
-    report
-        Told what is being done.
-    """
+    """Rehearse a procedure as :meth:`twin.lab.rig.LabRig.rehearse` does; `source` names the rig in errors."""
     asked = load_procedure(procedure) if isinstance(procedure, str | Path) else procedure
-    name = known_preload(rig, preload)
+    name, named = known_preload(rig, preload), asked.procedure if procedure is asked else str(procedure)
 
     def bench() -> SampleSource:
-        return open_twin(rig, asked, preload=name, seed=seed, source=source)
+        return open_twin(rig, asked, preload=name, seed=seed, source=source, named=named)
 
     first_bench = bench()
-    named = asked.procedure if procedure is asked else str(procedure)
-    check_channels(asked, first_bench.channels, source=named)
-    check_rate(asked, first_bench.sample_rate_Hz, source=named)
-    folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else out
+    folder = Path(tempfile.mkdtemp(prefix="twin-rehearsal-")) if out is None else made_folder(out)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        rehearsed = _rehearsed(
-            asked, rig, bench, first_bench, folder, name, named=named, rounds=rounds, seed=seed, report=report
-        )
+        report("predicting the branches")
+        branches = branch_tables(rig, preload=name, procedure=asked)
+        nominal = NominalRig.of(rig, preload=name, branches=branches)
+        report("rehearsing")
+        first, better = rehearse(asked, first_bench, folder / "run.mcap", nominal=nominal), None
+        if rounds:
+            report("improving the procedure")
+            better = rehearse_until_clear(first, bench, folder / "improved.mcap", nominal=nominal, rounds=rounds)
+        result = result_table(first, better, procedure=named, rig=rig, preload=name, seed=seed, branches=branches)
+        rehearsed = RehearsedProcedure(first=first, better=better, result=result)
     except BaseException:
         if out is None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -162,29 +144,3 @@ def rehearse_procedure(
     if out is None:  # nobody asked to keep the recordings: they go with the result
         weakref.finalize(rehearsed, shutil.rmtree, folder, ignore_errors=True)
     return rehearsed
-
-
-def _rehearsed(
-    asked: Procedure,
-    rig: Rig,
-    bench: Callable[[], SampleSource],
-    first_bench: SampleSource,
-    folder: Path,
-    preload: str,
-    *,
-    named: str,
-    rounds: int,
-    seed: int,
-    report: Report,
-) -> RehearsedProcedure:
-    report("predicting the branches")
-    branches = branch_tables(rig, preload=preload, procedure=asked)
-    nominal = NominalRig.of(rig, preload=preload, branches=branches)
-    report("rehearsing")
-    first = rehearse(asked, first_bench, folder / "run.mcap", nominal=nominal)
-    better = None
-    if rounds:
-        report("improving the procedure")
-        better = rehearse_until_clear(first, bench, folder / "improved.mcap", nominal=nominal, rounds=rounds)
-    result = result_table(first, better, procedure=named, rig=rig, preload=preload, seed=seed, branches=branches)
-    return RehearsedProcedure(first=first, better=better, result=result)

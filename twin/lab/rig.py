@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from recordings import InputError, Run
-from twin.lab.files import are_tables
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
@@ -207,7 +206,7 @@ class LabRig(Shown):
         learnt, kept = _listed(runs), _listed(held_out)
         paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
         preloads = [preload] if isinstance(preload, str) else list(preload or [])
-        if are_tables(paths):
+        if _are_tables(paths):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
             from twin.lab.diagnosed import DiagnosedTables
@@ -278,6 +277,28 @@ class LabRig(Shown):
 def _listed(runs: Runs) -> list[AnyRun]:
     """One run or several, as a list."""
     return [runs] if isinstance(runs, Recording | Run | str | Path) else list(runs)
+
+
+def _are_tables(paths: Sequence[Path]) -> bool:
+    """Whether all of these files are tables.
+
+    Raises
+    ------
+    InputError
+        If one is not there, or is a folder; if tables and recordings are mixed.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise InputError(path, "", "is a folder", "give the recordings (.mcap) or tables (.csv) in it")
+        if not path.exists():
+            raise InputError(path, "", "there is no such file")
+    tables = [path.suffix.lower() == ".csv" for path in paths]
+    if any(tables) and not all(tables):
+        odd = paths[tables.index(not tables[0])]
+        raise InputError(
+            odd, "", f"stands beside {paths[0]}: tables and recordings cannot be diagnosed together", "give either"
+        )
+    return bool(tables) and all(tables)
 
 
 def load_rig(name_or_path: str | Path) -> LabRig:

@@ -1,7 +1,5 @@
 """Diagnosis of tables: natural frequencies, or sweeps that held their response."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path

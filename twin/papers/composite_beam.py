@@ -1,7 +1,5 @@
 """The hybrid paper's composite beam, hung free: which cause bends its frequencies away from Euler and Bernoulli."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -10,9 +8,8 @@ from numpy.typing import NDArray
 
 from twin.identify.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
 from twin.identify.identifiability import profile_likelihood
-from twin.identify.rms import rms
-from twin.papers.reproduction import Reproduction, TriedModel, describe_update
-from twin.papers.tables import Study, load_study, percent_error
+from twin.papers.reproduction import Reproduction, TriedModel, compared, describe_update
+from twin.papers.tables import Study, load_study
 from twin.structure.free_beam import FreeBeam, free_beam
 
 RELATIVE_STD = 1e-2
@@ -78,21 +75,7 @@ def reproduce_composite_beam() -> Reproduction:
         "parameters as there are frequencies, so the data cannot confirm it."
     )
     return Reproduction(
-        source=study.source,
-        measured={CONDITION: f.tolist()},
-        published_model={CONDITION: study.condition[CONDITION].published_model},
-        this_model={n: a.tolist() for n, a in update.after.items()},
-        error_percent={
-            "published_model": {CONDITION: percent_error(f, study.condition[CONDITION].published_model)},
-            "printed": {CONDITION: study.condition[CONDITION].printed_error_percent},
-            "euler_bernoulli": {n: e.tolist() for n, e in simple.update.error_percent.items()},
-            "this_model": {n: e.tolist() for n, e in update.error_percent.items()},
-        },
-        rms_percent={
-            "published_model": rms(percent_error(f, study.condition[CONDITION].published_model)),
-            "euler_bernoulli": simple.update.rms_percent,
-            "this_model": update.rms_percent,
-        },
+        **compared(study, [CONDITION], update, euler_bernoulli=simple.update),
         free_parameters=len(update.names),
         parameters={n: {"value": update.values[n], "std": scale * update.std[n]} for n in update.names},
         published_parameters={"youngs_modulus": study.stated["youngs_modulus_table"]},
@@ -234,6 +217,4 @@ def _tried_model(trial: _Trial) -> TriedModel:
     }
     if "added-mass" in trial.causes:
         parameters["position_m"] = {"value": trial.position_m, "std": float("nan")}
-    name = " + ".join(trial.causes) or "none"
-    update = trial.update
-    return TriedModel(name, parameters, trial.free, update.chi2, trial.bic, update.rms_percent, update.worst_percent)
+    return TriedModel.of(" + ".join(trial.causes) or "none", parameters, trial.update, trial.free, trial.bic)

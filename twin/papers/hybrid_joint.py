@@ -1,7 +1,5 @@
 """The hybrid paper's aluminium-composite joint: what its frequencies pin down, leave open, and contradict."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,8 +9,8 @@ from twin.identify.eigensensitivity import model_frequencies
 from twin.papers.composite_beam import reproduce_composite_beam
 from twin.papers.hybrid_model import hybrid_model
 from twin.papers.hybrid_search import PRIORS, RELATIVE_STD, Found, search
-from twin.papers.reproduction import Reproduction, TriedModel, describe_update
-from twin.papers.tables import Study, load_study, percent_error
+from twin.papers.reproduction import Reproduction, TriedModel, compared, describe_update
+from twin.papers.tables import Study, load_study
 from twin.rigs import LapJointRig, load_rig
 
 PRELOADS = ("9Nm", "14Nm")
@@ -31,12 +29,6 @@ def reproduce_hybrid_joint() -> Reproduction:
     other = search(rig, table2, generator=generator)
     trials = _statements(rig, table3, generator)
     update = found.update
-    published = {name: study.condition[name].published_model for name in PRELOADS}
-    errors = {
-        "published_model": {n: percent_error(table3[n], published[n]) for n in PRELOADS},
-        "printed": {n: study.condition[n].printed_error_percent for n in PRELOADS},
-        "this_model": {n: e.tolist() for n, e in update.error_percent.items()},
-    }
     parameters = {n: {"value": update.values[n], "std": update.std[n]} for n in update.names}
     parameters["overlap"] = {"value": found.overlap_m, "std": (np.ptp(found.overlap_range()) / 4).item()}
     identifiability = describe_update(update, [])
@@ -44,14 +36,7 @@ def reproduce_hybrid_joint() -> Reproduction:
     identifiability["profile_95"]["overlap"] = list(found.overlap_range())
     identifiability["undetermined"] = found.undetermined(PRIORS)
     return Reproduction(
-        source=study.source,
-        measured=table3,
-        published_model=published,
-        this_model={n: f.tolist() for n, f in update.after.items()},
-        error_percent=errors,
-        rms_percent={
-            n: float(np.sqrt(np.mean(np.square(np.concatenate(list(e.values())))))) for n, e in errors.items()
-        },
+        **compared(study, PRELOADS, update),
         free_parameters=len(update.names) + 1,
         parameters=parameters,
         published_parameters={
@@ -64,10 +49,7 @@ def reproduce_hybrid_joint() -> Reproduction:
                 "parameters": {"position_m": {"value": rig.length, "std": 0.0}, "mass_kg": parameters["sensor_mass"]},
             },
         ],
-        candidates=[
-            _tried_model("all free", found),
-            *(_tried_model(name, trial) for name, trial in trials.items()),
-        ],
+        candidates=[_tried_model("all free", found), *(_tried_model(name, trial) for name, trial in trials.items())],
         identifiability=identifiability,
         assumed_std_percent=100 * RELATIVE_STD,
         notes=[*study.note, *_remarks(study, rig, found, other, trials)],
@@ -112,7 +94,7 @@ def _tried_model(name: str, found: Found) -> TriedModel:
     free = len(update.names) + 1
     # With priors the objective, not the frequencies' misfit alone, is what a change of model has to pay for.
     bic = update.objective + free * float(np.log(count))
-    return TriedModel(name, parameters, free, update.chi2, bic, update.rms_percent, update.worst_percent)
+    return TriedModel.of(name, parameters, update, free, bic)
 
 
 def _table2(measured: Mapping[str, list[float]], found: Found) -> dict[str, Any]:

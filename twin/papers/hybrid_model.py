@@ -1,7 +1,5 @@
 """The aluminium-composite joint at one overlap: a model affine in all of its unknowns but the overlap itself."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Global search over the hybrid joint's unknowns: many starts drawn from the priors, at several overlaps."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

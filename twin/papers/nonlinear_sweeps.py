@@ -4,8 +4,6 @@ The bench marches the law in time, through shaker, sensors, their noise and a 24
 the recordings and the rig file alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,12 +1,15 @@
 """What a reproduced study reports: the printed numbers, this project's, and what was freed to get there."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
+
+import numpy as np
 
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.identifiability import Profile, weak_directions
+from twin.identify.rms import rms
+from twin.papers.tables import Study, percent_error
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,13 @@ class TriedModel:
     bic: float
     rms_percent: float
     worst_percent: float
+
+    @classmethod
+    def of(
+        cls, cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate, free: int, bic: float
+    ) -> Self:
+        """With the misfit that an update leaves."""
+        return cls(cause, parameters, free, update.chi2, bic, update.rms_percent, update.worst_percent)
 
 
 @dataclass(frozen=True)
@@ -64,6 +74,39 @@ class NonlinearSweeps:
             details={**study.details, "nonlinear": self.details},
             notes=[*study.notes, *self.notes],
         )
+
+
+def compared(
+    study: Study, conditions: Sequence[str], update: FrequencyUpdate, **others: FrequencyUpdate
+) -> dict[str, Any]:
+    """What every study tells of its frequencies: as measured, printed and found here, and the errors.
+
+    Parameters
+    ----------
+    conditions
+        Which of the study's.
+    update
+        The accepted model.
+    others
+        Further models, whose errors stand beside its own.
+    """
+    printed = {name: study.condition[name] for name in conditions}
+    errors = {
+        "published_model": {n: percent_error(c.measured, c.published_model) for n, c in printed.items()},
+        "printed": {n: c.printed_error_percent for n, c in printed.items()},
+        **{
+            model: {n: e.tolist() for n, e in one.error_percent.items()}
+            for model, one in {**others, "this_model": update}.items()
+        },
+    }
+    return {
+        "source": study.source,
+        "measured": {n: c.measured for n, c in printed.items()},
+        "published_model": {n: c.published_model for n, c in printed.items()},
+        "this_model": {n: f.tolist() for n, f in update.after.items()},
+        "error_percent": errors,
+        "rms_percent": {model: rms(np.concatenate(list(e.values()))) for model, e in errors.items()},
+    }
 
 
 def describe_update(update: FrequencyUpdate, profiles: list[Profile]) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """The 2011 paper's lap joint: E', G' at both preloads, and what removes the error of mode 3."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,8 +9,8 @@ import numpy as np
 from twin.identify.eigensensitivity import FrequencyUpdate, Parameter
 from twin.identify.identifiability import profile_likelihood
 from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
-from twin.papers.reproduction import Reproduction, TriedModel, describe_update
-from twin.papers.tables import load_study, percent_error
+from twin.papers.reproduction import Reproduction, TriedModel, compared, describe_update
+from twin.papers.tables import load_study
 from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
 from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
@@ -67,22 +65,8 @@ def reproduce_steel_lap_joint() -> Reproduction:
             )
             four[preload] = describe_update(alone, [])
     update = best.update
-    published = {name: c.published_model for name, c in study.condition.items()}
-    errors = {
-        "published_model": {n: percent_error(c.measured, c.published_model) for n, c in study.condition.items()},
-        "printed": {n: c.printed_error_percent for n, c in study.condition.items()},
-        "moduli_only": {n: e.tolist() for n, e in base.error_percent.items()},
-        "this_model": {n: e.tolist() for n, e in update.error_percent.items()},
-    }
     return Reproduction(
-        source=study.source,
-        measured={n: c.measured for n, c in study.condition.items()},
-        published_model=published,
-        this_model={n: f.tolist() for n, f in update.after.items()},
-        error_percent=errors,
-        rms_percent={
-            n: float(np.sqrt(np.mean(np.square(np.concatenate(list(e.values())))))) for n, e in errors.items()
-        },
+        **compared(study, list(study.condition), update, moduli_only=base),
         free_parameters=len(update.names),
         parameters={n: {"value": update.values[n], "std": update.std[n]} for n in update.names},
         published_parameters={
@@ -126,9 +110,7 @@ def _measured(rig: Rig) -> dict[str, list[float]]:
 
 
 def _tried_model(cause: str, parameters: dict[str, dict[str, float]], update: FrequencyUpdate) -> TriedModel:
-    return TriedModel(
-        cause, parameters, len(update.names), update.chi2, update.bic, update.rms_percent, update.worst_percent
-    )
+    return TriedModel.of(cause, parameters, update, len(update.names), update.bic)
 
 
 def _fit(rig: Rig, structure: Structure, effect: SharedEffect, rescans: int) -> tuple[FrequencyUpdate, float, float]:
@@ -149,8 +131,7 @@ def _mass(rig: Rig, structure: Structure, position_m: float, rescans: int) -> St
 def _modulus(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
     K0, zero = structure.K0, np.zeros_like(structure.K0)
     effect = SharedEffect(
-        Parameter("modulus_factor", 0.95, lower=0.1, upper=10.0),
-        lambda factor: (zero, (factor - 1) * K0, zero, K0),
+        Parameter("modulus_factor", 0.95, lower=0.1, upper=10.0), lambda factor: (zero, (factor - 1) * K0, zero, K0)
     )
     update, value, std = _fit(rig, structure, effect, rescans)
     return SteelUpdate("beam-modulus", {"factor": {"value": value, "std": std}}, update)
@@ -171,8 +152,7 @@ def _clamp(rig: Rig, rescans: int) -> SteelUpdate:
 
 def _shear(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
     effect = SharedEffect(
-        Parameter("shear_ratio", 3.1, lower=1e-3, upper=1e4),
-        lambda ratio: shear_change(structure, ratio),
+        Parameter("shear_ratio", 3.1, lower=1e-3, upper=1e4), lambda ratio: shear_change(structure, ratio)
     )
     update, value, std = _fit(rig, structure, effect, rescans)
     return SteelUpdate("transverse-shear", {"modulus_ratio": {"value": value, "std": std}}, update)

@@ -1,7 +1,5 @@
 """The studies by name, imported when they are asked for."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 

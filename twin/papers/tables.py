@@ -1,7 +1,5 @@
 """The papers' printed tables: one TOML file a study, read into arrays."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

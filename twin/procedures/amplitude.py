@@ -1,7 +1,5 @@
 """Amplitude control: the voltage for the next window from what the last one showed."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from typing import Protocol

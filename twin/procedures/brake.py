@@ -13,8 +13,6 @@ In the frame of the force's phase, with z the response, z1 its steady state and 
 whose solution over T is c(T) = exp(s' T) c(0) - i w z1 (exp(s' T) - 1)/s',  s' = s - i w.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Random noise and multisines: broadband excitation with a held rms."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

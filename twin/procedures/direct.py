@@ -1,7 +1,5 @@
 """A sample source driven directly, with no wire between: for rehearsals faster than real time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from recordings.run import Channel, Event, SampleBlock

@@ -1,7 +1,5 @@
 """The frequencies of a sweep: fixed grids, and one that refines itself where the response changes fast."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 

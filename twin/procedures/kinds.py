@@ -1,26 +1,13 @@
 """The procedures there are, field by field.  SI units throughout."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from recordings.numbers import NonNegative, Positive
-from twin.procedures.tables import (
-    MOST_STEPS,
-    Controller,
-    Duration,
-    Frequency,
-    Grid,
-    Limits,
-    Measure,
-    Name,
-    Phase,
-    Settle,
-    Table,
-)
+from recordings.toml_input import Name, Table
+from twin.procedures.tables import MOST_STEPS, Controller, Duration, Frequency, Grid, Limits, Measure, Phase, Settle
 
 
 class _Common(Table):

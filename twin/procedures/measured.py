@@ -1,7 +1,5 @@
 """A measured stretch as numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
@@ -49,10 +47,7 @@ def measured(
 
 
 def _drift(
-    session: Session,
-    step: SineStep,
-    series: Mapping[str, Series],
-    phasors: Mapping[str, complex],
+    session: Session, step: SineStep, series: Mapping[str, Series], phasors: Mapping[str, complex]
 ) -> float | None:
     """Largest relative change between the halves of a measurement of at least two cycles."""
     frequency_Hz = session.frequency_Hz

@@ -1,7 +1,5 @@
 """Phase resonance: the frequency follows the resonance by the phase between force and response."""
 
-from __future__ import annotations
-
 import math
 
 from recordings.quantities import quantity

@@ -1,7 +1,5 @@
 """Phasors in the frame of the force's phase."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """What of a run goes to the file: everything, or the measured stretches alone, time running on without the waits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

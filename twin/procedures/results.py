@@ -1,7 +1,5 @@
 """What a procedure gives back: every step as it was measured, and how the run ended."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal

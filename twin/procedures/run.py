@@ -1,7 +1,5 @@
 """Running a procedure: the same code for a rehearsal and for the real rig."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
@@ -149,9 +147,7 @@ def check_rate(procedure: Procedure, rate_Hz: float, *, source: str | Path = "pr
     """
     if rate_Hz < 0.8 * procedure.sample_rate:
         raise InputError(
-            source,
-            "sample_rate",
-            f"the converter's nearest rate to {procedure.sample_rate:g} Hz is {rate_Hz:g} Hz",
+            source, "sample_rate", f"the converter's nearest rate to {procedure.sample_rate:g} Hz is {rate_Hz:g} Hz"
         )
     if isinstance(procedure, Multisine) and abs((procedure.period * rate_Hz + 0.5) % 1.0 - 0.5) > 1e-6:
         raise InputError(

@@ -1,7 +1,5 @@
 """One run in progress: generator, samples and file together, for whichever procedure is running."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -131,10 +129,14 @@ class Session:
             self._on_step(result)
 
     def window(self, start_ns: int, duration_s: float) -> dict[str, Series]:
-        """All channels of a window; waits for it."""
+        """All channels of a window of any length; waits for it in pieces of a second, so that progress is seen."""
+        done_s = 0.0
+        while done_s < duration_s:
+            done_s = min(duration_s, done_s + 1.0)
+            self.stream.wait(start_ns + round(done_s * 1e9))
+            self.tick()
         series = self.stream.window(start_ns, duration_s)
         self.stream.drop_before(start_ns)
-        self.tick()
         return series
 
     def tick(self) -> None:

@@ -1,7 +1,5 @@
 """Has the response settled?  Judged from the data: what is left of the transient, extrapolated from how it decays."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Least-squares fit of a sine and its harmonics over a window of samples."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -1,13 +1,10 @@
 """One step of a sine procedure: set, hold the amplitude while it settles, measure."""
 
-from __future__ import annotations
-
 from recordings.run import StepState
 from twin.procedures.measured import measured
 from twin.procedures.results import StepResult
 from twin.procedures.session import Session
 from twin.procedures.step import SineStep
-from twin.procedures.stream import Series
 from twin.procedures.wait import Wait
 
 
@@ -24,30 +21,15 @@ def run_sine_step(session: Session, step: SineStep, *, sample_rate_Hz: float) ->
     session.stream.drop_before(measure_ns)
     session.mark(step.place, StepState.MEASURING, measure_ns, frequency_Hz)
     session.recorder.open(measure_ns, end_ns, session.stream.buffered)
-    series = _collect(session, measure_ns, count / sample_rate_Hz)
+    series = session.window(measure_ns, count / sample_rate_Hz)
     result = measured(
-        session,
-        step,
-        series,
-        wait=wait,
-        settle_s=(measure_ns - holds_ns) * 1e-9,
-        measure_s=count / sample_rate_Hz,
+        session, step, series, wait=wait, settle_s=(measure_ns - holds_ns) * 1e-9, measure_s=count / sample_rate_Hz
     )
     if abs(result.amplitude_error) > step.tolerance:
         session.note("not-held", _not_held(session, result), source=result.target_channel)
     session.finish_step(result, end_ns)
     session.recorder.close()
     return result
-
-
-def _collect(session: Session, start_ns: int, duration_s: float) -> dict[str, Series]:
-    """A window of any length, read in pieces of a second so that progress is seen."""
-    done_s = 0.0
-    while done_s < duration_s:
-        done_s = min(duration_s, done_s + 1.0)
-        session.stream.wait(start_ns + round(done_s * 1e9))
-        session.tick()
-    return session.window(start_ns, duration_s)
 
 
 def _not_held(session: Session, result: StepResult) -> str:

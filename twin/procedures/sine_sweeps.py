@@ -1,7 +1,5 @@
 """Stepped sines, ladders, backbones, dwells and ring-downs: which steps they take, in which order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """What one step of a sine procedure asks for."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,15 +1,13 @@
 """Loading procedures, shipped by name or from a TOML file, and writing them back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import cast
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel
 
 from recordings.errors import InputError
-from recordings.toml_input import parse_toml
+from recordings.toml_input import Question, parse_toml, read_toml, shipped_or_file
 from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 
 PROCEDURE_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
@@ -25,10 +23,9 @@ KINDS: dict[str, type[BaseModel]] = {
 }
 
 
-class _Kind(BaseModel):
+class _Kind(Question):
     """The one field that says which table the rest is."""
 
-    model_config = ConfigDict(extra="ignore")
     procedure: str
 
 
@@ -40,25 +37,19 @@ def load_procedure(name_or_path: str | Path) -> Procedure:
     InputError
         If there is no such procedure or file, or it does not describe a procedure.
     """
-    path = PROCEDURE_FILES.get(str(name_or_path), Path(name_or_path))
-    if not path.exists() and path.suffix != ".toml":
-        raise InputError(
-            path, "", "neither a file nor a shipped procedure", f"shipped procedures: {', '.join(PROCEDURE_FILES)}"
-        )
-    try:
-        with path.open("rb") as stream:
-            data = stream.read((1 << 20) + 1)
-    except OSError as error:
-        raise InputError(path, "", (error.strerror or str(error)).lower()) from error
-    return parse_procedure(data, source=path)
+    path = shipped_or_file(name_or_path, PROCEDURE_FILES, "procedure")
+    return cast(Procedure, read_toml(path, _table(read_toml(path, _Kind), path)))
 
 
 def parse_procedure(data: bytes, *, source: str | Path) -> Procedure:
     """A procedure already in memory, such as the attachment of a recording; `source` names it in errors."""
-    kind = parse_toml(data, _Kind, source=source).procedure
-    if kind not in KINDS:
-        raise InputError(source, "procedure", f"no procedure {kind!r:.60}", f"known: {', '.join(KINDS)}")
-    return cast(Procedure, parse_toml(data, KINDS[kind], source=source))
+    return cast(Procedure, parse_toml(data, _table(parse_toml(data, _Kind, source=source), source), source=source))
+
+
+def _table(kind: _Kind, source: str | Path) -> type[BaseModel]:
+    if kind.procedure not in KINDS:
+        raise InputError(source, "procedure", f"no procedure {kind.procedure!r:.60}", f"known: {', '.join(KINDS)}")
+    return KINDS[kind.procedure]
 
 
 def dump_procedure(procedure: Procedure) -> bytes:

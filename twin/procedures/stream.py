@@ -1,7 +1,5 @@
 """Samples of all devices as windows of device time, with guards on every sample that passes."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

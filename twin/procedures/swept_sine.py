@@ -1,7 +1,5 @@
 """Swept sines: the frequency moves without a stop."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,24 +1,16 @@
 """The tables that procedures share, field by field.  SI units throughout."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from recordings.numbers import NonNegative, Positive
+from recordings.toml_input import Name, Table
 
 Frequency = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 Duration = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
-Name = Annotated[str, Field(min_length=1, max_length=64)]
 
 MOST_STEPS = 20_000
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are errors, so that a misspelt field is not silently a default."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Grid(Table):
@@ -107,7 +99,7 @@ class Limits(Table):
     """
 
     voltage: Positive = 10.0
-    peak: dict[Name, Positive] = {}
+    peak: dict[Name, Positive] = Field(default={})
 
 
 class Controller(Table):

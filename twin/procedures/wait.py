@@ -1,7 +1,5 @@
 """The wait before a measurement: amplitude and phase controlled, settling judged, transients stopped."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
@@ -71,11 +69,7 @@ class Wait:
             series = session.window(start_ns, length_s)
             delay_s = (start_ns - self._reference_ns) * 1e-9
             fits = session.fits(
-                series,
-                frequency_Hz=session.frequency_Hz,
-                harmonics=CONTROL_HARMONICS,
-                modulation=2,
-                delay_s=delay_s,
+                series, frequency_Hz=session.frequency_Hz, harmonics=CONTROL_HARMONICS, modulation=2, delay_s=delay_s
             )
             end_ns = start_ns + round(length_s * 1e9)
             if not fits:

@@ -5,21 +5,3 @@ from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal, SweepSummary
 from twin.rehearsal.rehearse import NominalRig, Rehearsed, judge, open_twin, rehearse, rehearse_until_clear
 from twin.rehearsal.tables import branch_tables, rehearsed_table, result_table
-
-__all__ = [
-    "Branch",
-    "Caution",
-    "NominalRig",
-    "Rehearsal",
-    "Rehearsed",
-    "SweepSummary",
-    "branch_tables",
-    "improved_procedure",
-    "judge",
-    "open_twin",
-    "predicted_branches",
-    "rehearse",
-    "rehearse_until_clear",
-    "rehearsed_table",
-    "result_table",
-]

@@ -1,7 +1,5 @@
 """Which resonance each step of a sweep belongs to."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

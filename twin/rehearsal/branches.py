@@ -1,7 +1,5 @@
 """The responses that a force-controlled sweep has to choose from: all branches, stable or not, by continuation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 

@@ -1,7 +1,5 @@
 """Where predicted branches fold, and which step of a sweep jumps there."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

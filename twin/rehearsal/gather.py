@@ -1,7 +1,5 @@
 """Cautions as they are told: the gravest first, causes before their consequences, one for all of a kind."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 

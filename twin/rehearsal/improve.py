@@ -1,7 +1,5 @@
 """A better procedure: the changes that cautions ask for, put together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A finer grid where a resonance or a fold lies, and as coarse as before elsewhere."""
 
-from __future__ import annotations
-
 import bisect
 import math
 from collections.abc import Sequence

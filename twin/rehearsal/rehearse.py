@@ -16,6 +16,7 @@ from twin.procedures import (
     RunSink,
     StepResult,
     check_channels,
+    check_rate,
     dump_procedure,
     run_procedure,
 )
@@ -92,26 +93,31 @@ class Rehearsed:
         return self.rehearsal.result.state == "aborted" or any(caution.severity == "stop" for caution in self.cautions)
 
 
-def open_twin(rig: Rig, procedure: Procedure, *, preload: str, seed: int, source: str) -> SampleSource:
+def open_twin(
+    rig: Rig, procedure: Procedure, *, preload: str, seed: int, source: str, named: str = "procedure"
+) -> SampleSource:
     """The rig's bench at rest, with the channels that show its drive's limits.
 
     Parameters
     ----------
-    source
-        The rig's name, for errors.
+    source, named
+        Names of the rig and of the procedure, for errors.
 
     Raises
     ------
     InputError
-        If the rig cannot be built at the procedure's sample rate.
+        If the rig cannot be built, or has not the channels or the rate that the procedure asks for.
     """
     try:
-        return open_bench(
+        bench = open_bench(
             rig, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate,
             monitors=tuple(drive_limits(rig)),
         )  # fmt: skip
     except ValueError as error:
         raise InputError(source, "", str(error)) from error
+    check_channels(procedure, bench.channels, source=named)
+    check_rate(procedure, bench.sample_rate_Hz, source=named)
+    return bench
 
 
 def judge(rehearsal: Rehearsal) -> tuple[Caution, ...]:

@@ -1,7 +1,5 @@
 """Damping ratio and frequency of a recorded free decay: the logarithmic decrement, over the amplitude."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

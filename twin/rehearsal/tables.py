@@ -1,7 +1,5 @@
 """A rehearsal as plain tables, for JSON and for the report."""
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import asdict
 from typing import Any
@@ -12,6 +10,12 @@ from twin.rehearsal.rehearse import Rehearsed
 from twin.rehearsal.ring_down import free_decays
 from twin.rehearsal.transient import transient_left
 from twin.rigs import Rig
+
+AS_MEASURED = (
+    "sweep", "index", "frequency_Hz", "target_channel", "target_amplitude", "amplitude", "amplitude_error", "voltage_V",
+    "settle_s", "measure_s", "settled", "remaining", "drift", "distortion",
+)  # fmt: skip
+"""What a table tells of a step as its result has it."""
 
 
 def result_table(
@@ -81,25 +85,12 @@ def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> 
     peaks = {**rehearsal.drive_limits, **limits.peak}
     ranges = {name: channel.range for name, channel in rehearsal.channels.items() if channel.range}
     return {
-        "sweep": step.sweep,
-        "index": step.index,
-        "frequency_Hz": step.frequency_Hz,
-        "target_channel": step.target_channel,
-        "target_amplitude": step.target_amplitude,
-        "amplitude": step.amplitude,
-        "amplitude_error": step.amplitude_error,
-        "voltage_V": step.voltage_V,
-        "settle_s": step.settle_s,
-        "measure_s": step.measure_s,
-        "settled": step.settled,
-        "remaining": step.remaining,
+        **{name: getattr(step, name) for name in AS_MEASURED},
         "transient": step.remaining if step.settled or not step.phasors else transient_left(rehearsal, step, before),
-        "drift": step.drift,
         "phasors": {
             name: {"amplitude": abs(phasor), "phase_rad": cmath.phase(phasor), "std": step.std.get(name)}
             for name, phasor in step.phasors.items()
         },
-        "distortion": step.distortion,
         "range_use": {name: step.peak[name] / limit for name, limit in ranges.items() if name in step.peak},
         "limit_use": {
             "voltage": step.voltage_V / limits.voltage,
@@ -118,11 +109,7 @@ def branch_tables(rig: Rig, *, preload: str | None, procedure: Procedure) -> lis
 def _branch(branch: Branch) -> dict[str, Any]:
     """A predicted curve: amplitude and phase of each channel along it."""
     return {
-        "force_N": branch.force_N,
-        "frequency_Hz": branch.frequency_Hz,
-        "folds_Hz": branch.folds_Hz,
-        "stable": branch.stable,
-        "ends_early": branch.ends_early,
+        **asdict(branch),
         "response": {
             name: {"amplitude": list(map(abs, values)), "phase_rad": list(map(cmath.phase, values))}
             for name, values in branch.response.items()

@@ -1,7 +1,5 @@
 """What part of a measured step is a transient still."""
 
-from __future__ import annotations
-
 import math
 
 from twin.procedures import StepResult

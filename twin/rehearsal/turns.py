@@ -1,7 +1,5 @@
 """How far the phase of the response turns from step to step, and how far a linear resonance can turn it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -2,5 +2,3 @@
 
 from twin.response.balance import HarmonicBalance
 from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
-
-__all__ = ["Branch", "Failure", "HarmonicBalance", "PeriodicSolution", "Sweep"]

@@ -7,8 +7,6 @@ slipped; smooth laws have the tangent of the moment; what a law given by functio
 periodic, and differentiated by differences.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

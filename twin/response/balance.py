@@ -6,8 +6,6 @@ reached along its branch: from rest by raising the drive, from a neighbour by mo
 steady states is found follows from where they lie, and not from rounding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -83,12 +81,7 @@ class HarmonicBalance:
     _kernel: Any = continuation
 
     def __init__(
-        self,
-        built: Built,
-        *,
-        harmonics: int = 7,
-        samples: int = 256,
-        internal_rate_Hz: float = MODEL_RATE_Hz,
+        self, built: Built, *, harmonics: int = 7, samples: int = 256, internal_rate_Hz: float = MODEL_RATE_Hz
     ) -> None:
         self._poles = built.poles(0.0, internal_rate_Hz)
         self._elements = built.elements()

@@ -8,12 +8,10 @@ Unknowns are measured coordinate by coordinate, each by its own size: an opening
 volts of a shaker.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.marching import eliminate
+from twin.joint.elimination import eliminate, eliminate_columns
 from twin.joint.kernel import COMPILED
 from twin.response.kernel import drive_slope, residual, rounding
 from twin.response.outcome import ENDED, FAR, FOUND, LONG, NOT_FINITE, STALLED
@@ -204,7 +202,7 @@ def _advance(
         right[:N, 0] = R / size
         right[:N, 1] = 0.0
         right[N, 0], right[N, 1] = 0.0, 1.0  # corrections lie across the tangent; the second column is the next one
-        _eliminate_two(bordered, right)
+        eliminate_columns(bordered, right)
         length, turned = _norm(right[:, 0]), _norm(right[:, 1])
         if not (np.isfinite(length) and np.isfinite(turned)):
             return -1, contraction
@@ -220,36 +218,6 @@ def _advance(
         z -= right[:, 0]
         way[:] = right[:, 1] / turned
     return -1, contraction
-
-
-@COMPILED
-def _eliminate_two(J: Matrix, r: Matrix) -> None:
-    """Gaussian elimination with row pivoting for two right sides, (n, 2), which the solutions replace."""
-    n = r.shape[0]
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(J[i, k]) > abs(J[best, k]):
-                best = i
-        if best != k:
-            for j in range(k, n):
-                J[k, j], J[best, j] = J[best, j], J[k, j]
-            for j in range(2):
-                r[k, j], r[best, j] = r[best, j], r[k, j]
-        inverse = 1.0 / J[k, k]
-        for i in range(k + 1, n):
-            factor = J[i, k] * inverse
-            if factor != 0.0:
-                for j in range(k + 1, n):
-                    J[i, j] -= factor * J[k, j]
-                r[i, 0] -= factor * r[k, 0]
-                r[i, 1] -= factor * r[k, 1]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            r[k, 0] -= J[k, j] * r[j, 0]
-            r[k, 1] -= J[k, j] * r[j, 1]
-        r[k, 0] /= J[k, k]
-        r[k, 1] /= J[k, k]
 
 
 @COMPILED

@@ -1,7 +1,5 @@
 """Harmonic balance compiled: the residual with its exact slopes by the unknowns, the frequency and the drive."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

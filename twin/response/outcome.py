@@ -1,7 +1,5 @@
 """How an iteration ended, as numbers that a compiled function can return, and in words."""
 
-from __future__ import annotations
-
 FOUND, ENDED, FAR, LONG, NOT_FINITE, STALLED = range(6)
 WORDS = {
     FAR: "Newton does not contract from where it started",

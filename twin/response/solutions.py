@@ -1,7 +1,5 @@
 """What harmonic balance finds, and what it says of what it does not find."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import overload

@@ -5,8 +5,6 @@ one period from states a little beside the steady one, so that friction, slap an
 bench, whatever they are.  A perturbation grows, and a sweep leaves the branch, where a multiplier exceeds one.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

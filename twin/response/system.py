@@ -7,8 +7,6 @@ For harmonic k of local coordinate y:  R_k = Y_k - G_yf(j k w) F_k(Y) - G_yu(j k
 r = Re(C B), t = -Re(C B conj(lambda)), which needs real numbers only.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,55 +1,9 @@
 """Rigs as data: what the experimenter believes of a structure, its joints, shaker, sensors and converter."""
 
 from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
-from twin.rigs.layout import (
-    BeamPart,
-    Layout,
-    MatricesPart,
-    Part,
-    Place,
-    Stretch,
-    Support,
-    ThinLayer,
-    Tie,
-    unit_vector,
-)
+from twin.rigs.layout import BeamPart, Layout, MatricesPart, Part, Place, Stretch, Support, ThinLayer, Tie, unit_vector
 from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, preload_record, recorded_preload
 from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, load_rig, nominal_rig_file, parse_rig, save_rig
 from twin.rigs.structure_rig import StructureRig
 from twin.rigs.tables import Effect, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Transducer
-
-__all__ = [
-    "RIG_FILES",
-    "BeamPart",
-    "Effect",
-    "Joint",
-    "LapJointRig",
-    "LawTable",
-    "LayerLawTable",
-    "Layout",
-    "MatricesPart",
-    "NamedLaws",
-    "Part",
-    "Place",
-    "PointLaw",
-    "Preload",
-    "Rig",
-    "Sensor",
-    "Stretch",
-    "StructureRig",
-    "Support",
-    "ThinLayer",
-    "Tie",
-    "Transducer",
-    "foreign_preload",
-    "known_preload",
-    "load_rig",
-    "nearest_preload",
-    "nominal_rig_file",
-    "parse_rig",
-    "preload_record",
-    "recorded_preload",
-    "save_rig",
-    "unit_vector",
-]

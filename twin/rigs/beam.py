@@ -1,13 +1,12 @@
 """A rig of one beam alone, ``kind = "beam"``: a specimen hung free or clamped, known by its natural frequencies."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from recordings.toml_input import Name, Table
 from twin.rigs.lap_joint import Beam
-from twin.rigs.tables import Effect, Name, Table
+from twin.rigs.tables import Effect
 
 
 class BeamRig(Table):

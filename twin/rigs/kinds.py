@@ -1,14 +1,10 @@
 """Rig files of every kind: a structure with drive and sensors, a beam alone, one measured mode."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict
 
-from recordings.errors import InputError
-from recordings.toml_input import read_toml
+from recordings.toml_input import Question, read_toml, shipped_or_file
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.rig import Rig
@@ -27,10 +23,9 @@ FILES = RIG_FILES | {
 """The shipped rigs by name."""
 
 
-class _Kind(BaseModel):
+class _Kind(Question):
     """Any rig's first question; a wrong type of answer is for the full model to refuse."""
 
-    model_config = ConfigDict(extra="ignore")
     kind: object = "structure"
 
 
@@ -49,9 +44,7 @@ def load_any_rig(name_or_path: str | Path) -> AnyRig:
     InputError
         If there is no such rig or file, or it does not describe a rig.
     """
-    path = FILES.get(str(name_or_path), Path(name_or_path))
-    if not path.exists():
-        raise InputError(name_or_path, "", "neither a file nor a shipped rig", f"shipped rigs: {', '.join(FILES)}")
+    path = shipped_or_file(name_or_path, FILES, "rig")
     kind = kind_of(path)
     return load_rig(name_or_path) if kind is None else read_toml(path, kind)
 

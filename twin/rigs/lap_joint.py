@@ -13,9 +13,10 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from recordings.numbers import Length, NonNegative
+from recordings.toml_input import Table
 from twin.rigs.layout import BeamPart, Layout, Place, Section, Stretch, Support, ThinLayer
 from twin.rigs.rig import Rig
-from twin.rigs.tables import AnyLaw, Preload, Shaker, Table, Transducer, check_law
+from twin.rigs.tables import AnyLaw, Preload, Shaker, Transducer, check_law
 
 BENCH_BEAM_ELEMENTS, BENCH_LAYER_ELEMENTS = 60, 6
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from recordings.numbers import Density, Length, Modulus, NonNegative, Positive
-from twin.rigs.tables import AnyLaw, Name, Preload, Table, check_law
+from recordings.toml_input import Name, Table
+from twin.rigs.tables import AnyLaw, Preload, check_law
 
 Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]

@@ -1,23 +1,20 @@
 """Parts given by matrices: mass and stiffness, the table of their nodes, and tables of pairs of nodes."""
 
-from __future__ import annotations
-
-import math
 import warnings
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.io import mminfo, mmread
 from scipy.sparse import coo_array, csr_array, load_npz
 
+from recordings.columns import Columns
 from recordings.errors import InputError
 from recordings.reader import open_input
-from recordings.tables import csv_rows
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,8 +25,6 @@ SIZE_LIMIT_BYTES = 512 << 20
 """Of a matrix's file, and of what it holds after decompression."""
 ORDER_LIMIT = 200_000
 PAIR_LIMIT = 10_000
-NODE_LIMIT = 10**15
-"""Of node numbers; far below where floating-point numbers miss integers."""
 ASYMMETRY = 1e-6
 """Largest difference across the diagonal, over the largest entry, that is taken for rounding."""
 NEGATIVE = 1e-12
@@ -124,9 +119,8 @@ def read_pairs(path: Path) -> NodePairs:
     InputError
         With line and column, if the file cannot be read or a value is missing or impossible.
     """
-    table = _Table(path, ("node_a", "node_b", "area_m2", "nx", "ny", "nz"), limit=PAIR_LIMIT)
-    a, b, area = table.integers("node_a"), table.integers("node_b"), table.numbers("area_m2")
-    table.need(area > 0, "area_m2", "is not above zero")
+    table = Columns(path, "node_a", "node_b", "area_m2", "nx", "ny", "nz", most_rows=PAIR_LIMIT)
+    a, b, area = table.integers("node_a"), table.integers("node_b"), table.numbers("area_m2", above=0)
     normal = np.column_stack([table.numbers(name) for name in ("nx", "ny", "nz")])
     length = np.linalg.norm(normal, axis=1)
     if np.any(wrong := np.abs(length - 1) > NORMAL_LENGTH):
@@ -233,10 +227,10 @@ def _npz(path: Path, stream: BinaryIO) -> csr_array:
 
 def _nodes(path: Path, order: int) -> tuple[Integers, Array, dict[tuple[int, str], int]]:
     """Node numbers, their coordinates, and rows by (node, dof)."""
-    table = _Table(path, ("node", "dof", "row", "x_m", "y_m", "z_m"), limit=ORDER_LIMIT)
+    table = Columns(path, "node", "dof", "row", "x_m", "y_m", "z_m", most_rows=ORDER_LIMIT)
     node, row, dof = table.integers("node"), table.integers("row"), table.texts("dof")
-    table.need(row < order, "row", f"is beyond the matrices' last row, {order - 1}", "rows are counted from 0")
-    table.need(np.isin(dof, DOFS), "dof", "is not a degree of freedom", f"use {', '.join(DOFS)}")
+    table.check(row < order, "row", f"is beyond the matrices' last row, {order - 1}", "rows are counted from 0")
+    table.check(np.isin(dof, DOFS), "dof", "is not a degree of freedom", f"use {', '.join(DOFS)}")
     rows: dict[tuple[int, str], int] = {}
     taken: set[int] = set()
     for at, (key, where) in enumerate(zip(zip(node.tolist(), dof, strict=True), row.tolist(), strict=True)):
@@ -252,51 +246,3 @@ def _nodes(path: Path, order: int) -> tuple[Integers, Array, dict[tuple[int, str
         at = int(np.argmax(moved))
         table.refuse(at, "x_m", f"node {node[at]} is elsewhere on another line", "give a node one place")
     return nodes, place[first], rows
-
-
-class _Table:
-    """Columns of a CSV file; errors name line and column."""
-
-    def __init__(self, path: Path, needed: Sequence[str], *, limit: int) -> None:
-        rows = csv_rows(Path(path))
-        if not 1 <= len(rows) - 1 <= limit:
-            reason = f"has {max(len(rows) - 1, 0)} rows below the column names"
-            raise InputError(path, "", reason, f"1 to {limit} are allowed")
-        names = [name.strip() for name in rows[0][1]]
-        for name in needed:
-            if names.count(name) != 1:
-                reason = f"column {name} stands {names.count(name)} times"
-                raise InputError(path, f"line {rows[0][0]}", reason, f"the columns {', '.join(needed)} are needed")
-        for line, row in rows[1:]:
-            if len(row) != len(names):
-                raise InputError(path, f"line {line}", f"has {len(row)} values for {len(names)} columns")
-        self._path, self._names, self._rows = path, names, rows[1:]
-
-    def texts(self, name: str) -> list[str]:
-        at = self._names.index(name)
-        return [row[at].strip() for _, row in self._rows]
-
-    def numbers(self, name: str) -> Array:
-        values = np.empty(len(self._rows))
-        for at, text in enumerate(self.texts(name)):
-            try:
-                values[at] = float(text)
-            except ValueError:
-                values[at] = math.nan
-        self.need(np.isfinite(values), name, "is not a number")
-        return values
-
-    def integers(self, name: str) -> Integers:
-        values = self.numbers(name)
-        whole = (values >= 0) & (values <= NODE_LIMIT) & (values == np.floor(values))
-        self.need(whole, name, "is not a whole number from 0 up")
-        return values.astype(np.int64)
-
-    def need(self, good: NDArray[Any], name: str, reason: str, remedy: str = "") -> None:
-        """Refuse the first value that is not good."""
-        if not np.all(good):
-            at = int(np.argmin(good))
-            self.refuse(at, name, f"{self.texts(name)[at]!r:.60} {reason}", remedy)
-
-    def refuse(self, at: int, name: str, reason: str, remedy: str = "") -> NoReturn:
-        raise InputError(self._path, f"line {self._rows[at][0]}, column {name}", reason, remedy)

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from recordings.numbers import Finite, NonNegative, Positive
-from twin.rigs.tables import Name, Table
+from recordings.toml_input import Name, Table
 
 
 class LevelFit(Table):

@@ -1,7 +1,5 @@
 """A preload's name in a rig, such as ``120N`` or ``9Nm``, beside the number that a recording gives."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

@@ -1,15 +1,14 @@
 """A rig as data, whatever its structure: what every program of the twin asks of a rig file.  SI units throughout."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Self
 
 from pydantic import Field
 
+from recordings.toml_input import Name, Table
 from twin.rigs.layout import Layout, Place, ThinLayer
-from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Name, Preload, Shaker, Table, Transducer
+from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Preload, Shaker, Transducer
 
 
 class Rig(Table, ABC):

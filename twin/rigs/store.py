@@ -1,14 +1,11 @@
 """Loading rigs, shipped by name or from a TOML file of either format, and writing them back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict
 
 from recordings.errors import InputError
-from recordings.toml_input import parse_toml, read_toml
+from recordings.toml_input import Question, parse_toml, read_toml, shipped_or_file
 from twin.rigs.lap_joint import LapJointRig
 from twin.rigs.rig import Rig
 from twin.rigs.structure_rig import StructureRig
@@ -20,10 +17,9 @@ ORDER = ("format", "name", "lower", "upper", "part", "support", "joint", "tie", 
 """Tables of a rig file in the order in which they are read; all others follow."""
 
 
-class _Format(BaseModel):
+class _Format(Question):
     """Any rig file's first question."""
 
-    model_config = ConfigDict(extra="ignore")
     format: int = 1
 
 
@@ -35,9 +31,7 @@ def load_rig(name_or_path: str | Path) -> Rig:
     InputError
         If there is no such rig or file, or it does not describe a rig.
     """
-    path = RIG_FILES.get(str(name_or_path), Path(name_or_path))
-    if not path.exists() and path.suffix != ".toml":
-        raise InputError(path, "", "neither a file nor a shipped rig", f"shipped rigs: {', '.join(RIG_FILES)}")
+    path = shipped_or_file(name_or_path, RIG_FILES, "rig")
     rig = read_toml(path, _class(read_toml(path, _Format).format, path))
     return rig.in_folder(path.parent) if isinstance(rig, StructureRig) else rig
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
+from recordings.toml_input import Name, Table
 from twin.rigs.layout import (
     At,
     BeamPart,
@@ -26,7 +27,7 @@ from twin.rigs.layout import (
     unit_vector,
 )
 from twin.rigs.rig import Rig
-from twin.rigs.tables import Name, Shaker, Table, Transducer
+from twin.rigs.tables import Shaker, Transducer
 
 Direction = str | list[float]
 

@@ -11,6 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_valida
 
 from recordings.numbers import Finite, Mass, Modulus, NonNegative, Positive
 from recordings.quantities import follows_excitation, known_quantities, quantity
+from recordings.toml_input import Name, Table
 
 if TYPE_CHECKING:
     from twin.joint import NamedLaw, PointForce
@@ -18,16 +19,8 @@ if TYPE_CHECKING:
 MORE_THAN_ALL = 1.0 + 1e-6
 """Of a modulus that a law may take off it, lest rounding forbid all of it."""
 
-Name = Annotated[str, Field(min_length=1, max_length=64)]
-
 HARDEST_STOP_Hz = 3000.0
 """Of the armature's mass on its end stop; the marching of a spring is stable to a third of its rate."""
-
-
-class Table(BaseModel):
-    """A TOML table: unknown keys are errors, so that a misspelt field is not silently a default."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Preload(Table):
@@ -55,8 +48,8 @@ class LawTable(Table):
     amplitude_m: list[NonNegative] = Field(min_length=2, max_length=200)
     softening: list[Finite]
     loss: list[Finite]
-    softening_std: list[NonNegative] = []
-    loss_std: list[NonNegative] = []
+    softening_std: list[NonNegative] = Field(default=[])
+    loss_std: list[NonNegative] = Field(default=[])
 
     @model_validator(mode="after")
     def _equal_lengths(self) -> LawTable:
@@ -92,8 +85,8 @@ class LayerLawTable(Table):
     softening: list[Finite]
     slip_m: list[NonNegative] = Field(min_length=2, max_length=200)
     loss: list[Finite]
-    softening_std: list[NonNegative] = []
-    loss_std: list[NonNegative] = []
+    softening_std: list[NonNegative] = Field(default=[])
+    loss_std: list[NonNegative] = Field(default=[])
 
     @model_validator(mode="after")
     def _equal_lengths(self) -> LayerLawTable:
@@ -194,10 +187,7 @@ class NamedLaws(Table):
         ValueError
             If they take more off one than there is.
         """
-        for name, laws, what, modulus in (
-            ("opening", self.opening, "E'", E),
-            ("slip", self.slip, "G'", G),
-        ):
+        for name, laws, what, modulus in (("opening", self.opening, "E'", E), ("slip", self.slip, "G'", G)):
             taken = sum(law.force.most_taken for law in laws)
             if taken > MORE_THAN_ALL * modulus:
                 raise ValueError(f"law.{name} takes {taken:.4g} N/m2 off {what}, which is {modulus:.4g} N/m2")
@@ -360,4 +350,4 @@ class Effect(Table):
 
     cause: Name
     parameters: dict[str, Finite | str]
-    std: dict[str, float] = {}
+    std: dict[str, float] = Field(default={})

@@ -2,17 +2,15 @@
 
 from collections.abc import Callable
 
+from recordings.benchmark import Measured, MissingRivalError
 from twin.speed.duffing import duffing
 from twin.speed.equivalent_linear import equivalent_linear_sweep
 from twin.speed.gauss_newton import gauss_newton_step
 from twin.speed.harmonic_balance import balance, ten_sliders
 from twin.speed.integrators import against_solve_ivp
-from twin.speed.measured import Measured, MissingRivalError
 from twin.speed.start import start
 from twin.speed.streaming import streaming
 from twin.speed.three_modes import gauss_newton_three_modes
-
-__all__ = ["BENCHMARKS", "Measured", "MissingRivalError"]
 
 BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "streaming": streaming,

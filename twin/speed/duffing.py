@@ -5,20 +5,18 @@
 mousai collocates in time and solves by scipy's Newton-Krylov; both start each frequency from the last one's solution.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.benchmark import Measured, MissingRivalError, timed_in_turns
 from twin.bench.build import Built
 from twin.bench.linear import LinearRig, Poles, to_poles
 from twin.bench.marching import Elements
 from twin.joint import Cubic
 from twin.response import HarmonicBalance
-from twin.speed.measured import Measured, MissingRivalError, parallel_map
 
 HARMONICS, SAMPLES = 7, 128
 DAMPING, CUBIC, FORCE = 0.2, 0.1, 0.3
@@ -75,7 +73,7 @@ def duffing() -> Measured:
             sizes.append(amplitude[0])
         return np.array(sizes)
 
-    mine, other = parallel_map(ours, theirs, repeats=3)
+    mine, other = timed_in_turns(ours, theirs, repeats=3)
     found, expected = ours(), theirs()
     points = len(OMEGA)
     return Measured(

@@ -1,7 +1,5 @@
 """The equivalent-linear model, whose layer has other moduli at every step: low rank against the full matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,10 +10,10 @@ from scipy.linalg import solve_banded
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from recordings.benchmark import Measured, timed_in_turns
 from twin.identify.baseline_parameters import LinearParameters
 from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.rigs import load_rig
-from twin.speed.measured import Measured, parallel_map
 
 Array = NDArray[Any]
 
@@ -85,7 +83,7 @@ def equivalent_linear_sweep() -> Measured:
         R = model.receptance(sweep.omega, base, dE=sweep.dE[:, None], inner=False)
         return R[:, model.ports.outputs.start, model.ports.drive]
 
-    mine, other = parallel_map(ours, full, ours_each=20)
+    mine, other = timed_in_turns(ours, full, ours_each=20)
     found, exact = ours(), full()
     error = float(np.max(abs(found - exact)) / np.max(abs(exact)))
     return Measured(ratio=other / mine, promise=40, against="the banded full model", error=error)

@@ -1,15 +1,13 @@
 """One Gauss-Newton step of the joint's law: analytic sensitivities against finite differences on the full model."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.benchmark import Measured, timed_in_turns
 from twin.speed.equivalent_linear import banded_model, softening_sweep
-from twin.speed.measured import Measured, parallel_map
 
 Array = NDArray[Any]
 
@@ -66,7 +64,7 @@ def gauss_newton_step() -> Measured:
         J, r = (by / at[:, None]) * start, np.log(measured / at)
         return np.linalg.lstsq(np.vstack([J.real, J.imag]), np.concatenate([r.real, r.imag]), rcond=None)[0]
 
-    mine, other = parallel_map(lambda: step(analytic), lambda: step(differences), repeats=3, ours_each=10)
+    mine, other = timed_in_turns(lambda: step(analytic), lambda: step(differences), repeats=3, ours_each=10)
     (at, ours), (_, theirs) = analytic(), differences()
     scale = np.abs(theirs * start / at[:, None]).max()
     error = float(np.abs((ours - theirs) * start / at[:, None]).max() / scale)

@@ -1,15 +1,13 @@
 """Harmonic balance beside the bench, which marches to the same steady state, and how long a point of a branch takes."""
 
-from __future__ import annotations
-
 import numpy as np
 
+from recordings.benchmark import Measured, least_seconds, timed_in_turns
 from recordings.streams import Excitation
 from twin.bench import Bench, JointLaw, open_bench
 from twin.joint import iwan
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, load_rig
-from twin.speed.measured import Measured, least_seconds, parallel_map
 
 PROMISED_MS = 0.15
 AGAINST = "marching the bench until it has settled"
@@ -48,7 +46,7 @@ def _beside_the_bench(bench: Bench, *, harmonics: int, samples: int) -> tuple[fl
     one = HarmonicBalance(bench.built, harmonics=harmonics, samples=samples)
     bench.set_output(Excitation(kind="sine", amplitude_V=FORCE_N, frequency_Hz=FREQUENCY_Hz))
     count = round(SETTLING_s * bench.sample_rate_Hz)
-    ours, marched = parallel_map(lambda: one.solve(FREQUENCY_Hz, FORCE_N), lambda: bench.read(count), repeats=3)
+    ours, marched = timed_in_turns(lambda: one.solve(FREQUENCY_Hz, FORCE_N), lambda: bench.read(count), repeats=3)
     phase = 2 * np.pi * FREQUENCY_Hz / bench.sample_rate_Hz * np.arange(count)
     waves = np.column_stack([f(k * phase) for k in range(1, harmonics + 1) for f in (np.cos, np.sin)])
     signals = np.column_stack(list(bench.read(count).samples.values()))

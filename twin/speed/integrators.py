@@ -1,7 +1,5 @@
 """Marching the shaken rig against scipy's integrator on the same reduced equations."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from functools import cache
@@ -10,11 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from recordings.benchmark import Measured, least_seconds
 from twin.bench import JointLaw, default_law, open_bench
 from twin.bench.linear import to_poles
 from twin.bench.marching import Elements, coefficients, march
 from twin.rigs import load_rig
-from twin.speed.measured import Measured, least_seconds
 
 RATE_Hz = 25600.0
 SECONDS = 0.2

@@ -1,14 +1,12 @@
 """From nothing to the first samples and branches: with every kernel to be compiled, and with all of them on disk."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
 import tempfile
 import time
 
-from twin.speed.measured import Measured
+from recordings.benchmark import Measured
 
 FIRST_RESULTS = """
 import time

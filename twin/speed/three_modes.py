@@ -5,8 +5,6 @@ motion and with the amplitude that the reference channel shows, and how the resp
 and every value of the law.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
+from recordings.benchmark import Measured, timed_in_turns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw, choose_knots
 from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
@@ -21,7 +20,6 @@ from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.identify.residual_model import Linearisation, ResidualModel
 from twin.rigs import load_rig
 from twin.speed.equivalent_linear import in_bands
-from twin.speed.measured import Measured, parallel_map
 from twin.structure import layer_points
 
 Array = NDArray[Any]
@@ -64,7 +62,7 @@ def gauss_newton_three_modes() -> Measured:
         return full.log_response(baseline)
 
     # Differences take as many responses as there are unknowns, and one: each is the same work.
-    mine, other = parallel_map(ours, one, repeats=1, ours_each=10)
+    mine, other = timed_in_turns(ours, one, repeats=1, ours_each=10)
     other *= 1 + len(columns)
     J, at = ours(), one()
     unit = np.where(np.arange(len(columns)) < LINEAR, 1.0, baseline.base.E[0])

@@ -6,22 +6,3 @@ from twin.structure.layer_points import LayerPoints, layer_points, points_of_joi
 from twin.structure.modes import Modes, normal_modes, rigid_motions
 from twin.structure.node_field import NodeField
 from twin.structure.structure import JointOperators, Structure
-
-__all__ = [
-    "DrawnPart",
-    "JointOperators",
-    "LayerLine",
-    "LayerPoints",
-    "Modes",
-    "NodeField",
-    "Structure",
-    "assemble",
-    "drawn_parts",
-    "drawn_places",
-    "layer_lines",
-    "layer_points",
-    "normal_modes",
-    "point_of",
-    "points_of_joints",
-    "rigid_motions",
-]

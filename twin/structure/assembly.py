@@ -1,7 +1,5 @@
 """Assembly of a structure from its layout: beams, reduced parts, supports, ties and the joints' layers."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

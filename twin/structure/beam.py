@@ -1,7 +1,5 @@
 """Beam elements on the neutral axis: three degrees of freedom a node (u, v, theta)."""
 
-from __future__ import annotations
-
 from types import EllipsisType
 
 import numpy as np
@@ -116,36 +114,21 @@ def beam_mass(*, mass_per_length: float, length: ArrayLike, rotary: float = 0.0)
 def deflection_shape(xi: float, length: float) -> Matrix:
     """Hermite functions of (v1, theta1, v2, theta2) for the deflection v at `xi` in 0..1."""
     return np.array(
-        [
-            1 - 3 * xi**2 + 2 * xi**3,
-            length * (xi - 2 * xi**2 + xi**3),
-            3 * xi**2 - 2 * xi**3,
-            length * (xi**3 - xi**2),
-        ]
+        [1 - 3 * xi**2 + 2 * xi**3, length * (xi - 2 * xi**2 + xi**3), 3 * xi**2 - 2 * xi**3, length * (xi**3 - xi**2)]
     )
 
 
 def slope_shape(xi: float, length: float) -> Matrix:
     """Derivative of :func:`deflection_shape` with respect to x: the slope v' at `xi` in 0..1."""
     return np.array(
-        [
-            (6 * xi**2 - 6 * xi) / length,
-            1 - 4 * xi + 3 * xi**2,
-            (6 * xi - 6 * xi**2) / length,
-            3 * xi**2 - 2 * xi,
-        ]
+        [(6 * xi**2 - 6 * xi) / length, 1 - 4 * xi + 3 * xi**2, (6 * xi - 6 * xi**2) / length, 3 * xi**2 - 2 * xi]
     )
 
 
 def curvature_shape(xi: float, length: float) -> Matrix:
     """Second derivative of :func:`deflection_shape` with respect to x: the curvature v'' at `xi` in 0..1."""
     return np.array(
-        [
-            (12 * xi - 6) / length**2,
-            (6 * xi - 4) / length,
-            (6 - 12 * xi) / length**2,
-            (6 * xi - 2) / length,
-        ]
+        [(12 * xi - 6) / length**2, (6 * xi - 4) / length, (6 - 12 * xi) / length**2, (6 * xi - 2) / length]
     )
 
 

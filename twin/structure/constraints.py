@@ -1,7 +1,5 @@
 """Coordinates of a structure that is held and tied: what is left of all displacements once constraints hold."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,8 +7,6 @@ inertia of each static shape as far as the modes leave it out, and modes up to `
 3e-6 and 7e-4; with modes up to 1.5 times, 7e-5 and 1e-2.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

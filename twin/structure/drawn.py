@@ -1,7 +1,5 @@
 """What a picture of a structure needs: its parts in space, places on them, and how its joints open and slip."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

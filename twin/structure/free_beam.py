@@ -1,18 +1,12 @@
 """A single uniform beam hung free, as in a hammer test of a specimen: M, K and their derivatives."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure.beam import beam_stiffness, deflection_shape
-from twin.structure.timoshenko import (
-    timoshenko_mass,
-    timoshenko_mass_derivative,
-    timoshenko_stiffness_derivative,
-)
+from twin.structure.timoshenko import timoshenko_mass, timoshenko_mass_derivative, timoshenko_stiffness_derivative
 
 Matrix = NDArray[np.float64]
 BENDING = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])

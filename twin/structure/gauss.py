@@ -1,7 +1,5 @@
 """Gauss-Legendre quadrature on an element."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,18 +1,16 @@
 """Strain operators of the joints' layers: between beams by their own kinematics, between node pairs by differences."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import Layout, ThinLayer
-from twin.structure.gauss import gauss
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
-from twin.structure.thin_layer import thin_layer
+from twin.structure.thin_layer import ThinLayerElement, thin_layer
 
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
@@ -29,7 +27,7 @@ def joint_operators(
     for joint in layout.joints:
         first, second = (meshes[name] for name in joint.between)
         if isinstance(first, BeamMesh) and isinstance(second, BeamMesh):
-            yield _of_beams(between_beams[joint.name], first, second, size)
+            yield of_beams(between_beams[joint.name], first, second, size)
         elif isinstance(first, MatrixCoordinates) and isinstance(second, MatrixCoordinates):
             yield _of_pairs(layout, joint, first, second, size)
 
@@ -58,40 +56,46 @@ def _second_is_above(first: BeamMesh, second: BeamMesh) -> bool:
     return float(offset @ np.array(first.part.normal)) > -1e-9
 
 
-def _of_beams(layer: LayerMesh, first: BeamMesh, second: BeamMesh, size: int) -> JointOperators:
+def of_beams(
+    layer: LayerMesh,
+    first: BeamMesh,
+    second: BeamMesh,
+    size: int,
+    *,
+    make: Callable[..., ThinLayerElement] | None = None,
+) -> JointOperators:
+    """Operators of a layer between two beams over `size` displacements.
+
+    Parameters
+    ----------
+    make
+        Makes an element of a length, a height and a width; the beams' own thin layer if left out.
+    """
     joint = layer.joint
     bottom, top = (first, second) if _second_is_above(first, second) else (second, first)
+    if make is None:
+        make = partial(thin_layer, bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness)
     width = joint.width or min(first.part.width, second.part.width)
-    normal: list[Matrix] = []
-    shear: list[Matrix] = []
-    normal_weight: list[Matrix] = []
-    shear_weight: list[Matrix] = []
-    normal_at: list[Matrix] = []
-    shear_at: list[Matrix] = []
+    found: dict[str, list[Matrix]] = {
+        name: [] for name in ("B_E", "B_G", "normal_weight", "shear_weight", "normal_at", "shear_at")
+    }
     for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
-        element = thin_layer(
-            length=length, height=joint.layer_height, width=width,
-            bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness,
-        )  # fmt: skip
-        for B, rows in ((element.B_E, normal), (element.B_G, shear)):
+        element = make(length=length, height=joint.layer_height, width=width)
+        for name, B in (("B_E", element.B_E), ("B_G", element.B_G)):
             full = np.zeros((len(B), size))
             full[:, dofs] = B @ turn
-            rows.append(full)
-        normal_weight.append(element.normal_weight)
-        shear_weight.append(element.shear_weight)
-        normal_at.append(begin + length * gauss(len(element.B_E))[0])
-        shear_at.append(begin + length * gauss(len(element.B_G))[0])
+            found[name].append(full)
+        found["normal_weight"].append(element.normal_weight)
+        found["shear_weight"].append(element.shear_weight)
+        found["normal_at"].append(begin + length * element.normal_at)
+        found["shear_at"].append(begin + length * element.shear_at)
+    whole = {name: np.concatenate(parts) for name, parts in found.items()}
     return JointOperators(
         name=joint.name,
-        B_E=np.vstack(normal),
-        B_G=np.vstack(shear),
-        normal_weight=np.concatenate(normal_weight),
-        shear_weight=np.concatenate(shear_weight),
-        normal_at=np.concatenate(normal_at),
-        shear_at=np.concatenate(shear_at),
-        shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
+        shear_direction=np.zeros(len(whole["shear_at"]), np.int64),
         ends=(float(layer.first[0]), float(layer.first[-1])),
-        points=first.coordinates(np.concatenate(normal_at)),
+        points=first.coordinates(whole["normal_at"]),
+        **whole,
     )
 
 

@@ -4,8 +4,6 @@ The other way of :mod:`twin.structure.mode_law`.  With the amplitude rising, the
 knot of the softening, the largest slip one of the loss, and points that move less use what is known already.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.structure.mode_law import TINY, TOLERANCE, TURNS, Complex, ComplexMode, Function, LayerModes, Matrix

@@ -1,7 +1,5 @@
 """The joint's law of a rig file as every model takes it: over each point's own opening and slip."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache

@@ -5,8 +5,6 @@ is integrated at one point for each layer element that the rig file asks for, at
 of its slip.  A modulus E' there holds the energy E' w o^2 / 2, with the weight w = integral of (t/h) dx.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A part given by matrices, reduced, among all displacements of a structure."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -10,8 +10,6 @@ so that only differences of rotations strain it.  Its strains are eps_y = dv/dy 
 along the beams is left out, as in the papers.  The interface has no thickness: it joins the neutral axes themselves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -19,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure.gauss import gauss
-from twin.structure.joint_operators import layer_element_dofs
+from twin.structure.joint_operators import of_beams
 from twin.structure.mesh import BeamMesh, mesh_layers
 from twin.structure.structure import Structure
 from twin.structure.thin_layer import ThinLayerElement, thin_layer
@@ -43,7 +41,8 @@ def membrane_layer(*, length: float, height: float, width: float) -> ThinLayerEl
             normal.append(weight * eps)
             shear.append(weight * gamma)
             weights.append(weight / height)
-    return ThinLayerElement(np.array(normal), np.array(shear), np.array(weights), np.array(weights))
+    at = np.repeat(gauss(POINTS)[0], POINTS)
+    return ThinLayerElement(np.array(normal), np.array(shear), np.array(weights), np.array(weights), at, at)
 
 
 def interface_layer(*, length: float, height: float, width: float) -> ThinLayerElement:
@@ -59,35 +58,7 @@ def with_layer_element(
     first, second = (structure.meshes[name] for name in layer.joint.between)
     assert isinstance(first, BeamMesh)
     assert isinstance(second, BeamMesh)
-    width = layer.joint.width or min(first.part.width, second.part.width)
-    normal: list[Matrix] = []
-    shear: list[Matrix] = []
-    normal_weight: list[Matrix] = []
-    shear_weight: list[Matrix] = []
-    normal_at: list[Matrix] = []
-    shear_at: list[Matrix] = []
-    for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
-        one = element(length=length, height=layer.joint.layer_height, width=width)
-        for B, weight, rows, weights, places in (
-            (one.B_E, one.normal_weight, normal, normal_weight, normal_at),
-            (one.B_G, one.shear_weight, shear, shear_weight, shear_at),
-        ):
-            full = np.zeros((len(B), len(structure.basis)))
-            full[:, dofs] = B @ turn
-            rows.append(full @ structure.basis)
-            weights.append(weight)
-            places.append(begin + length * _places(len(B)))
-    own = replace(
-        structure.joints[joint],
-        B_E=np.vstack(normal),
-        B_G=np.vstack(shear),
-        normal_weight=np.concatenate(normal_weight),
-        shear_weight=np.concatenate(shear_weight),
-        normal_at=np.concatenate(normal_at),
-        shear_at=np.concatenate(shear_at),
-        points=np.zeros((sum(len(at) for at in normal_at), 3)),
-        shear_direction=np.zeros(sum(len(at) for at in shear_at), np.int64),
-    )
+    own = of_beams(layer, first, second, len(structure.basis), make=element).over(structure.basis)
     return replace(structure, joints=tuple(own if n == joint else j for n, j in enumerate(structure.joints)))
 
 
@@ -105,10 +76,3 @@ def _strains(xi: float, eta: float, length: float, height: float) -> tuple[Matri
             + length / 16 * xi_i * 2 * xi * (1 + eta_i * eta) * by_x
         )
     return eps, gamma
-
-
-def _places(rows: int) -> Matrix:
-    """Positions of the rows' Gauss points along the element, 0..1: one a row, or one each `POINTS` rows."""
-    if rows == POINTS**2:
-        return np.repeat(gauss(POINTS)[0], POINTS)
-    return gauss(rows)[0]

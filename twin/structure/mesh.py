@@ -1,7 +1,5 @@
 """Nodes of the beams of a layout: where a layer, a support or a tie needs them, and evenly between."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import BeamPart, Layout, ThinLayer
-from twin.structure.beam import curvature_shape, deflection_shape, rotation_rate_shape, slope_shape
+from twin.structure.beam import deflection_shape, rotation_rate_shape, slope_shape
 
 Array = NDArray[np.float64]
 
@@ -88,10 +86,6 @@ class BeamMesh:
     def slope(self, s: float) -> tuple[NDArray[np.int64], Array]:
         """The same of the deflection's derivative along the beam."""
         return self._row(s, lambda xi, length: (np.zeros(2), slope_shape(xi, length)))
-
-    def curvature(self, s: float) -> tuple[NDArray[np.int64], Array]:
-        """The same of its second derivative."""
-        return self._row(s, lambda xi, length: (np.zeros(2), curvature_shape(xi, length)))
 
     def strain(self, s: float, *, side: float) -> tuple[NDArray[np.int64], Array]:
         """The same of the strain at a surface, half a thickness to the left (+1) or to the right (-1) of the axis."""

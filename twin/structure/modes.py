@@ -1,7 +1,5 @@
 """Normal modes of the undamped structure and their sensitivities."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ much; it is found by going round, as long as it helps: balance the harmonics at 
 correction is smooth whatever corners the functions have; were every knot corrected by itself, they would part.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

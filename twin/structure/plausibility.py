@@ -1,7 +1,5 @@
 """What of a rig is implausible: usual slips of pen in a rig file, each told in a line."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A law of the layer's points as a table: softening over a point's opening, loss over its slip."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """What transverse shear in all beams changes in the assembled matrices, with the derivative by the shear ratio."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,11 +7,7 @@ from twin.structure.assembly import add_chain
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
-from twin.structure.timoshenko import (
-    timoshenko_mass,
-    timoshenko_mass_derivative,
-    timoshenko_stiffness_derivative,
-)
+from twin.structure.timoshenko import timoshenko_mass, timoshenko_mass_derivative, timoshenko_stiffness_derivative
 
 Matrix = NDArray[np.float64]
 

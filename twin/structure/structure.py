@@ -157,21 +157,6 @@ class Structure:
         """Row with v(position), the displacement across the beam that lies there."""
         return self.row(self.layout.place(position_m))
 
-    def axial(self, position_m: float) -> Matrix:
-        """Row with u(position), the displacement along it."""
-        place = self.layout.place(position_m)
-        return self.row(place.towards((*self.layout.beam(place.part).axis, 0.0)))
-
-    def slope(self, position_m: float) -> Matrix:
-        """Row with v'(position), the derivative of :meth:`deflection` with respect to position."""
-        place = self.layout.place(position_m)
-        return self._over(*self._beam(place).slope(place.at))
-
-    def curvature(self, position_m: float) -> Matrix:
-        """Row with v''(position), the beam's curvature."""
-        place = self.layout.place(position_m)
-        return self._over(*self._beam(place).curvature(place.at))
-
     def surface_motion(self, place: Place, *, side: int) -> Matrix:
         """Row of the motion along a beam at its surface, half a thickness off the axis: +1 the left one, -1 the right.
 

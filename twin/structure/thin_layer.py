@@ -9,8 +9,6 @@ with u linear and v cubic along the element, as in the beams.  Each Gauss point 
 operators B_E and B_G, so that K = E' B_E' B_E + G' B_G' B_G: affine in the moduli and of low rank.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,12 +35,16 @@ class ThinLayerElement:
         Rows sqrt(weight t / h) times the slip.
     normal_weight, shear_weight : ndarray
         The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres.
+    normal_at, shear_at : ndarray
+        Where along the element each row is taken, 0..1.
     """
 
     B_E: NDArray[np.float64]
     B_G: NDArray[np.float64]
     normal_weight: NDArray[np.float64]
     shear_weight: NDArray[np.float64]
+    normal_at: NDArray[np.float64]
+    shear_at: NDArray[np.float64]
 
 
 def thin_layer(
@@ -69,5 +71,10 @@ def thin_layer(
         shear_rows.append(factor * row)
         shear_weights.append(factor)
     return ThinLayerElement(
-        np.array(normal_rows), np.array(shear_rows), np.array(normal_weights), np.array(shear_weights)
+        np.array(normal_rows),
+        np.array(shear_rows),
+        np.array(normal_weights),
+        np.array(shear_weights),
+        gauss(NORMAL_POINTS)[0],
+        gauss(SHEAR_POINTS)[0],
     )

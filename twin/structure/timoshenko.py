@@ -5,8 +5,6 @@ With phi = 12 EI s / (EA L^2) and s = E / (kappa G), deflection and section rota
 Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 11.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

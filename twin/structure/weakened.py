@@ -1,7 +1,5 @@
 """A short section of a beam that is weaker than the rest, wherever the mesh has its nodes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Pictures of a campaign: what was taken for what, and from which size on an effect is found."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol

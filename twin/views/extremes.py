@@ -1,7 +1,5 @@
 """Long signals by their extremes: of each short stretch the least and the greatest, so that no peak is lost."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

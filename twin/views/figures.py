@@ -1,7 +1,5 @@
 """Pictures as matplotlib figures, drawn without a screen; the caller saves or shows them."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -17,13 +15,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
-from twin.views.curves import (
-    Fitted,
-    LawBand,
-    about_each_resonance,
-    broadband_responses,
-    law_bands,
-)
+from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, law_bands
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
@@ -182,6 +174,18 @@ def panels(count: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
     """A figure with `count` axes beside each other."""
     figure = Drawing(figsize=(WIDTH_IN, height_in), layout="constrained")
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def bars(axes: Axes, kinds: Sequence[tuple[str, Any, str]], names: Sequence[str]) -> None:
+    """Bars in groups with `names` below them; each kind is a label, a value for each group and a colour.
+
+    The axes' titles are set, as :func:`dressed` wants them.
+    """
+    x, width = np.arange(len(names)), 0.8 / len(kinds)
+    for i, (label, values, colour) in enumerate(kinds):
+        axes.bar(x - 0.4 + (i + 0.5) * width, values, width=width, color=colour, label=label)
+    dressed(axes)
+    axes.set_xticks(x, names)
 
 
 def dressed(axes: Axes) -> None:

@@ -1,7 +1,5 @@
 """Parts that the reports of a diagnosis and of an identification share: what was measured beside what was fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Pictures of an identification: the law with the papers' polynomials, and how its regularisation was chosen."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -38,10 +36,7 @@ def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
     for axes, band in zip(grid.ravel(), bands, strict=False):
         draw_law(axes, band, colour=AFTER, linewidth=1.8)
         frame_law(axes, band)
-    entries = [
-        Line2D([], [], color=AFTER, linewidth=1.8, label="model, ± one standard deviation"),
-        unmeasured_entry(),
-    ]
+    entries = [Line2D([], [], color=AFTER, linewidth=1.8, label="model, ± one standard deviation"), unmeasured_entry()]
     if found.polynomials is not None:
         names = [*found.polynomials.levels, "all levels"]
         fits = [*found.polynomials.levels.values(), found.polynomials.together]

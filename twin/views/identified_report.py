@@ -1,7 +1,5 @@
 """The report of an identification from recordings: the answer, the law, how well it is known, what is left over."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What an identification says, as tables: parameters, how well the data determine them, residuals, polynomials."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -5,8 +5,6 @@ slow or stands still, rerun holds that process up, the queue fills, and what fin
 of the picture.  The recording has it all the same.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import queue
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a live view is told before the run begins."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

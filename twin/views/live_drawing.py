@@ -1,7 +1,5 @@
 """What a live view shows: signals, the running sweep over the predicted branches, harmonics, ranges, events."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -19,8 +17,7 @@ from twin.views.live_ranges import RangeUse
 from twin.views.live_spectrum import LiveSpectrum
 from twin.views.live_sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
-from twin.views.rerun_log import log_line, log_view
-from twin.views.rrd import send_layout
+from twin.views.rrd import log_line, log_view, send_layout
 from twin.views.style import level_colour, on_dark, unit_text
 
 Array = NDArray[Any]
@@ -103,14 +100,14 @@ class LiveDrawing:
         self._ranges.draw()
         self._tell()
         if self._charts is not None:
-            below: list[Any] = [chart.view() for chart in self._charts]
+            below: list[Any] = [each.chart.view() for each in self._charts]
         else:
             assert self._spectrum is not None
-            below = [self._spectrum.view()]
+            below = [self._spectrum.chart.view()]
         layout = rrb.Horizontal(
             rrb.Vertical(
                 rrb.TextDocumentView(origin="/now", name="Now"),
-                self._ranges.view(),
+                self._ranges.chart.view(),
                 log_view(TIME),
                 row_shares=[2, 1.6, 1.6],
             ),

@@ -1,7 +1,5 @@
 """The process that draws a live view: takes what has come, draws it in one go, and takes again."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import queue

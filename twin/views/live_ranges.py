@@ -1,12 +1,9 @@
 """How much of each channel's range is used: now, and at most so far."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 
 from recordings.run import Channel, SampleBlock
 from twin.views.chart import Axis, Chart
@@ -27,7 +24,7 @@ class RangeUse:
         self._range = {channel.name: channel.range for channel in channels if channel.range}
         self._now = dict.fromkeys(self._range, 0.0)
         self._most = dict.fromkeys(self._range, 0.0)
-        self._chart = Chart(
+        self.chart = Chart(
             recording,
             "/ranges",
             "Use of the channels' ranges: now, at most so far",
@@ -56,13 +53,9 @@ class RangeUse:
             for what, percent, width in (("now", now, 14.0), ("most", most, 3.0)):
                 right = min(max(percent, LOWEST), HIGHEST)
                 bar = np.array([LOWEST, right]), np.full(2, height)
-                self._chart.line(f"{name}/{what}", *bar, _colour(percent), width=width, legend=False)
-            self._chart.label(f"{name}/text", LOWEST, height + 0.5, f"{name}: {now:.3g} %, {most:.3g} %", INK)
+                self.chart.line(f"{name}/{what}", *bar, _colour(percent), width=width, legend=False)
+            self.chart.label(f"{name}/text", LOWEST, height + 0.5, f"{name}: {now:.3g} %, {most:.3g} %", INK)
             self._now[name] = FALL * now
-
-    def view(self) -> rrb.Spatial2DView:
-        """Its pane."""
-        return self._chart.view()
 
 
 def _colour(percent: float) -> str:

@@ -1,14 +1,11 @@
 """What frequencies the latest second holds, where no sine is stepped."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 
 from recordings.run import Channel, SampleBlock
 from twin.views.chart import Axis, Chart
@@ -53,14 +50,10 @@ class LiveSpectrum:
             for name in blocks[-1].samples:
                 if name in self._range:
                     self._curve(name, blocks)
-        self._chart.close()
-
-    def view(self) -> rrb.Spatial2DView:
-        """Its pane."""
-        return self._chart.view()
+        self.chart.close()
 
     def _draw_frame(self) -> None:
-        self._chart = Chart(
+        self.chart = Chart(
             self._recording,
             "/spectrum",
             "Spectrum of the latest second",
@@ -71,8 +64,8 @@ class LiveSpectrum:
             legend_rows=1,
         )
         for i, name in enumerate(self._range):
-            self._chart.tell(name, level_colour(i), "line")
-        self._chart.close()
+            self.chart.tell(name, level_colour(i), "line")
+        self.chart.close()
 
     def _curve(self, name: str, blocks: Sequence[SampleBlock]) -> None:
         values = np.nan_to_num(np.concatenate([block.samples[name] for block in blocks if name in block.samples]))
@@ -80,7 +73,7 @@ class LiveSpectrum:
         lines = 2 * np.abs(np.fft.rfft((values - values.mean()) * window)) / max(window.sum(), 1e-12)
         frequency = np.fft.rfftfreq(len(values), 1 / blocks[-1].sample_rate_Hz)
         x, y = _highest_of_each(frequency, lines / self._range[name])
-        self._chart.line(name, x, y, level_colour(list(self._range).index(name)), width=1.5, legend=False)
+        self.chart.line(name, x, y, level_colour(list(self._range).index(name)), width=1.5, legend=False)
 
 
 def _highest_of_each(frequency: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

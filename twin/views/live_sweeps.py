@@ -1,12 +1,9 @@
 """The running sweep, point by point over the predicted branches, and its harmonics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 
 from recordings.run import Channel
 from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
@@ -77,7 +74,7 @@ class SweepChart:
                 y = per_force(amplitude / branch["force_N"], channel.quantity, x)
                 self._branches.append((self._level_of(branch["force_N"], self._force), x, y))
         highest = max((float(y.max()) for *_, y in self._branches), default=0.0)
-        self._chart = self._drawn_anew(self._across.ends, (0.0, 1.1 * highest or 1.0))
+        self.chart = self._drawn_anew(self._across.ends, (0.0, 1.1 * highest or 1.0))
         self._known = bool(self._branches)
 
     def add(self, result: StepResult) -> None:
@@ -91,22 +88,18 @@ class SweepChart:
         sweep = self._sweeps.setdefault(result.sweep, _Sweep(level))
         sweep.x.append(self._across.of(result))
         sweep.y.append(y)
-        x_range = _wide_enough(self._chart.x.ends, sweep.x[-1], known=True)
-        y_range = _wide_enough(self._chart.y.ends, y, known=self._known)
+        x_range = _wide_enough(self.chart.x.ends, sweep.x[-1], known=True)
+        y_range = _wide_enough(self.chart.y.ends, y, known=self._known)
         self._known = True
-        if (x_range, y_range) != (self._chart.x.ends, self._chart.y.ends):
-            self._chart = self._drawn_anew(x_range, y_range)
+        if (x_range, y_range) != (self.chart.x.ends, self.chart.y.ends):
+            self.chart = self._drawn_anew(x_range, y_range)
         else:
             self._draw(result.sweep)
-            self._chart.close()
-
-    def view(self) -> rrb.Spatial2DView:
-        """Its pane."""
-        return self._chart.view()
+            self.chart.close()
 
     def _drawn_anew(self, x_range: tuple[float, float], y_range: tuple[float, float]) -> Chart:
         label = per_force_label if self._force else reading_label
-        chart = self._chart = Chart(
+        chart = self.chart = Chart(
             self._recording,
             "/sweeps",
             f"Sweeps at {self._channel.name}, as they grow",
@@ -126,7 +119,7 @@ class SweepChart:
         return chart
 
     def _draw(self, name: str) -> None:
-        sweep, chart = self._sweeps[name], self._chart
+        sweep, chart = self._sweeps[name], self.chart
         x, y, colour = np.array(sweep.x), np.array(sweep.y), self._colour(sweep.level)
         chart.line(f"{name}/line", x, y, colour, width=1.0, legend=False)
         chart.points(f"{name}/steps", x, y, colour, size=3.5, legend=False)
@@ -166,13 +159,9 @@ class HarmonicsChart:
         self._x_range = _wide_enough(self._x_range, self._x[-1], known=True)
         self._draw()
 
-    def view(self) -> rrb.Spatial2DView:
-        """Its pane."""
-        return self._chart.view()
-
     def _draw(self) -> None:
         running = f" in {self._sweep}" if self._sweep else ""
-        chart = self._chart = Chart(
+        chart = self.chart = Chart(
             self._recording,
             "/harmonics",
             f"Harmonics of {self._channel.name}",

@@ -1,7 +1,5 @@
 """The picture of a force that no cause explains: its loops over the motion of its place, and where it may act."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D

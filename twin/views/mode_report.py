@@ -1,7 +1,5 @@
 """The report of one mode whose frequency and damping follow its amplitude, identified from a table of sweeps."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

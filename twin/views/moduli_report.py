@@ -1,7 +1,5 @@
 """The report of moduli identified from natural frequencies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,7 +9,7 @@ from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.estimate import Estimate
 from twin.identify.identifiability import weak_directions
 from twin.views.answer import estimate_text
-from twin.views.figures import dressed, legend, panels
+from twin.views.figures import bars, legend, panels
 from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, BEFORE, INK
 from twin.views.table import Table
@@ -70,16 +68,13 @@ def frequency_table(update: FrequencyUpdate, modes: Sequence[int]) -> Table:
 def errors_figure(update: FrequencyUpdate, modes: Sequence[int]) -> Figure:
     """Relative errors of all frequencies, as assumed and as identified."""
     figure, (axes,) = panels(1, height_in=3.0)
-    x = np.arange(len(modes))
-    for place, (label, model, colour) in enumerate(
-        (("as assumed", update.before, BEFORE), ("identified", update.after, AFTER))
-    ):
-        error = np.concatenate([100 * (model[name] / f - 1) for name, f in update.measured.items()])
-        axes.bar(x - 0.2 + 0.4 * place, error, width=0.4, color=colour, label=label)
+    kinds = [
+        (label, np.concatenate([100 * (model[name] / f - 1) for name, f in update.measured.items()]), colour)
+        for label, model, colour in (("as assumed", update.before, BEFORE), ("identified", update.after, AFTER))
+    ]
+    bars(axes, kinds, [str(mode) for mode in modes])
     axes.axhline(0.0, color=INK, linewidth=0.8)
     axes.set(xlabel="mode", ylabel="model over measured, minus one, %")
-    dressed(axes)
-    axes.set_xticks(x, [str(mode) for mode in modes])
     legend(figure, axes.get_legend_handles_labels()[0])
     return figure
 

@@ -1,7 +1,5 @@
 """How the rig moves at the top of each sweep, and what its joints carry then, as the fitted model has it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

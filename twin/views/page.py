@@ -1,7 +1,5 @@
 """A report: an answer, then sections of texts, tables and pictures; one HTML file without a network, or plain text."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable, Sequence
@@ -13,8 +11,7 @@ from matplotlib.figure import Figure
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.views.style import AFTER
-from twin.views.table import Table, table_markdown
-from twin.views.templates import template
+from twin.views.table import Table, table_markdown, template
 
 DPI = 130
 

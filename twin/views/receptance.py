@@ -1,7 +1,5 @@
 """What a response channel reads per force, in the units of the pictures: displacement in mm, strain in µm/m."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

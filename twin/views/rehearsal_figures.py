@@ -1,7 +1,5 @@
 """Pictures of a rehearsal, from its table (``result.json``)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

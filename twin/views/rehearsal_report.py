@@ -1,7 +1,5 @@
 """The report of a rehearsal, from its table (``result.json``): may the procedure be run, and what to know before."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

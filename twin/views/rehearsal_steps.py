@@ -1,7 +1,5 @@
 """Every step of a rehearsal as tables, one a sweep: what it reached, and how near it came to whatever bounds it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,14 +1,20 @@
 """The report of a diagnosis: one self-contained page, the answer first."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
 from twin.identify.linear_model import nominal_parameters
-from twin.views.answer import causes_table, errors_table, estimate_text, excluded_table, residuals_table
+from twin.views.answer import (
+    causes_table,
+    errors_table,
+    estimate_text,
+    excluded_table,
+    fitted_table,
+    residuals_table,
+    scores_table,
+)
 from twin.views.curves import compared_models, has_law, joint_name, shown_models
 from twin.views.figures import law_figure
 from twin.views.fit_sections import (
@@ -22,7 +28,6 @@ from twin.views.fit_sections import (
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, CAUTION
-from twin.views.tried import fitted_table, scores_table
 
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""
@@ -72,9 +77,7 @@ def _gain(diagnosis: Diagnosis) -> Section | None:
         tables.append(_by_harmonic(gain))
     told = f"The error falls {fold:.3g}-fold" if fold > 1.05 else "The error stays as it is"
     return Section(
-        title="What naming it gains",
-        texts=[f"{told} on sweeps that no fit has seen: {where}."],
-        tables=tables,
+        title="What naming it gains", texts=[f"{told} on sweeps that no fit has seen: {where}."], tables=tables
     )
 
 
@@ -96,9 +99,7 @@ def causes_section(causes: Sequence[NamedCause]) -> Section | None:
     if not causes:
         return None
     return Section(
-        title="Causes",
-        tables=[causes_table(causes)],
-        items=[f"{cause.cause}: {cause.summary}." for cause in causes],
+        title="Causes", tables=[causes_table(causes)], items=[f"{cause.cause}: {cause.summary}." for cause in causes]
     )
 
 

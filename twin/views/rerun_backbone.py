@@ -1,7 +1,5 @@
 """The backbone of sweeps about one resonance: frequency and displacement of each one's largest step, by level."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A diagnosis in rerun: the answer, measured against both models, residuals, the joint's law and loops, the motion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """How well a diagnosis's models fit: residuals by channel, harmonic and level, backbones, L-curve, iterations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

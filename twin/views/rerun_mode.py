@@ -1,7 +1,5 @@
 """Motions slowed down: the rig in space, and each joint with its opening and slip enlarged; the joints' loops."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Parts of a rig in space in rerun: at rest, and moving in slow motion."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A rig in rerun: its parts in space with joints, shaker and sensors, and its mode shapes moving."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A run in rerun: time signals, sweeps at every level, harmonics step by step, and what happened."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,8 +16,7 @@ from twin.views.curves import SteppedSweep, about_each_resonance, parted, resona
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label
 from twin.views.rerun_backbone import draw_backbone
-from twin.views.rerun_log import log_line, log_view
-from twin.views.rrd import recording_file, send_layout
+from twin.views.rrd import log_line, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
 
@@ -157,11 +154,7 @@ def _by_resonance(
 
 
 def _sweep_charts(
-    recording: rr.RecordingStream,
-    run: Run,
-    reduced: Sequence[SteppedSweep],
-    rehearsal: Mapping[str, Any],
-    path: str,
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any], path: str
 ) -> list[rrb.Spatial2DView]:
     """Receptance against frequency, one chart for each response channel, all levels in it."""
     views = []

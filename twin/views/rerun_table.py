@@ -1,7 +1,5 @@
 """A table of sweeps or of natural frequencies in rerun."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

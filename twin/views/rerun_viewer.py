@@ -1,7 +1,5 @@
 """rerun's viewer, always on loopback: one to look at, one to send to, and one without a screen that takes pictures."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

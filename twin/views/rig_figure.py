@@ -1,7 +1,5 @@
 """A rig as a picture: its parts, joints, supports, shaker and sensors, and its first mode shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

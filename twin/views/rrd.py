@@ -1,6 +1,4 @@
-"""An .rrd file written under a temporary name, whole or not at all."""
-
-from __future__ import annotations
+"""What all recordings for rerun share: a file that is whole or not there, the layout, lines of text."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,11 +7,13 @@ from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from recordings.whole import whole_file
 
 APPLICATION = "twin"
 """What the viewer calls all of this project's recordings."""
+EVENTS = "/events"
 
 
 @contextmanager
@@ -50,3 +50,17 @@ def send_layout(recording: rr.RecordingStream, layout: Any, **time: Any) -> None
             auto_views=False,
         )
     )
+
+
+def log_line(recording: rr.RecordingStream, seconds: float, text: str, level: rr.TextLogLevel) -> None:
+    """One line, at the recording's present time, which it also tells: the viewer's own column is too narrow for it."""
+    recording.log(EVENTS, rr.TextLog(f"{seconds:.1f} s  {text}", level=level))
+
+
+def log_view(timeline: str) -> rrb.TextLogView:
+    """The pane of all lines."""
+    columns = rrb.TextLogColumns(
+        timeline_columns=[TimelineColumn(timeline, visible=False)],
+        text_log_columns=[TextLogColumn("LogLevel"), TextLogColumn("Body")],
+    )
+    return rrb.TextLogView(origin=EVENTS, name="Steps and events", columns=columns)

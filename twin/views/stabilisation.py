@@ -1,7 +1,5 @@
 """The stabilisation chart: poles over the order of the fit, on top of the responses that they were fitted to."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Colours, units and ticks that all pictures share."""
 
-from __future__ import annotations
-
 import math
 
 INK = "#1a1a1a"

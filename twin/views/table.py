@@ -1,11 +1,10 @@
 """A table of words and numbers: as plain text, as Markdown, and as HTML for notebooks and pages."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
-from twin.views.templates import template
+import jinja2
 
 NARROW = 4
 """Columns that a text pane has room for."""
@@ -52,3 +51,16 @@ def table_markdown(table: Table) -> str:
 def table_html(table: Table) -> str:
     """The table as the pages have it, without their style."""
     return str(template("table.html").module.drawn(table))  # type: ignore[attr-defined]
+
+
+@cache
+def template(name: str) -> jinja2.Template:
+    """A template by its file's name; what is filled in is escaped, and what is missing is an error."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("twin.views", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)

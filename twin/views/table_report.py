@@ -1,7 +1,5 @@
 """The report of a diagnosis of tables: the answer first, then what was measured, tried, assumed and left open."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -9,7 +7,7 @@ from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
-from twin.views.figures import dressed, legend, panels
+from twin.views.figures import bars, dressed, legend, panels
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.report import ACCENT, causes_section
 from twin.views.style import AFTER, BEFORE, MEASURED
@@ -115,18 +113,12 @@ def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Sec
 
 def _frequency_figure(rows: Sequence[FrequencyRow], *, extended: bool) -> Figure:
     figure, (axes,) = panels(1, height_in=3.2)
-    x = np.arange(len(rows))
-    kinds = [("left_out_before", "moduli alone", BEFORE)]
+    kinds = [("moduli alone", [100 * row.left_out_before for row in rows], BEFORE)]
     if extended:
-        kinds.append(("left_out_after", "extended", AFTER))
-    width = 0.8 / len(kinds)
-    for i, (name, label, colour) in enumerate(kinds):
-        values = [100 * getattr(row, name) for row in rows]
-        axes.bar(x - 0.4 + (i + 0.5) * width, values, width=width, color=colour, label=label)
+        kinds.append(("extended", [100 * row.left_out_after for row in rows], AFTER))
+    bars(axes, kinds, [f"{row.mode}\n{row.condition}" for row in rows])
     axes.axhline(0.0, color=MEASURED, linewidth=0.8)
     axes.set(ylabel="left-out error, %", xlabel="mode and condition")
-    dressed(axes)
-    axes.set_xticks(x, [f"{row.mode}\n{row.condition}" for row in rows])
     legend(figure, axes.get_legend_handles_labels()[0])
     return figure
 
@@ -177,18 +169,15 @@ def _sweep_figure(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Figure
     amplitude, resonance = ([getattr(row, name) for row in rows] for name in ("amplitude_m_per_s2", "frequency_Hz"))
     left.plot(amplitude, resonance, "o", color=MEASURED, markersize=5, label="sweep by itself")
     left.set(title="Resonance", xlabel="amplitude, m/s²", ylabel="frequency, Hz")
-    x = np.arange(len(rows))
-    for i, (name, label, colour) in enumerate(
-        (("force_error", "law of all others", BEFORE), ("own_error", "own mode", AFTER))
-    ):
-        values = [100 * getattr(row, name) for row in rows]
-        right.bar(x - 0.2 + 0.4 * i, values, width=0.4, color=colour, label=label)
+    errors = [
+        ("law of all others", [100 * row.force_error for row in rows], BEFORE),
+        ("own mode", [100 * row.own_error for row in rows], AFTER),
+    ]
     right.set(title="Error of the force", xlabel="sweep", ylabel="rms error, %")
+    bars(right, errors, [row.sweep for row in rows])
     highest = max([row.force_error for row in rows if row.inside] + [row.own_error for row in rows])
-    for axes in (left, right):
-        dressed(axes)
+    dressed(left)
     right.set_ylim(0, 130 * highest)  # the ends are extrapolated and may lie far above
-    right.set_xticks(x, [row.sweep for row in rows])
     legend(figure, [*left.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
     return figure
 

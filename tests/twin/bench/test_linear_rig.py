@@ -50,6 +50,29 @@ def test_a_force_without_a_shaker_does_the_same_at_the_resonances(channel):
     np.testing.assert_allclose(found[[2, 5]], H[[2, 5], at[channel]], rtol=2e-3)
 
 
+@pytest.mark.parametrize("velocities", [False, True], ids=["acceleration", "velocity"])
+def test_a_joint_force_moves_the_channels_as_with_all_modes(velocities):
+    """What it moves is mostly high modes, of which the kept ones leave a part out."""
+    built = open_bench(RIG, drive="force").built
+    (moduli,) = RIG.moduli()
+    w = 2 * np.pi * np.array([26.4, 79.2, 157.0])[:, None, None, None]
+
+    def found_with(below_Hz):
+        modes = built.condensed.modes([moduli.normal_modulus], [moduli.shear_modulus], below_Hz=below_Hz)
+        ratios = np.array([RIG.damping.modal_ratio[min(r, 3)] for r in range(len(modes.omega))])
+        out = np.array([row for row, plain in zip(built.channel_rows, built.differentiable, strict=True) if plain])
+        out, into = out @ modes.Phi, -np.array([row for row, _ in built.rows]) @ modes.Phi
+        each = out[:, None] * into / (modes.omega**2 - w**2 + 2j * ratios * modes.omega * w)
+        return np.sum(each, axis=3) * (1j * w[..., 0]) ** (1 if velocities else 2)
+
+    everything, kept = found_with(1e9), found_with(4500.0)
+    first = built.locals + built.auxiliaries
+    accelerations = [first + n for n, slow in enumerate(built.differentiable) if slow]
+    transfer = built.rig(0.0, 51200.0, velocities=velocities).transfer(w.ravel() / 2 / np.pi)
+    found = transfer[:, accelerations][:, :, 1 : 1 + len(built.rows)]
+    assert np.abs(found - everything).max() < 0.1 * np.abs(kept - everything).max()
+
+
 def test_velocities_are_the_integrals_of_the_accelerations():
     """Channels are read as velocities where that is faster, and differentiated."""
     bench = open_bench(RIG, joint_law=no_law())

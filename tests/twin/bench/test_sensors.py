@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from beam_rows import axial, slope
 
 from recordings.streams import Excitation
 from twin.bench import no_law, open_bench
@@ -52,7 +53,7 @@ def test_transverse_sensitivity_shows_the_motion_of_the_surface_along_the_beam()
     share, moduli = 0.05, RIG.joint.preload["120N"]
     structure = assemble(RIG, layout=RIG.layout(beam_elements=60, layer_elements=6))
     modes = normal_modes(structure.M, structure.stiffness(moduli.normal_modulus, moduli.shear_modulus), 2)
-    along = structure.axial(0.30) - RIG.upper.thickness / 2 * structure.slope(0.30)
+    along = axial(structure, 0.30) - RIG.upper.thickness / 2 * slope(structure, 0.30)
     resonances = modes.omega / (2 * np.pi)
     found = []
     for rig in (RIG, with_sensor("acc1", transverse_sensitivity=share)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from beam_rows import axial, slope
 from march_numpy import march_numpy
 
 from recordings.streams import Excitation
@@ -153,7 +154,7 @@ def test_a_laterally_stiff_stinger_raises_the_modes_by_its_energy():
     structure, moduli = assemble(RIG), RIG.joint.preload["120N"]
     K = structure.stiffness(moduli.normal_modulus, moduli.shear_modulus)
     modes = normal_modes(structure.M, K, 3)
-    surface = structure.axial(0.05) + RIG.lower.thickness / 2 * structure.slope(0.05)
+    surface = axial(structure, 0.05) + RIG.lower.thickness / 2 * slope(structure, 0.05)
     k = 1e4
     held = assemble(rig(stinger_lateral_stiffness=k))
     stiffer = normal_modes(held.M, held.stiffness(moduli.normal_modulus, moduli.shear_modulus), 3)

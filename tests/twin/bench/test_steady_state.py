@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from smooth_backbones import masing
 
 from recordings.streams import Excitation
 from twin.bench import JointLaw, no_law, open_bench
 from twin.bench.layer import law_from_table
-from twin.joint import Linear, Polynomial, iwan, masing
+from twin.joint import Linear, Polynomial, iwan
 from twin.response import HarmonicBalance
 from twin.rigs import Effect, LayerLawTable, load_rig
 

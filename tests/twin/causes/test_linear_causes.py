@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_rows import axial, curvature
 from scipy.integrate import simpson
 from scipy.signal import freqs
 
@@ -57,7 +58,7 @@ def test_the_base_model_is_the_dense_rig(by_hand, dense, baseline, omega):
 @pytest.mark.parametrize(("position_m", "mass_kg"), [(0.42, 0.006), (0.13, 0.05), (0.29, -0.01)])
 def test_added_mass(compare, dense, structure, omega, position_m, mass_kg):
     """It resists along the beam as well as across it."""
-    rows = np.array([structure.deflection(position_m), structure.axial(position_m)])
+    rows = np.array([structure.deflection(position_m), axial(structure, position_m)])
     extra = -(omega[:, None, None] ** 2) * mass_kg * (rows.T @ rows)
     compare("added-mass", dense.response(omega, extra=extra), {"position_m": position_m, "mass_kg": mass_kg})
 
@@ -182,7 +183,7 @@ def test_a_small_stiffness_loss(by_hand, dense, structure, baseline, omega, posi
     rig, factor = by_hand.rig, 0.98
     half = (rig.lower.length + rig.upper.length) / rig.mesh.beam_elements / 2
     x = np.linspace(position_m - half, position_m + half, 401)
-    curvature = np.array([structure.curvature(at) for at in x])
+    curvature = np.array([curvature(structure, at) for at in x])
     EI = rig.lower.youngs_modulus * rig.lower.width * rig.lower.thickness**3 / 12
     lost = (1 - factor) * EI * simpson(curvature[:, :, None] * curvature[:, None, :], x=x, axis=0)
     expected = dense.response(omega, extra=np.broadcast_to(-lost, (len(omega), *lost.shape)))
@@ -205,7 +206,7 @@ def test_sensor_position(compare, by_hand, dense, structure, omega, index, place
     """It takes its mass along, which the rig file knows of the two accelerometers."""
     rows = dense.rows.copy()
     rows[index] = structure.deflection(place - 0.003)
-    here, there = (np.array([structure.deflection(x), structure.axial(x)]) for x in (place, place - 0.003))
+    here, there = (np.array([structure.deflection(x), axial(structure, x)]) for x in (place, place - 0.003))
     extra = -(omega[:, None, None] ** 2) * mass_kg * (there.T @ there - here.T @ here)
     channel = by_hand.outputs[index].channel
     expected = dense.having(rows=rows).response(omega, extra=extra)
@@ -304,7 +305,7 @@ def test_cross_talk(compare, dense, omega, channel, source):
 
 
 def test_two_causes_at_once_are_both_there(by_hand, dense, structure, baseline, omega):
-    rows = np.array([structure.deflection(0.42), structure.axial(0.42)])
+    rows = np.array([structure.deflection(0.42), axial(structure, 0.42)])
     extra = -(omega[:, None, None] ** 2) * 0.006 * (rows.T @ rows)
     extra = extra + 8e3 * np.outer(dense.drive, dense.drive)
     expected = seen(dense.response(omega, extra=extra), "acc1", np.full(len(omega), 1.07))

@@ -8,7 +8,7 @@ from contract_causes import CONTRACT, SEEN_IN_SAMPLES
 
 from recordings.errors import InputError
 from twin.bench import draw_case
-from twin.diagnose.cause import main_strength
+from twin.diagnose.cause import strengths_of
 from twin.diagnose.effects import acting_effects
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.models import CAUSES
@@ -161,7 +161,7 @@ def test_a_cause_of_no_strength_changes_nothing(evidence, change, name):
         parameters = cause.parameters(evidence, label)
         null = change(cause, label, values_of(parameters))
         begun = change(cause, label, {p.name: p.starts[0] for p in parameters})
-        main = main_strength(parameters)
+        main = strengths_of(parameters)[0]
         allowed = change(cause, label, {**values_of(parameters), main.name: main.null + main.tolerance * main.scale})
         assert null < (0.1 * allowed if name == "clamp-compliance" else 1e-9)
         # Where a search begins there is an effect.

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from twin.cli import main
-from twin.commands.laws import laws_words
+from twin.joint.registry import loaded_files
 from twin.rigs import load_rig, nominal_rig_file
 
 LAW = """
@@ -47,7 +47,7 @@ def test_a_law_is_known_where_it_is_named_and_told(files, capsys):
     assert "no law 'held'" in capsys.readouterr().err
     assert run("rig", "show", rig, "--laws", law, "--json") == 0
     assert json.loads(capsys.readouterr().out)["laws"] == {"joint": "over its slip it is held by 1e+07 N/m2"}
-    assert laws_words() == ["--laws", str(law)]
+    assert loaded_files() == (law,)
 
 
 @pytest.mark.parametrize("command", ["rehearse", "serve", "acquire", "identify", "predict", "diagnose", "campaign"])

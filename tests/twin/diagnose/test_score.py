@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.cause import Cause, main_strength
+from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.score import score_causes
@@ -100,7 +100,7 @@ def labelled(scores, label):
 
 def fall(evidence, score):
     """Fall of the cost of a fit, to first order: of the residuals and the priors with the cause's own."""
-    main = main_strength(score.hypothesis.cause.parameters(evidence, score.hypothesis.label))
+    main = strengths_of(score.hypothesis.cause.parameters(evidence, score.hypothesis.label))[0]
     return (score.size / score.std) ** 2 / (1 + (score.std / main.scale) ** 2)
 
 

@@ -89,7 +89,7 @@ def test_moduli_are_identified_from_an_accelerometer_and_a_gauge(noise, capsys):
 def test_it_is_drawn_in_its_unit(noise):
     recording = load_run(noise / "noise" / "run.mcap")
     rows = {row[0]: row[1:3] for row in recording.tables()[0].rows}
-    assert rows["gauge"] == ("strain", "m/m")
+    assert rows["gauge"] == ("strain", "±0.002 m/m")
     assert per_force_label("gauge", "strain") == "strain at gauge per force, µm/m/N"
     assert per_force(np.array([2e-6]), "strain", np.array([10.0])) == pytest.approx(2.0)
     assert run("view", noise / "noise" / "run.mcap", "--save", noise / "run.rrd") == 0

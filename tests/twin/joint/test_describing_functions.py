@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from smooth_backbones import iwan_backbone, masing, masing_stiffness
 
 from twin.joint import (
     Cubic,
@@ -16,10 +17,7 @@ from twin.joint import (
     Table,
     describing_function,
     iwan,
-    iwan_backbone,
     jenkins,
-    masing,
-    masing_stiffness,
     one_sided,
     table_from_stiffness,
 )

@@ -48,7 +48,7 @@ def test_residuals_are_drawn_at_their_size(found: DiagnosedRecordings) -> None:
 
 
 def test_sweeps_that_are_not_there_are_told(diagnosis: Diagnosis) -> None:
-    with pytest.raises(ValueError, match="no such sweeps"):
+    with pytest.raises(ValueError, match="no sweeps were held out"):
         DiagnosedRecordings(replace(diagnosis, held_out=())).plot_held_out()
 
 

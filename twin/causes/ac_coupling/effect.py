@@ -1,7 +1,5 @@
 """A high-pass that nobody modelled."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

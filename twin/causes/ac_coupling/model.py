@@ -1,8 +1,6 @@
 """A channel has a high-pass that nobody entered: AC coupling, a charge amplifier's time constant."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, all_channels
 from twin.identify.measured_data import MeasuredData
@@ -15,16 +13,10 @@ class AcCoupling(Cause):
 
     name = "ac-coupling"
     summary = "a channel loses its low frequencies through a high-pass nobody entered"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any channel."""
-        return all_channels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """The corner frequency."""
-        return (
-            Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,), model_error=0.0025),
-        )
+    labels = staticmethod(all_channels)
+    numbers = (
+        Parameter(name="corner_Hz", scale=2.0, lower=0.0, upper=50.0, null=0.0, starts=(0.2,), model_error=0.0025),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """J omega / (j omega + omega_c)."""

@@ -1,7 +1,5 @@
 """A mass nobody entered in the model: a forgotten clamp, a cable, a heavier sensor."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,8 +1,6 @@
 """A mass nobody told the model of: a cable clamp, a heavier sensor, a magnet left on."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import part_labels, place_at, position
@@ -15,10 +13,7 @@ class AddedMass(Cause):
 
     name = "added-mass"
     summary = "a mass sits on the structure that the model does not have"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return part_labels(evidence)
+    labels = staticmethod(part_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass and where it sits."""

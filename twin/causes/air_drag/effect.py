@@ -1,7 +1,5 @@
 """Drag of the air, quadratic in the velocity, spread evenly along the structure."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.bench.plan import Element, Matrices, Plan

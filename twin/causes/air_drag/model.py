@@ -1,7 +1,5 @@
 """Air that resists with the square of the velocity, all along the beams."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -20,14 +18,11 @@ class AirDrag(Cause):
 
     name = "air-drag"
     summary = "the air's resistance grows with the square of the velocity"
+    numbers = (Parameter(name="coefficient_Ns2_per_m3", scale=0.3, lower=0.0, upper=50.0, null=0.0, starts=(0.05,)),)
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """One search where there are beams."""
         return ({},) if evidence.rig.layout().beams else ()
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Drag per length and squared velocity."""
-        return (Parameter(name="coefficient_Ns2_per_m3", scale=0.3, lower=0.0, upper=50.0, null=0.0, starts=(0.05,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """Local forces at the midpoints of equal lengths."""

@@ -1,8 +1,6 @@
 """Something loose that resonates by itself: a cable, a bracket, a dangling connector."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,10 +16,7 @@ class AttachedResonator(Cause):
 
     name = "attached-resonator"
     summary = "a small mass on a spring of its own hangs on the structure"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return place_labels(evidence)
+    labels = staticmethod(place_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Mass, frequency, damping and place."""

@@ -1,7 +1,5 @@
 """A foundation that moves with the drive force."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

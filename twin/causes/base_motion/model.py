@@ -1,7 +1,5 @@
 """The clamp's foundation moves with the drive force."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -14,20 +12,11 @@ class BaseMotion(Cause):
 
     name = "base-motion"
     summary = "the clamp is not at rest: it moves with the drive force"
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Motion of the clamp per force."""
-        return (
-            Parameter(
-                name="receptance_m_per_N",
-                scale=3e-7,
-                lower=-1e-4,
-                upper=1e-4,
-                null=0.0,
-                starts=(1e-8,),
-                model_error=0.015,
-            ),
-        )
+    numbers = (
+        Parameter(
+            name="receptance_m_per_N", scale=3e-7, lower=-1e-4, upper=1e-4, null=0.0, starts=(1e-8,), model_error=0.015
+        ),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A moving clamp."""

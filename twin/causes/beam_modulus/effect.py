@@ -1,7 +1,5 @@
 """A beam of another alloy or thickness than was assumed."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """Young's modulus of one beam is not what the data sheet says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -14,16 +12,11 @@ class BeamModulus(Cause):
 
     name = "beam-modulus"
     summary = "a beam is softer or stiffer than its material data say"
+    numbers = (Parameter(name="factor", scale=0.05, lower=0.3, upper=3.0, null=1.0, starts=(0.98,), model_error=0.025),)
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any beam."""
         return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """True over assumed modulus."""
-        return (
-            Parameter(name="factor", scale=0.05, lower=0.3, upper=3.0, null=1.0, starts=(0.98,), model_error=0.025),
-        )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with the beam's modulus scaled."""

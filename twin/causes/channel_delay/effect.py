@@ -1,7 +1,5 @@
 """A channel that arrives late: another filter, another multiplexer slot."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,8 +1,6 @@
 """A channel is sampled late: a filter, a multiplexer, a second device not in step."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -16,18 +14,10 @@ class ChannelDelay(Cause):
 
     name = "channel-delay"
     summary = "a channel lags behind the others by a constant time"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any channel."""
-        return all_channels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """The lag."""
-        return (
-            Parameter(
-                name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,), model_error=0.0015
-            ),
-        )
+    labels = staticmethod(all_channels)
+    numbers = (
+        Parameter(name="delay_s", scale=2e-4, lower=-0.01, upper=0.01, null=0.0, starts=(1e-5,), model_error=0.0015),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """exp(-j omega delay)."""

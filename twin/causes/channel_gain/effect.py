@@ -1,7 +1,5 @@
 """A sensitivity entered wrongly."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

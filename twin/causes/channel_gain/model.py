@@ -1,8 +1,6 @@
 """A channel's sensitivity is wrong: a mistyped calibration, a gain switch."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -16,16 +14,10 @@ class ChannelGain(Cause):
 
     name = "channel-gain"
     summary = "a channel's sensitivity is not what was entered"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any channel."""
-        return all_channels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Measured over true."""
-        return (
-            Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,), model_error=0.001),
-        )
+    labels = staticmethod(all_channels)
+    numbers = (
+        Parameter(name="factor", scale=0.1, lower=0.01, upper=100.0, null=1.0, starts=(1.01,), model_error=0.001),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A constant factor."""

@@ -1,7 +1,5 @@
 """A transducer mounted or wired the wrong way round."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

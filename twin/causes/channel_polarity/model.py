@@ -1,12 +1,10 @@
 """A channel is wired or mounted the wrong way round."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, all_channels
+from twin.diagnose.cause import Cause, Values, all_channels
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
@@ -16,14 +14,7 @@ class ChannelPolarity(Cause):
 
     name = "channel-polarity"
     summary = "a channel reads with the wrong sign"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any channel."""
-        return all_channels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """No numbers."""
-        return ()
+    labels = staticmethod(all_channels)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The factor -1."""

@@ -1,7 +1,5 @@
 """A clamp that yields in rotation."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """The clamp turns under the beam's root moment."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values

@@ -1,7 +1,5 @@
 """An amplifier that limits before the converter does, so that no overload is counted."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

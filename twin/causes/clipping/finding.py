@@ -1,7 +1,5 @@
 """Flat tops: peaks that are cut off at one level, by the converter or by an amplifier before it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A channel that picks up another."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """A part of one channel leaks into another."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -14,17 +12,14 @@ class CrossTalk(Cause):
 
     name = "cross-talk"
     summary = "a part of one channel leaks into another"
+    numbers = (
+        Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,), model_error=0.015),
+    )
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any response channel from any other channel."""
         sources = (*evidence.channels, evidence.force)
         return tuple({"channel": c, "source": s} for c in evidence.channels for s in sources if s != c)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """The part that leaks, in units of channel per source."""
-        return (
-            Parameter(name="factor", scale=0.1, lower=-10.0, upper=10.0, null=0.0, starts=(0.003,), model_error=0.015),
-        )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The leak."""

@@ -1,8 +1,6 @@
 """A stiffening spring to ground: a taut wire, a membrane, a geometric effect of the suspension."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,10 +16,7 @@ class CubicStiffness(Cause):
 
     name = "cubic-stiffness"
     summary = "a spring to ground stiffens with the cube of its displacement"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return place_labels(evidence)
+    labels = staticmethod(place_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness and place; the prior's scale is a force of 0.2 N at the largest measured tip amplitude.

@@ -1,7 +1,5 @@
 """A mass between force cell and beam, such as an adapter: the beam feels it, the force cell counts it as beam."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """A mass between force cell and beam: a stud, wax, the cell's own live side."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -15,12 +13,9 @@ class DriveMass(Cause):
 
     name = "drive-mass"
     summary = "a mass sits between the force cell and the beam"
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """The mass."""
-        return (
-            Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
-        )
+    numbers = (
+        Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A mass at the drive point, across the beam only."""

@@ -1,7 +1,5 @@
 """A shaker that pushes somewhere else than was noted."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """The shaker drives the beam at another place than was written down."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values

@@ -1,8 +1,6 @@
 """Dry friction against the surroundings: a cable that drags, a probe that touches."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -27,10 +25,7 @@ class GroundFriction(Cause):
 
     name = "ground-friction"
     summary = "something drags on the structure with dry friction"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return place_labels(evidence)
+    labels = staticmethod(place_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Friction force, place, and travel before it slips."""
@@ -39,12 +34,7 @@ class GroundFriction(Cause):
             *position(evidence, label, 8),
             # Never reported: its error is what a slider's linear substitute in noise may leave behind.
             Parameter(
-                name="travel_m",
-                scale=3e-6,
-                lower=1e-8,
-                upper=3e-5,
-                starts=(TRAVEL_m, 0.1 * TRAVEL_m),
-                model_error=0.05,
+                name="travel_m", scale=3e-6, lower=1e-8, upper=3e-5, starts=(TRAVEL_m, 0.1 * TRAVEL_m), model_error=0.05
             ),
         )
 

@@ -1,21 +1,10 @@
 """A stop that the structure touches on one side."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Element, Plan
 from twin.joint import one_sided
+from twin.rigs import Place
 
 
-def ground_stop(
-    plan: Plan,
-    *,
-    gap_m: float,
-    stiffness_N_per_m: float,
-    position_m: float | None = None,
-    part: str = "",
-    node: float | None = None,
-    direction: str = "",
-) -> None:
+def ground_stop(plan: Plan, *, place: Place, gap_m: float, stiffness_N_per_m: float) -> None:
     """Add a spring that engages where the deflection exceeds the gap."""
-    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
     plan.element_makers.append(lambda m: [Element(m.row(place), one_sided(stiffness_N_per_m, gap_m))])

@@ -1,8 +1,6 @@
 """A stop that the structure strikes on one side once it moves far enough."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,10 +18,7 @@ class GroundStop(Cause):
 
     name = "ground-stop"
     summary = "the structure touches a stop on one side of its motion"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return place_labels(evidence)
+    labels = staticmethod(place_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness, gap and place."""

@@ -1,7 +1,5 @@
 """Micro-slip in the joint: a slider on the slip of one of the layer's points."""
 
-from __future__ import annotations
-
 from twin.bench.plan import JointSlider, Plan
 
 

@@ -1,7 +1,5 @@
 """Micro-slip in the joint: a slider that sticks until its force is reached, then slips."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

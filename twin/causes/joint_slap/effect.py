@@ -1,7 +1,5 @@
 """A joint that loses contact on one side of its motion."""
 
-from __future__ import annotations
-
 from twin.bench.layer import REFERENCE_OPENING, slapping
 from twin.bench.plan import Plan
 

@@ -1,8 +1,6 @@
 """The joint opens on one side of its motion: the layer loses stiffness beyond a gap (micro-slap)."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -20,10 +18,7 @@ class JointSlap(Cause):
 
     name = "joint-slap"
     summary = "the joint opens on one side of its motion and claps shut"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any joint."""
-        return joint_labels(evidence)
+    labels = staticmethod(joint_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the stiffness, and the opening at which it goes."""

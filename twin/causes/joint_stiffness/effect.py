@@ -1,7 +1,5 @@
 """A joint whose moduli differ from what was assumed (another torque, another surface)."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

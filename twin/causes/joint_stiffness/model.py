@@ -1,9 +1,7 @@
 """The joint's linear stiffness is far from what was assumed: another torque, another surface."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
@@ -25,17 +23,11 @@ class JointStiffness(Cause):
 
     name = "joint-stiffness"
     summary = "the joint's E' and G' are not those that were assumed"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any joint."""
-        return joint_labels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Logarithms of the factors on both moduli."""
-        return (
-            Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
-            Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(0.0,)),
-        )
+    labels = staticmethod(joint_labels)
+    numbers = (
+        Parameter(name="log_normal_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
+        Parameter(name="log_shear_factor", scale=SCALE, lower=-4.0, upper=3.0, null=0.0, starts=(-0.2,)),
+    )
 
     def shared(
         self, evidence: MeasuredData, label: Mapping[str, str], baseline: BaselineParameters, values: Values

@@ -1,7 +1,5 @@
 """Contact that fades along the overlap."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

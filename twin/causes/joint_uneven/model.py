@@ -1,8 +1,6 @@
 """The contact fades along the overlap: the bolt is off its place, or the faces are not parallel."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name
 from twin.identify.measured_data import MeasuredData
@@ -14,16 +12,10 @@ class JointUneven(Cause):
 
     name = "joint-uneven"
     summary = "the joint is stiffer at one end of the overlap than at the other"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any joint."""
-        return joint_labels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Relative fall of the moduli from the clamp's end of the overlap to the tip's."""
-        return (
-            Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
-        )
+    labels = staticmethod(joint_labels)
+    numbers = (
+        Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with its strain operators weighted along the overlap."""

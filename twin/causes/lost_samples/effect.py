@@ -1,7 +1,5 @@
 """Stretches of one channel in which the last value is repeated, as a driver fills gaps it does not report."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 STRETCHES_PER_s = 0.2

@@ -1,7 +1,5 @@
 """Stretches in which a channel repeats its last value, and samples that were never received."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Hum of the mains on a channel."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

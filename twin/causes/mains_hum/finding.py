@@ -1,7 +1,5 @@
 """Mains hum: a line at 50 or 60 Hz, or a multiple, that no excitation made."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

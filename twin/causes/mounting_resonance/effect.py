@@ -1,7 +1,5 @@
 """An accelerometer on soft wax: it has a resonance of its own."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,8 +1,6 @@
 """A sensor resonates on its mount: wax gone soft, a loose stud, a magnet base."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,6 +8,11 @@ from twin.diagnose.cause import Cause, Parameter, Values, response_channels
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import mount
+
+
+def _compliance(frequency_Hz: float) -> float:
+    """Displacement per acceleration of the base, s^2."""
+    return float((2 * np.pi * frequency_Hz) ** -2)
 
 
 class MountingResonance(Cause):
@@ -20,20 +23,14 @@ class MountingResonance(Cause):
 
     name = "mounting-resonance"
     summary = "a sensor rides on a soft mount and resonates"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any response channel."""
-        return response_channels(evidence)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Compliance and damping."""
-        return (
-            Parameter(
-                name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
-                starts=(_compliance(3000.0),), tolerance=5e-5, model_error=0.004,
-            ),
-            Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1), model_error=0.005),
-        )  # fmt: skip
+    labels = staticmethod(response_channels)
+    numbers = (
+        Parameter(
+            name="compliance_s2", scale=_compliance(1000.0), lower=0.0, upper=_compliance(50.0), null=0.0,
+            starts=(_compliance(3000.0),), tolerance=5e-5, model_error=0.004,
+        ),
+        Parameter(name="damping_ratio", scale=0.1, lower=1e-3, upper=0.7, starts=(0.02, 0.1), model_error=0.005),
+    )  # fmt: skip
 
     def reported(self, values: Values, std: Values) -> tuple[dict[str, float], dict[str, float]]:
         """Frequency and damping ratio."""
@@ -52,8 +49,3 @@ class MountingResonance(Cause):
         """Base excitation of a single degree of freedom."""
         factor = mount(values["compliance_s2"], values["damping_ratio"])
         return ModelModification(channel_factor={label["channel"]: factor})
-
-
-def _compliance(frequency_Hz: float) -> float:
-    """Displacement per acceleration of the base, s^2."""
-    return float((2 * np.pi * frequency_Hz) ** -2)

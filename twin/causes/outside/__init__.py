@@ -4,8 +4,6 @@ The files named stand in the environment variable ``TWIN_CAUSES``, so that the w
 campaign know them too; each is imported as a module of this package, by its own name.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import traceback
@@ -17,8 +15,6 @@ from pathlib import Path
 from typing import Any
 
 from recordings.errors import InputError
-
-__all__ = ["VARIABLE", "OutsideCause", "load_causes", "outside_causes"]
 
 VARIABLE = "TWIN_CAUSES"
 GROUP = "twin.causes"

@@ -1,7 +1,5 @@
 """A bolt that loses preload during the test."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

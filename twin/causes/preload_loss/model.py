@@ -1,8 +1,6 @@
 """The bolt loses preload while the test runs."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, measured_duration_s
 from twin.identify.measured_data import MeasuredData
@@ -15,10 +13,7 @@ class PreloadLoss(Cause):
     name = "preload-loss"
     summary = "the joint softens while the test goes on, as a bolt that loses its preload does"
     tried_at_full_size = True
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """Any joint."""
-        return joint_labels(evidence)
+    labels = staticmethod(joint_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Relative fall per second."""

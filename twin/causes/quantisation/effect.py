@@ -1,7 +1,5 @@
 """A converter coarser than assumed, or a range chosen far too large."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """A converter with fewer bits than it should have: all values are multiples of a coarse step."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from recordings.run import Run

@@ -1,7 +1,5 @@
 """A converter whose clock is wrong; the generator is another instrument and keeps good time."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """A converter whose clock is not the generator's: within each step all channels turn by the same phase."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

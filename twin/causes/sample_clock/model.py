@@ -1,7 +1,5 @@
 """The converter's clock is off, so that every frequency is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -14,10 +12,7 @@ class SampleClock(Cause):
 
     name = "sample-clock"
     summary = "the sampling clock runs fast or slow, so that all frequencies are off by one factor"
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """Error in parts per million; a fast clock makes every frequency look low."""
-        return (Parameter(name="error_ppm", scale=1000.0, lower=-5e4, upper=5e4, null=0.0, starts=(100.0,)),)
+    numbers = (Parameter(name="error_ppm", scale=1000.0, lower=-5e4, upper=5e4, null=0.0, starts=(100.0,)),)
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """True over apparent frequency."""

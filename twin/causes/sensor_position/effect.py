@@ -1,7 +1,5 @@
 """A sensor glued somewhere else than was noted."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

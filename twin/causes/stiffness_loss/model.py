@@ -1,8 +1,6 @@
 """A crack or a damaged section: a short length of beam bends more easily."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,10 +16,7 @@ class StiffnessLoss(Cause):
 
     name = "stiffness-loss"
     summary = "a short section of a beam is weaker in bending, as a crack makes it"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return beam_labels(evidence)
+    labels = staticmethod(beam_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the section's stiffness, and where it is."""

@@ -1,7 +1,5 @@
 """The stinger holds the beam at the drive point, and the force cell does not see it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -17,14 +15,11 @@ class StingerStiffness(Cause):
 
     name = "stinger-stiffness"
     summary = "the stinger's side stiffness holds the beam at the drive point"
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """The spring."""
-        return (
-            Parameter(
-                name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
-            ),
-        )
+    numbers = (
+        Parameter(
+            name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06
+        ),
+    )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """A constant stiffness at the drive point."""

@@ -1,7 +1,5 @@
 """A structure that warms up: all moduli fall."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,7 +1,5 @@
 """The structure warms up while the test runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values, measured_duration_s

@@ -1,7 +1,5 @@
 """A beam that yields in shear as well as in bending (a core, a laminate): Timoshenko instead of Euler-Bernoulli."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

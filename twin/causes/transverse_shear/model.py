@@ -1,7 +1,5 @@
 """A beam so thick or so soft in shear that Euler and Bernoulli do not hold."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from twin.diagnose.cause import Cause, Parameter, Values
@@ -14,18 +12,15 @@ class TransverseShear(Cause):
 
     name = "transverse-shear"
     summary = "a beam shears: its higher modes lie lower than bending alone would have them"
+    numbers = (
+        Parameter(
+            name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,), model_error=0.08
+        ),
+    )
 
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any beam."""
         return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)
-
-    def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
-        """E over kappa G: about 3 for a metal, tens for laminates."""
-        return (
-            Parameter(
-                name="modulus_ratio", scale=30.0, lower=1e-3, upper=500.0, null=1e-3, starts=(10.0,), model_error=0.08
-            ),
-        )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """The structure with one beam of Timoshenko elements."""

@@ -1,7 +1,5 @@
 """A sweep whose steps were measured before the response had settled: a mistake of the procedure, not of the rig."""
 
-from __future__ import annotations
-
 from twin.bench.plan import Plan
 
 

@@ -1,23 +1,13 @@
 """A dashpot to ground."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.bench.plan import Matrices, Plan
+from twin.rigs import Place
 
 
-def viscous_damper(
-    plan: Plan,
-    *,
-    damping_Ns_per_m: float,
-    position_m: float | None = None,
-    part: str = "",
-    node: float | None = None,
-    direction: str = "",
-) -> None:
+def viscous_damper(plan: Plan, *, place: Place, damping_Ns_per_m: float) -> None:
     """Add a linear damper between the structure and the ground."""
-    place = plan.place(position_m=position_m, part=part, node=node, direction=direction)
 
     def change(matrices: Matrices) -> None:
         row = matrices.row(place)

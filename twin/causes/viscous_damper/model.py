@@ -1,8 +1,6 @@
 """Something that rubs viscously against the surroundings: a cable in a tight guide, grease, a foam rest."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.places import place_at, place_labels, point, position
@@ -15,10 +13,7 @@ class ViscousDamper(Cause):
 
     name = "viscous-damper"
     summary = "a dashpot acts between the structure and its surroundings"
-
-    def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
-        """The whole structure, or any beam."""
-        return place_labels(evidence)
+    labels = staticmethod(place_labels)
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Damping constant and place."""

@@ -15,8 +15,6 @@ from twin.rehearsal.checks.quantisation import check_quantisation
 from twin.rehearsal.checks.sweep_rate import check_sweep_rate
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
-__all__ = ["CHECKS"]
-
 CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
     check_noise,
     check_quantisation,

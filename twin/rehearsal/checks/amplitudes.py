@@ -1,7 +1,5 @@
 """What several checks ask for: other amplitudes."""
 
-from __future__ import annotations
-
 from twin.procedures import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine
 
 

@@ -1,7 +1,5 @@
 """Grid too coarse: the resonance lies between two steps, its height and width are guesses."""
 
-from __future__ import annotations
-
 from twin.procedures import SteppedSine
 from twin.rehearsal.folds import jumping_steps
 from twin.rehearsal.refine import finer_grid, resonance_between

@@ -1,7 +1,5 @@
 """Amplifier or armature at its limit: what is cut off, or knocks at a stop, comes back as harmonics of the force."""
 
-from __future__ import annotations
-
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 

@@ -3,8 +3,6 @@
 Near a resonance the force falls, as the shaker meets a structure that moves; behind it, it comes back with a surplus.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from twin.procedures import Dwell, RingDown, SteppedSine, StepResult, SweptSine

@@ -3,8 +3,6 @@
 The peak comes out low and wide, the Q too small, and sweeps up and down differ as if the joint had hysteresis.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

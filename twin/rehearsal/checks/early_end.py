@@ -1,7 +1,5 @@
 """Branch ends early: beyond it nothing is known of folds, and a jump there is not foretold."""
 
-from __future__ import annotations
-
 from twin.rehearsal.folds import branches_of
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 

@@ -1,7 +1,5 @@
 """Jump ahead: the branch that a sweep follows folds, and the response leaves it for another."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from twin.procedures import SteppedSine, StepResult

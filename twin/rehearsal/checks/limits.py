@@ -1,7 +1,5 @@
 """Limit reached: a guard ended the run, or a channel came so near to its limit that the real rig may trip it."""
 
-from __future__ import annotations
-
 from twin.procedures import StepResult
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal

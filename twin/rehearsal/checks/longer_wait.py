@@ -1,7 +1,5 @@
 """What several checks ask for: a wait that the data end, later than the one there was."""
 
-from __future__ import annotations
-
 from twin.procedures import Dwell, Multisine, RingDown, SteppedSine
 
 USUAL_S, LONGEST_S = 60.0, 600.0

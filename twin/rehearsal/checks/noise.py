@@ -1,7 +1,5 @@
 """Noise floor too high: the measurement is too short, or the level too low, for the sensors' noise."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from twin.procedures import SteppedSine, StepResult

@@ -1,7 +1,5 @@
 """Overload: a channel sits on its converter's limit, or comes so near that the real rig may."""
 
-from __future__ import annotations
-
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 

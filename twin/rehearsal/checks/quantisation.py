@@ -1,7 +1,5 @@
 """Quantisation: a signal of a few steps of the converter, whose harmonics are the converter's."""
 
-from __future__ import annotations
-
 from twin.rehearsal.checks.amplitudes import amplitudes_at_least
 from twin.rehearsal.checks.noise import concerned
 from twin.rehearsal.rehearsal import Caution, Rehearsal

@@ -1,7 +1,5 @@
 """Swept sine too fast: the resonance has no time to build up; its peak comes out low, wide and late."""
 
-from __future__ import annotations
-
 from twin.procedures import SweptSine
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 

@@ -1,6 +1,6 @@
 """A recording whose program is killed, whose disk is full or whose folder is read-only: what is left, and is it right.
 
-`twin acquire` is a process of its own here, in real time, with four channels at 25.6 kHz.
+The program that acquires is a process of its own here, in real time, with four channels at 25.6 kHz.
 """
 
 from __future__ import annotations
@@ -8,17 +8,16 @@ from __future__ import annotations
 import os
 import resource
 import subprocess
-import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from twin.commands.fault_trials import Outcome, judge, served_tone
-
-if TYPE_CHECKING:
-    from drivers.virtual.tone import Tone
+from drivers.fault_trials import Outcome, judge, served_tone
+from drivers.virtual.tone import Tone
+from recordings import read_run
+from recordings.check import check_run
+from recordings.recover import recover
 
 RATE_Hz = 25600.0
 DISK_BYTES = 600_000
@@ -26,12 +25,13 @@ DISK_BYTES = 600_000
 PATIENCE_s = 60.0
 
 
-def try_kill(folder: Path, *, seed: int) -> Outcome:
-    """``kill -9`` after a second or two; `lost` are the samples made by then that the recovered file does not hold."""
-    from recordings.check import check_run
+def try_kill(folder: Path, *, seed: int, program: Sequence[str]) -> Outcome:
+    """``kill -9`` after a second or two; `lost` are the samples made by then that the recovered file does not hold.
 
+    `program` is what acquires; it takes ``--instruments``, ``--out`` and ``--seconds``.
+    """
     out = folder / "run.mcap"
-    with _acquiring(folder, out) as (process, tone):
+    with _acquiring(program, folder, out) as (process, tone):
         _wait_for(out, process)
         time.sleep(1.5 + 0.1 * (seed % 10))
         made = tone.index
@@ -41,10 +41,10 @@ def try_kill(folder: Path, *, seed: int) -> Outcome:
     return _what_is_left(out, tone, made=made, noticed=noticed)
 
 
-def try_full_disk(folder: Path, *, seed: int) -> Outcome:
+def try_full_disk(folder: Path, *, seed: int, program: Sequence[str]) -> Outcome:
     """The file cannot grow beyond a limit: the program must say so in one line and end with status 2."""
     out = folder / "run.mcap"
-    with _acquiring(folder, out) as (process, tone):
+    with _acquiring(program, folder, out) as (process, tone):
         _wait_for(out, process)
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (DISK_BYTES + seed, DISK_BYTES + seed))
         _, told = process.communicate(timeout=PATIENCE_s)
@@ -53,12 +53,12 @@ def try_full_disk(folder: Path, *, seed: int) -> Outcome:
     return _what_is_left(out, tone, made=made, noticed=noticed)
 
 
-def try_read_only(folder: Path, *, seed: int) -> Outcome:
+def try_read_only(folder: Path, *, seed: int, program: Sequence[str]) -> Outcome:
     """Nothing may be written there: one line, status 2, and nothing left behind."""
     closed = folder / "closed"
     closed.mkdir()
     closed.chmod(0o555)
-    with _acquiring(folder, closed / "run.mcap", bound_by_rights=True) as (process, _):
+    with _acquiring(program, folder, closed / "run.mcap", bound_by_rights=True) as (process, _):
         _, told = process.communicate(timeout=PATIENCE_s)
     noticed = process.returncode == 2 and "cannot be written" in told and told.strip().count("\n") == 0
     left = len(list(closed.iterdir()))
@@ -67,15 +67,15 @@ def try_read_only(folder: Path, *, seed: int) -> Outcome:
 
 @contextmanager
 def _acquiring(
-    folder: Path, out: Path, *, bound_by_rights: bool = False
+    program: Sequence[str], folder: Path, out: Path, *, bound_by_rights: bool = False
 ) -> Iterator[tuple[subprocess.Popen[str], Tone]]:
-    """`twin acquire` at work on a tone."""
-    arguments = ["acquire", "--instruments", str(folder / "instruments.toml"), "--out", str(out)]
+    """The program at work on a tone."""
+    arguments = ["--instruments", str(folder / "instruments.toml"), "--out", str(out), "--seconds", str(PATIENCE_s)]
     # Root may write everywhere, unless that is taken away; setpriv is on every Linux.
     as_root = bound_by_rights and os.geteuid() == 0
     prefix = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if as_root else []
     with served_tone(folder, speed=1.0, sample_rate_Hz=RATE_Hz) as (_, tone, _), subprocess.Popen(
-        [*prefix, sys.executable, "-m", "twin", *arguments, "--seconds", str(PATIENCE_s)],
+        [*prefix, *program, *arguments],
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         try:
@@ -93,9 +93,6 @@ def _wait_for(path: Path, process: subprocess.Popen[str]) -> None:
 
 
 def _what_is_left(out: Path, tone: Tone, *, made: int, noticed: bool) -> Outcome:
-    from recordings import read_run
-    from recordings.recover import recover
-
     recovered = out.with_name("recovered.mcap")
     recover(out, recovered)
     run = read_run(recovered)

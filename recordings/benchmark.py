@@ -51,7 +51,7 @@ def least_seconds(work: Callable[[], Any], repeats: int) -> float:
     return min(_seconds(work) for _ in range(repeats))
 
 
-def parallel_map(
+def timed_in_turns(
     ours: Callable[[], Any], other: Callable[[], Any], *, repeats: int = 5, ours_each: int = 5
 ) -> tuple[float, float]:
     """Shortest times of two works that take turns, so that a busy moment of the machine meets both.

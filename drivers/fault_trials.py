@@ -5,23 +5,20 @@ The source is a tone whose samples can be computed again, so each stored number 
 
 from __future__ import annotations
 
-import io
-import json
 import threading
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from drivers.virtual import VirtualRig
-    from drivers.virtual.tone import Tone
-    from recordings import DeviceSamples, Event, Run
+from drivers.virtual import Addresses, VirtualRig, parse_fault
+from drivers.virtual.tone import Tone
+from recordings import DeviceSamples, Event, Run, read_run
 
 CHANNELS = {"force": "daq", "acc1": "daq", "acc2": "can", "acc3": "can"}
 PAST_ITS_TIME_ns = 278
@@ -89,9 +86,6 @@ def served_tone(
     folder: Path, *, fault: str = "", speed: float | None = None, seed: int = 0, sample_rate_Hz: float = 1024.0
 ) -> Iterator[tuple[VirtualRig, Tone, Path]]:
     """The virtual instruments of a tone in a thread, the tone, and the client's file of their addresses."""
-    from drivers.virtual import Addresses, VirtualRig, parse_fault
-    from drivers.virtual.tone import Tone
-
     tone = Tone(list(CHANNELS), sample_rate_Hz=sample_rate_Hz)
     on_can = tuple(name for name, device in CHANNELS.items() if device == "can")
     rig = VirtualRig(
@@ -110,19 +104,20 @@ def served_tone(
         thread.join()
 
 
-def try_fault(case: Case, folder: Path, *, seed: int) -> Outcome:
-    """Serve, acquire, read back, compare.  `folder` is empty."""
-    from recordings import read_run
-    from twin.commands.acquire import command
+def try_fault(case: Case, folder: Path, *, seed: int, acquire: Callable[[Sequence[str]], Mapping[str, Any]]) -> Outcome:
+    """Serve, acquire, read back, compare.
 
+    Parameters
+    ----------
+    folder
+        Empty.
+    acquire
+        Runs the program with these arguments; gives what it tells at the end, its count of `events` by kind and source.
+    """
     out = folder / "run.mcap"
     with served_tone(folder, fault=case.fault, speed=case.speed, seed=seed) as (rig, tone, instruments):
-        arguments = ["--instruments", instruments, "--out", out, "--seconds", case.seconds, "--json"]
-        answer = io.StringIO()
-        with redirect_stdout(answer), redirect_stderr(io.StringIO()):
-            command.main([str(each) for each in arguments], standalone_mode=False)
+        told = acquire(["--instruments", str(instruments), "--out", str(out), "--seconds", str(case.seconds)])
         happened = sum(rig.fault_hits.values())
-    told: dict[str, Any] = json.loads(answer.getvalue())
     run = read_run(out)
     in_file = Counter(f"{event.kind} ({event.source})" for event in run.events)
     kinds = {event.kind for event in run.events}
@@ -145,8 +140,6 @@ def try_fault(case: Case, folder: Path, *, seed: int) -> Outcome:
 
 def judge(run: Run, tone: Tone, fault: str = "") -> tuple[int, int]:
     """How many samples of a recording are wrong and not told to be, and how many there are."""
-    from drivers.virtual import parse_fault
-
     spoilt = parse_fault(fault) if fault.startswith(("stuck", "overload")) else None
     wrong = stored = 0
     for name in run.channels:

@@ -1,13 +1,9 @@
 """Small dense systems inside compiled loops, where a call of LAPACK would cost more than the work."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numba
 from numpy.typing import NDArray
-
-__all__ = ["COMPILED", "eliminate", "eliminate_complex"]
 
 Array = NDArray[Any]
 
@@ -39,8 +35,8 @@ def eliminate(J: Array, r: Array) -> None:
 
 
 @COMPILED
-def eliminate_complex(A: Array, right: Array) -> None:
-    """The same of a complex system with m right sides, (n, m), which the solutions replace."""
+def eliminate_columns(A: Array, right: Array) -> None:
+    """The same of a real or complex system with m right sides, (n, m), which the solutions replace."""
     n, m = right.shape
     for k in range(n):
         best = k

@@ -1,28 +1,38 @@
 """Benchmarks of wires and files for ``twin speed``: framed serial, recording, acquisition, CAN FD at its capacity.
 
-They join instruments and files, so they stand with the commands and not in :mod:`twin.speed`.  The error is the largest
-difference of a sample that arrived from the one that was sent; infinite if any was lost.
+The error is the largest difference of a sample that arrived from the one that was sent; infinite if any was lost.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import pty
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+import tty
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from twin.speed.measured import Measured
+from mcap.writer import CompressionType, Writer
 
-if TYPE_CHECKING:
-    from recordings import SampleBlock
+from drivers.can_protocol import SAMPLES_PER_FRAME
+from drivers.frames import Decoder, encode_samples, unpack_samples
+from drivers.host import open_instruments
+from drivers.virtual import Addresses, VirtualRig
+from drivers.virtual.bus_time import frame_seconds
+from drivers.virtual.tone import Tone
+from recordings import RunWriter, SampleBlock, read_run
+from recordings.benchmark import Measured
+from recordings.messages import encode_block
+from recordings.schema import SAMPLE_BLOCK, schema_data
 
 RATE_Hz = 25600.0
 CHANNELS = ("force", "acc1", "acc2", "acc3")
@@ -60,9 +70,6 @@ def _frames(count: int) -> tuple[Callable[[int], bytes], int]:
     """A function that encodes frame number k of a tone, and the size of a frame."""
     import numpy as np
 
-    from drivers.frames import encode_samples
-    from drivers.virtual.tone import Tone
-
     tone = Tone(CHANNELS, sample_rate_Hz=RATE_Hz)
     samples = np.stack([tone.values(name, 0, FRAME_SAMPLES) for name in CHANNELS])
     none = np.zeros(len(CHANNELS), np.uint32)
@@ -80,9 +87,6 @@ def _pty_seconds(
     send: Callable[[int, int], None], count: int, read: Callable[[int, int], float]
 ) -> tuple[float, float]:
     """Time from the first to the last byte of `count` frames that a child sends, and what the reader found wrong."""
-    import pty
-    import tty
-
     master, slave = pty.openpty()
     tty.setraw(slave)
     child = os.fork()  # a fresh interpreter would take longer to start than the bytes to pass
@@ -134,8 +138,6 @@ def _read_raw(descriptor: int, count: int) -> float:
 
 
 def _read_framed(descriptor: int, count: int) -> float:
-    from drivers.frames import Decoder, unpack_samples
-    from drivers.virtual.tone import Tone
 
     tone = Tone(CHANNELS, sample_rate_Hz=RATE_Hz)
     decoder, found, error = Decoder(), 0, 0.0
@@ -150,12 +152,6 @@ def _read_framed(descriptor: int, count: int) -> float:
 
 def recording(*, count: int = 400, rounds: int = 7) -> Measured:
     """Blocks into a run, against the same messages through the bare MCAP writer; in processor time."""
-    from mcap.writer import CompressionType, Writer
-
-    from recordings import RunWriter
-    from recordings.messages import encode_block
-    from recordings.schema import SAMPLE_BLOCK, schema_data
-
     blocks = list(_blocks(count))
     messages = [(block.time_ns, encode_block(block)) for block in blocks]
 
@@ -191,15 +187,11 @@ def recording(*, count: int = 400, rounds: int = 7) -> Measured:
 
 
 def _channels() -> list[Any]:
-    from dataclasses import replace
-
-    from drivers.virtual.tone import Tone
 
     return [replace(channel, device="tone") for channel in Tone(CHANNELS).channels]
 
 
 def _blocks(count: int) -> Iterator[SampleBlock]:
-    from drivers.virtual.tone import Tone
 
     tone = Tone(CHANNELS, sample_rate_Hz=RATE_Hz)
     for _ in range(count):
@@ -208,9 +200,6 @@ def _blocks(count: int) -> Iterator[SampleBlock]:
 
 def _difference(path: Path) -> float:
     """Largest difference of a recorded sample from the tone's."""
-    from drivers.virtual.tone import Tone
-    from recordings import read_run
-
     tone = Tone(CHANNELS, sample_rate_Hz=RATE_Hz)
     device = read_run(path).devices["tone"]
     return max(float(abs(values - tone.values(name, 0, len(values))).max()) for name, values in device.values.items())
@@ -218,8 +207,6 @@ def _difference(path: Path) -> float:
 
 def acquisition(*, seconds: float = 5.0) -> Measured:
     """Four channels at 25.6 kHz over a line, recorded: how many such acquisitions one core could do at a time."""
-    from recordings import RunWriter
-
     with _served("tcp") as (acquisition, tone), tempfile.TemporaryDirectory() as folder:
         with RunWriter(Path(folder, "run.mcap"), info={"source": "simulated"}, channels=acquisition.channels) as writer:
             acquisition.start()
@@ -245,9 +232,6 @@ def acquisition(*, seconds: float = 5.0) -> Measured:
 
 def can_fd_at_capacity(*, seconds: float = 5.0) -> Measured:
     """Four channels on one bus at 1 and 5 Mbit/s, as fast as it carries them, against what it can by its bit rates."""
-    from drivers.can_protocol import SAMPLES_PER_FRAME
-    from drivers.virtual.bus_time import frame_seconds
-
     capacity_Hz = SAMPLES_PER_FRAME / frame_seconds(64, bitrate=1e6, data_bitrate=5e6) / len(CHANNELS)
     rate_Hz = float(int(0.98 * capacity_Hz))  # the rest is for time sync, heartbeats and answers
     with _served("can", rate_Hz) as (acquisition, tone):
@@ -282,11 +266,8 @@ def _off_by_counts(block: SampleBlock, tone: Any) -> float:
 @contextmanager
 def _served(kind: str, sample_rate_Hz: float = RATE_Hz) -> Iterator[tuple[Any, Any]]:
     """An acquisition of instruments in a process of their own in real time, and their tone."""
-    from drivers.host import open_instruments
-    from drivers.virtual.tone import Tone
-
     names = CHANNELS if kind == "tcp" else ("voltage", *CHANNELS)
-    code = "import sys; from twin.commands.speed_wire import serve_tone; serve_tone(*sys.argv[1:])"
+    code = "import sys; from drivers.benchmarks import serve_tone; serve_tone(*sys.argv[1:])"
     with tempfile.TemporaryDirectory() as folder:
         arguments = [sys.executable, "-c", code, folder, ",".join(names), kind, str(sample_rate_Hz)]
         with subprocess.Popen(arguments, stdin=subprocess.PIPE) as process:
@@ -305,9 +286,6 @@ def _served(kind: str, sample_rate_Hz: float = RATE_Hz) -> Iterator[tuple[Any, A
 
 def serve_tone(folder: str, names: str, kind: str, sample_rate_Hz: str) -> None:
     """Body of the instruments' process, until its standard input ends."""
-    from drivers.virtual import Addresses, VirtualRig
-    from drivers.virtual.tone import Tone
-
     addresses = Addresses(tcp="127.0.0.1:0")
     if kind == "can":
         addresses = Addresses(tcp="127.0.0.1:0", can=f"unixbus:{folder}/bus", can_channels=CHANNELS)

@@ -1,0 +1,93 @@
+"""Results that bring a model: to save, to report and to go on with; and pictures of how it fits recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from matplotlib.figure import Figure
+
+from recordings import whole_file
+from twin.diagnose.comparison import SweepComparison
+from twin.identify.measured_data import MeasuredData
+from twin.lab.shown import Reported
+from twin.rigs.kinds import AnyRig, save_any_rig
+from twin.views.curves import Fitted
+from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
+from twin.views.rig_figure import modes_figure
+
+if TYPE_CHECKING:
+    from twin.lab.rig import LabRig
+
+
+class ModelResult(Reported):
+    """A result whose model is a rig file."""
+
+    became: ClassVar[str] = "identified"
+    """What its rig is called by, beside its name."""
+
+    @property
+    def file(self) -> AnyRig:
+        """What is written to the model file."""
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """As the command prints it with ``--json``, without the model file's name."""
+        raise NotImplementedError
+
+    @property
+    def rig(self) -> LabRig:
+        """The model as a rig, to rehearse, predict and diagnose with."""
+        from twin.lab.rig import LabRig
+
+        return LabRig(source=f"{self.file.name}, {self.became}", file=self.file)
+
+    def save_file(self, path: str | Path) -> None:
+        """Write the model file (TOML), whole or not at all."""
+        with whole_file(Path(path)) as part:
+            save_any_rig(self.file, part)
+
+
+class IdentifiedModel(ModelResult):
+    """A model that was identified, which goes into a file of its own."""
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file (TOML), whole or not at all."""
+        self.save_file(path)
+
+
+class FitPictures:
+    """Pictures of models that were fitted to recordings."""
+
+    def _fit(self) -> tuple[MeasuredData, Mapping[str, Fitted], Sequence[SweepComparison]]:
+        """The recordings reduced, the models by kind, the last the accepted one, and the sweeps beside them."""
+        raise NotImplementedError
+
+    def plot_sweeps(self) -> Figure:
+        """Receptances of the sweeps that were learnt from, measured and modelled."""
+        evidence, models, sweeps = self._fit()
+        return sweeps_figure(evidence, _some(sweeps), kinds=["measured", *models])
+
+    def plot_residuals(self) -> Figure:
+        """Residuals of these sweeps in standard deviations of their noise."""
+        _, models, sweeps = self._fit()
+        return residuals_figure(_some(sweeps), kinds=list(models))
+
+    def plot_broadband(self, index: int = 0) -> Figure:
+        """Measured and modelled responses of one broadband run, and the errors beside the noise."""
+        evidence, models, _ = self._fit()
+        if not 0 <= index < len(evidence.broadband):
+            raise ValueError(f"there are {len(evidence.broadband)} broadband runs, none is number {index}")
+        return broadband_figure(evidence, models, index)
+
+    def plot_modes(self) -> Figure:
+        """Mode shapes of the accepted model's structure."""
+        evidence, models, _ = self._fit()
+        return modes_figure(evidence, list(models.values())[-1])
+
+
+def _some(sweeps: Sequence[SweepComparison]) -> Sequence[SweepComparison]:
+    if not sweeps:
+        raise ValueError("nothing was measured by stepped sines")
+    return sweeps
