@@ -12,11 +12,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["Beside", "temporary_folder"]
+__all__ = ["Beside", "settled", "temporary_folder"]
 
 SUFFIX = ".part"
 NAME_LENGTH = 64
 """Of the name it is for; the whole must not pass the 255 bytes that file systems allow."""
+
+_passing: set[Path] = set()
+"""Folders of this process in which something is made that will take a name beside them."""
 
 
 class Beside:
@@ -28,10 +31,13 @@ class Beside:
     ----------
     path
         What is to be made.
+    stays
+        Whether it is used where it is made, and never takes the name.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, stays: bool = False) -> None:
         self._path = path
+        self._stays = stays
         self._lock = -1
         self._folder: Path | None = None
 
@@ -53,21 +59,33 @@ class Beside:
             with contextlib.suppress(FileNotFoundError, BlockingIOError):  # another took it for a dead one's
                 self._lock = _lock(self._folder)
         assert self._folder is not None
+        if not self._stays:
+            _passing.add(self._folder.resolve())
         return self._folder / self._path.name
 
     def remove(self) -> None:
         """Remove it with what is still in it; doing it twice does no harm."""
         if self._folder is not None:
+            _passing.discard(self._folder.resolve())
             shutil.rmtree(self._folder, ignore_errors=True)
         if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
 
 
+def settled(path: Path) -> Path:
+    """Where a file or folder will be once it, or a folder about it, has taken its name: itself if nothing is due."""
+    path = path.resolve()
+    for folder in [*path.parents]:
+        if folder in _passing:
+            path = folder.parent / path.relative_to(folder)
+    return path
+
+
 @contextmanager
 def temporary_folder(name: str) -> Iterator[Path]:
     """A private folder among the system's temporary ones; what a killed program has left of the name is removed."""
-    beside = Beside(Path(tempfile.gettempdir()) / name)
+    beside = Beside(Path(tempfile.gettempdir()) / name, stays=True)
     try:
         folder = beside.make()
         folder.mkdir()

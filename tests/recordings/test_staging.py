@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from recordings import InputError
+from recordings.beside import settled, temporary_folder
 from recordings.staging import staged_folder
+from recordings.whole import whole_file
 
 RESULTS = ("result.json", "*.toml")
 
@@ -70,3 +72,12 @@ def test_a_killed_program_leaves_the_old_one_and_the_next_removes_its_rest(tmp_p
     write(out, "next.toml", overwrite=True)
     assert names(out) == ["next.toml"]
     assert names(tmp_path) == ["a"]
+
+
+def test_what_is_made_knows_where_it_will_be(tmp_path: Path) -> None:
+    with staged_folder(tmp_path / "a" / "b") as folder, whole_file(folder / "model.toml") as part:
+        part.touch()
+        assert settled(part) == tmp_path.resolve() / "a" / "b" / "model.toml" != part
+    assert settled(part) == part.resolve()
+    with temporary_folder("stays") as folder:
+        assert settled(folder) == folder.resolve()
