@@ -80,6 +80,8 @@ class Opcode(IntEnum):
     STOP = 3
     SET_RATE = 4
     DESCRIBE = 5
+    HALT = 6
+    """Emergency stop: the generator's output to zero, and every stream ended."""
 
 
 @dataclass(frozen=True, slots=True)

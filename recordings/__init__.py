@@ -8,7 +8,7 @@ from recordings.recover import RecoverReport, recover
 from recordings.run import Channel, DeviceSamples, Event, Gap, Indicator, Run, SampleBlock, Step, StepState
 from recordings.sweeps import Stretch, Sweep, sweeps
 from recordings.tables import FrequencyTable, SweepTable, read_table
-from recordings.whole import check_writable, whole_file
+from recordings.whole import check_writable, refuse_existing, whole_file
 from recordings.writer import RunWriter
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "read_run",
     "read_table",
     "recover",
+    "refuse_existing",
     "sweeps",
     "whole_file",
 ]

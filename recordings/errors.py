@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["InputError"]
+__all__ = ["InputError", "printable"]
+
+
+def printable(text: str) -> str:
+    """`text` with what could steer a terminal, but for the ends of its lines, as question marks."""
+    return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
 
 
 class InputError(Exception):
@@ -29,4 +34,4 @@ class InputError(Exception):
     def __str__(self) -> str:
         head = f"{self.source}: {self.place}: {self.reason}" if self.place else f"{self.source}: {self.reason}"
         line = f"{head}; {self.remedy}" if self.remedy else head
-        return " ".join(line.split())
+        return printable(" ".join(line.split()))

@@ -14,7 +14,6 @@ from mcap.writer import CompressionType, Writer
 
 from recordings.check import CheckReport, check_run
 from recordings.collect import Collector
-from recordings.errors import InputError
 from recordings.interpret import AttachmentItem, Interpreter, MessageItem, MetadataItem
 from recordings.limits import Limits
 from recordings.messages import decode_block, decode_event, decode_step, encode_event
@@ -22,7 +21,7 @@ from recordings.metadata import RUN
 from recordings.reader import open_input
 from recordings.run import Event, SampleBlock, Step
 from recordings.schema import EVENT, SAMPLE_BLOCK, STEP, message_class, schema_data
-from recordings.whole import whole_file
+from recordings.whole import refuse_existing, whole_file
 
 __all__ = ["RecoverReport", "recover"]
 
@@ -64,8 +63,7 @@ def recover(path: str | Path, out: str | Path, *, limits: Limits | None = None) 
     """
     path, out, limits = Path(path), Path(out), limits or Limits()
     report = check_run(path, limits=limits)
-    if out.exists():
-        raise InputError(out, "", "exists already", "choose another name or remove it")
+    refuse_existing(out)
     with whole_file(out) as part:
         with part.open("xb") as target, open_input(path) as source:
             salvage = _Salvage(source, target, report, limits)

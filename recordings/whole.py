@@ -2,42 +2,43 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from recordings.beside import Beside
 from recordings.errors import InputError
 
-__all__ = ["check_writable", "made_folder", "whole_file"]
+__all__ = ["check_writable", "made_folder", "refuse_existing", "whole_file"]
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A hidden name beside `path` to write to, with its suffix; renamed if the block ends well, else removed.
+    """A place for a file, in a hidden folder beside `path`; it takes that name if the block ends well.
 
     Raises
     ------
     InputError
         In place of an operating system's error in the block: `path` cannot be written, and why.
     """
-    part = _part(path)
+    beside = Beside(path)
     try:
+        part = beside.make()
         yield part
         part.replace(path)
     except OSError as error:
         raise _refused(path, error) from error
     finally:
-        part.unlink(missing_ok=True)
+        beside.remove()
 
 
-def check_writable(*paths: Path | None) -> None:
+def check_writable(*paths: Path | None, overwrite: bool = True) -> None:
     """Refuse, before a long computation, what :func:`whole_file` could not write after it.
 
     Raises
     ------
     InputError
-        If a path is a folder, or cannot be written.
+        If a path is a folder, cannot be written, or exists and is not to be overwritten.
     """
     for path in paths:
         if path is None:
@@ -46,12 +47,21 @@ def check_writable(*paths: Path | None) -> None:
             raise InputError(path, "", "is a folder", "name a file")
         if not path.absolute().parent.is_dir():
             raise InputError(path, "", "its folder does not exist")
-        part = _part(path)
+        refuse_existing(path, overwrite=overwrite)
+        beside = Beside(path)
         try:
-            part.touch()
+            beside.make()
         except OSError as error:
             raise _refused(path, error) from error
-        part.unlink()
+        finally:
+            beside.remove()
+
+
+def refuse_existing(path: Path, *, overwrite: bool | None = None) -> None:
+    """Refuse a name that is taken, unless it may be overwritten (None: never); raises InputError."""
+    if not overwrite and (path.exists() or path.is_symlink()):
+        remedy = "choose another name or remove it" if overwrite is None else "give another name, or --overwrite"
+        raise InputError(path, "", "exists already", remedy)
 
 
 def made_folder(path: str | Path) -> Path:
@@ -72,7 +82,3 @@ def made_folder(path: str | Path) -> Path:
 
 def _refused(path: Path, error: OSError) -> InputError:
     return InputError(path, "", f"cannot be written: {(error.strerror or str(error)).lower()}")
-
-
-def _part(path: Path) -> Path:
-    return path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")

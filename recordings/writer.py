@@ -35,7 +35,8 @@ class RunWriter:
     The file gets its name when metadata and attachments are in it and flushed: what interrupts the constructor leaves
     nothing behind, and what ends the program in an orderly way after it leaves a finished file.  A chunk is closed at
     64 KiB, and at the latest after 150 ms by a thread of its own, whether or not anything more is written.  Leaving
-    the ``with`` block by an exception still finishes the file: what was recorded stays readable.
+    the ``with`` block by an exception still finishes the file: what was recorded stays readable.  A file that is
+    overwritten stays as it was until the new one is finished.
 
     Parameters
     ----------
@@ -52,6 +53,9 @@ class RunWriter:
         ``lz4`` or ``none``; noise hardly compresses, silence does.
     overwrite
         Replace an existing file instead of refusing.
+    reproducible
+        The same messages give the same bytes: chunks are closed by their size and with every step, not by time, and
+        the run has started when its device's time begins.  For what is computed, and can be computed again.
 
     Raises
     ------
@@ -70,12 +74,15 @@ class RunWriter:
         attachments: Mapping[str, bytes] | None = None,
         compression: Literal["lz4", "none"] = "lz4",
         overwrite: bool = False,
+        reproducible: bool = False,
     ) -> None:
         self.path = Path(path)
         self._channels = {channel.name: channel for channel in channels}
         if len(self._channels) != len(channels):
             raise ValueError("two channels have the same name")
-        started = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        now = datetime.fromtimestamp(0, UTC) if reproducible else datetime.now(UTC)
+        started = now.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        self._flush_s = threading.TIMEOUT_MAX if reproducible else FLUSH_SECONDS
         filled = {"format": "1", "rig": "", "procedure": "", "started": started, **info}
         parse_run(filled)
         records = {f"{CHANNEL_PREFIX}{channel.name}": channel_record(channel) for channel in channels}
@@ -87,7 +94,7 @@ class RunWriter:
         self._topics: dict[str, int] = {}
         self._counts: dict[int, int] = {}
         self._placed = False
-        opening = Opening(self.path, overwrite=overwrite)
+        self._opening = opening = Opening(self.path, overwrite=overwrite)
         try:
             self._in_place(opening.start)
             self._stream = opening.stream
@@ -97,7 +104,7 @@ class RunWriter:
             self._guarded(lambda: self._begin(filled, records, attachments or {}))
             UNINTERRUPTED.install(self)
             self._in_place(opening.place)
-            self._placed = True
+            self._placed = not opening.replaces
             self._flushed_at = time.monotonic()
             self._flusher = threading.Thread(target=self._flush_regularly, name="run-writer-flush", daemon=True)
             self._flusher.start()
@@ -120,6 +127,8 @@ class RunWriter:
     def write_step(self, step: Step) -> None:
         """Record the start of a state of a step."""
         self._write("/procedure", STEP, step.time_ns, encode_step(step))
+        if self._flush_s > FLUSH_SECONDS:
+            self.flush()
 
     def write_event(self, event: Event) -> None:
         """Record a thing that went wrong or changed."""
@@ -154,10 +163,21 @@ class RunWriter:
                     self._guarded(self._finish)
             finally:
                 self._drop_stream()
+                if self._failure is None:
+                    self._guarded(self._opening.finish)
         self._flusher.join()
         if failed_before:
             assert self._failure is not None
             raise self._failure
+
+    def abandon(self) -> None:
+        """Give the recording up, as nothing was measured: what it was to replace stays, and nothing else is left."""
+        with UNINTERRUPTED, self._lock:
+            self._closed.set()
+            atexit.unregister(self.close)
+            self._opening.abandon()
+        self._flusher.join()
+        UNINTERRUPTED.remove(self)
 
     def __enter__(self) -> Self:
         return self
@@ -219,7 +239,7 @@ class RunWriter:
         sequence = self._counts[channel]
         self._writer.add_message(channel, log_time=time_ns, publish_time=time_ns, data=data, sequence=sequence)
         self._counts[channel] = (sequence + 1) & 0xFFFFFFFF
-        if time.monotonic() - self._flushed_at >= FLUSH_SECONDS:
+        if time.monotonic() - self._flushed_at >= self._flush_s:
             self._flush()
 
     def _flush(self) -> None:
@@ -228,7 +248,7 @@ class RunWriter:
 
     def _flush_regularly(self) -> None:
         """In a thread: flush also when nothing comes any more."""
-        while not self._closed.wait(FLUSH_SECONDS):
+        while not self._closed.wait(self._flush_s):
             with self._lock:
                 if self._failure is None and not self._closed.is_set():
                     try:

@@ -17,7 +17,7 @@ for _library in ("OPENBLAS", "OMP", "MKL"):
 
 import click  # noqa: E402
 
-from recordings.errors import InputError  # noqa: E402
+from recordings.errors import InputError, printable  # noqa: E402
 from twin.commands.stopping import terminable  # noqa: E402
 
 SUMMARIES = {
@@ -139,14 +139,14 @@ def main(arguments: list[str] | None = None) -> None:
             result = group.main(args=given or ["--help"], prog_name="twin", standalone_mode=False, obj=typed)
     except InputError as error:
         trace()
-        click.echo(f"twin: {error}", err=True)
+        _complain(f"twin: {error}")
         sys.exit(2)
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else "twin"
-        click.echo(f"{where}: {error.format_message().rstrip('.')}; see '{where} --help'", err=True)
+        _complain(f"{where}: {error.format_message().rstrip('.')}; see '{where} --help'")
         sys.exit(2)
     except click.ClickException as error:
-        click.echo(f"twin: {error.format_message()}", err=True)
+        _complain(f"twin: {error.format_message()}")
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
         _end_interrupted()
@@ -155,7 +155,7 @@ def main(arguments: list[str] | None = None) -> None:
     except OSError as error:  # a full disk, a folder that may not be read: the machine's state, not a fault of ours
         trace()
         place = f"{error.filename}: " if error.filename else ""
-        click.echo(f"twin: {place}{(error.strerror or str(error)).lower()}", err=True)
+        _complain(f"twin: {place}{(error.strerror or str(error)).lower()}")
         sys.exit(2)
     except MemoryError:
         trace()
@@ -167,6 +167,10 @@ def main(arguments: list[str] | None = None) -> None:
             raise
         _end_interrupted()
     sys.exit(result if isinstance(result, int) else 0)
+
+
+def _complain(line: str) -> None:
+    click.echo(printable(line), err=True)
 
 
 def _end_interrupted() -> NoReturn:

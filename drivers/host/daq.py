@@ -91,7 +91,7 @@ class DaqClient:
 
     def _silence(self) -> None:
         """End what an earlier client may have left running, and throw away what still comes."""
-        self._line.write(b"\n:ACQ:STOP\n")
+        self._line.write(b"\n:ACQ:STOP;*CLS\n")
         drain(self._line, timeout_s=self._timeout_s)
 
     def _query_line(self, text: str) -> str:
@@ -144,10 +144,14 @@ class DaqClient:
             self._end_reason = ""
             with contextlib.suppress(TimeoutError, LineLostError):
                 drain(self._line, timeout_s=self._timeout_s)  # answers to what was asked before
-                self._end_reason = self._query_line("*CLS;:ACQ:FAIL?").strip('"')
+                self._end_reason = self._failure_told()
             if self._end_reason:
                 self._mailbox.report(self.name, "device-error", self._end_reason)
         return self._end_reason
+
+    def _failure_told(self) -> str:
+        """What a device that carries plain text says of its failure; empty if there is none."""
+        return ask_line(self._line, "*CLS;:ACQ:FAIL?", timeout_s=self._timeout_s).strip('"')
 
     def _because(self) -> str:
         return f" ({self.failure})" if self.failure else ""
@@ -219,7 +223,7 @@ class DaqClient:
         self.failure = ""
         self._end_reason = None
         if self.query("*TST?") != "0":
-            raise DeviceFailedError(f"{self.name} at {self.address} fails its self-test")
+            raise DeviceFailedError(f"{self.name} at {self.address} fails its self-test: {self._failure_told()}")
         self._checked(f"ACQ:BLOC {block_length};WIND {2 * block_length};BLOC?")
         self._stopping.clear()
         self._line.write(b":ACQ:STAR\n")
@@ -329,16 +333,21 @@ class DaqClient:
                 line = self._open()
                 line.write(b"\n")
                 state = ask_line(line, "*CLS;:ACQ:STAT?", timeout_s=self._timeout_s)
-                if state != "INTERRUPTED":
-                    self.failure = "the instrument has restarted"
-                    self._mailbox.report(self.name, "device-restart", f"it is {state} and has forgotten the stream")
-                    line.close()
-                    return False
-                line.write(b":ACQ:CONT\n")
+                if state == "INTERRUPTED":
+                    line.write(b":ACQ:CONT\n")
+                    reason = ""
+                else:
+                    reason = ask_line(line, ":ACQ:FAIL?", timeout_s=self._timeout_s).strip('"')
             except (InputError, LineLostError, TimeoutError):
                 if line is not None:
                     line.close()
                 continue
+            if state != "INTERRUPTED":
+                line.close()
+                self.failure = reason or "the instrument has restarted"
+                kind, detail = ("device-error", reason) if reason else ("device-restart", f"it is {state}")
+                self._mailbox.report(self.name, kind, f"{detail} and has forgotten the stream")
+                return False
             self._line = line
             self.failure = ""
             self._mailbox.report(self.name, "reconnected")

@@ -1,8 +1,9 @@
 """SCPI and IEEE 488.2: messages, parameters with units, status registers, a declarative command table."""
 
-from drivers.scpi.commands import CommandTable, command
+from drivers.scpi.commands import Command, CommandTable, command
 from drivers.scpi.errors import ErrorQueue, ScpiError
 from drivers.scpi.instrument import Deferred, Instrument, Interpreter
+from drivers.scpi.registers import Registers
 from drivers.scpi.status import MEASURING, SAMPLES_LOST, StatusGroup
 from drivers.scpi.values import Boolean, Choice, Integer, Number, definite_block, quoted
 
@@ -11,6 +12,7 @@ __all__ = [
     "SAMPLES_LOST",
     "Boolean",
     "Choice",
+    "Command",
     "CommandTable",
     "Deferred",
     "ErrorQueue",
@@ -18,6 +20,7 @@ __all__ = [
     "Integer",
     "Interpreter",
     "Number",
+    "Registers",
     "ScpiError",
     "StatusGroup",
     "command",

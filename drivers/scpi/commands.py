@@ -31,6 +31,8 @@ class Command:
     parameters: tuple[Parameter, ...]
     optional: int
     function: Callable[..., object]
+    controls: bool = False
+    """Whether it is for the instrument's controller alone; others may ask."""
     settable: Number | None = None
     """What a query's setting takes, where that is one number."""
 
@@ -63,12 +65,21 @@ class Command:
         return self.function(instrument, *suffixes, *values)
 
 
-def command(header: str, *parameters: Parameter, optional: int = 0) -> Callable[[Function], Function]:
-    """Make a method answer a header; the last `optional` parameters may be left out."""
+def command(
+    header: str, *parameters: Parameter, optional: int = 0, controls: bool | None = None
+) -> Callable[[Function], Function]:
+    """Make a method answer a header; the last `optional` parameters may be left out.
+
+    If `controls` is not said, what sets something controls the instrument, but for a client's own registers.
+    """
+    if controls is None:
+        controls = not header.endswith("?") and not header.startswith(("*", "STATus", "SYSTem"))
+    row_controls = controls
 
     def mark(function: Function) -> Function:
         rows: list[Command] = getattr(function, "scpi_commands", [])
-        function.scpi_commands = [*rows, Command(header, parameters, optional, function)]  # type: ignore[attr-defined]
+        row = Command(header, parameters, optional, function, row_controls)
+        function.scpi_commands = [*rows, row]  # type: ignore[attr-defined]
         return function
 
     return mark

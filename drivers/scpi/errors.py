@@ -22,6 +22,7 @@ STANDARD_MESSAGES = {
     -141: "Invalid character data",
     -151: "Invalid string data",
     -200: "Execution error",
+    -203: "Command protected",
     -213: "Init ignored",
     -221: "Settings conflict",
     -222: "Data out of range",
@@ -31,6 +32,7 @@ STANDARD_MESSAGES = {
     -350: "Queue overflow",
     -363: "Input buffer overrun",
     -410: "Query INTERRUPTED",
+    -430: "Query DEADLOCKED",
 }
 """Messages of SCPI 1999, volume 2, chapter 21."""
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
-from drivers.scpi.commands import CommandTable, command, command_table
-from drivers.scpi.errors import ErrorQueue, ScpiError
+from drivers.scpi.commands import Command, CommandTable, command, command_table
+from drivers.scpi.errors import ScpiError
 from drivers.scpi.parser import Unit, parse_message
-from drivers.scpi.status import StatusGroup
+from drivers.scpi.registers import Registers
 from drivers.scpi.values import Integer, format_result
 
 __all__ = ["Deferred", "Instrument", "Interpreter"]
 
 LINE_LIMIT = 4096
 QUEUE_LIMIT = 256
-OPERATION_COMPLETE, QUERY_ERROR, DEVICE_ERROR, EXECUTION_ERROR, COMMAND_ERROR, POWER_ON = 1, 4, 8, 16, 32, 128
+MESSAGE_LIMIT = 1 << 20
+"""Bytes of the answers of one message, unless it has a single one: what a client may make an instrument hold."""
+OPERATION_COMPLETE = 1
 STATUS_ERROR, STATUS_QUESTIONABLE, STATUS_MESSAGE = 4, 8, 16
 STATUS_EVENT, STATUS_SERVICE, STATUS_OPERATION = 32, 64, 128
 ENABLE_LIMIT = 65535
@@ -38,13 +41,8 @@ class Instrument:
     identity = ("", "", "0", "0")
 
     def __init__(self) -> None:
-        self.errors = ErrorQueue()
-        self._events = POWER_ON
-        self._event_enable = 0
-        self._service_enable = 0
-        self.operation = StatusGroup()
-        self.questionable = StatusGroup()
-        self.message_available = False
+        self.registers = Registers()
+        """Those of the client whose command is being done."""
 
     @classmethod
     def table(cls) -> CommandTable:
@@ -56,11 +54,8 @@ class Instrument:
         assert isinstance(found, CommandTable)
         return found
 
-    def report(self, error: ScpiError) -> None:
-        """Queue an error and set its bit in the event register."""
-        self.errors.push(error)
-        bits = {1: COMMAND_ERROR, 2: EXECUTION_ERROR, 3: DEVICE_ERROR, 4: QUERY_ERROR}
-        self._events |= bits.get(-error.number // 100, 0)
+    def admit(self, row: Command) -> None:
+        """Called before every command; a subclass raises ScpiError if the client may not do it now."""
 
     def reset(self) -> None:
         """Settings to their defaults (``*RST``); a subclass overrides it."""
@@ -80,7 +75,7 @@ class Instrument:
         """Maker, model, serial number, version."""
         return ",".join(self.identity)
 
-    @command("*RST")
+    @command("*RST", controls=True)
     def _reset(self) -> None:
         """Settings to their defaults; registers and errors stay."""
         self.reset()
@@ -88,55 +83,55 @@ class Instrument:
     @command("*CLS")
     def _clear(self) -> None:
         """Clear the error queue and the event registers."""
-        self.errors.clear()
-        self._events = 0
-        self.operation.take_events()
-        self.questionable.take_events()
+        self.registers.errors.clear()
+        self.registers.events = 0
+        self.registers.operation.take_events()
+        self.registers.questionable.take_events()
 
     @command("*ESE", Integer(maximum=255))
     def _set_event_enable(self, value: int) -> None:
         """Which events show in bit 5 of the status byte."""
-        self._event_enable = value
+        self.registers.event_enable = value
 
     @command("*ESE?")
     def _get_event_enable(self) -> int:
         """The event enable register."""
-        return self._event_enable
+        return self.registers.event_enable
 
     @command("*ESR?")
     def _take_events(self) -> int:
         """The event register, cleared by reading."""
-        events, self._events = self._events, 0
+        events, self.registers.events = self.registers.events, 0
         return events
 
     @command("*SRE", Integer(maximum=255))
     def _set_service_enable(self, value: int) -> None:
         """Which bits of the status byte request service."""
-        self._service_enable = value & ~STATUS_SERVICE
+        self.registers.service_enable = value & ~STATUS_SERVICE
 
     @command("*SRE?")
     def _get_service_enable(self) -> int:
         """The service request enable register."""
-        return self._service_enable
+        return self.registers.service_enable
 
     @command("*STB?")
     def _status(self) -> int:
         """The status byte: 4 errors, 8 questionable data, 16 an answer, 32 an event, 64 service, 128 operation."""
         self.refresh_status()
         shown = (
-            (STATUS_ERROR, len(self.errors) > 0),
-            (STATUS_QUESTIONABLE, self.questionable.summary),
-            (STATUS_MESSAGE, self.message_available),
-            (STATUS_EVENT, bool(self._events & self._event_enable)),
-            (STATUS_OPERATION, self.operation.summary),
+            (STATUS_ERROR, len(self.registers.errors) > 0),
+            (STATUS_QUESTIONABLE, self.registers.questionable.summary),
+            (STATUS_MESSAGE, self.registers.message_available),
+            (STATUS_EVENT, bool(self.registers.events & self.registers.event_enable)),
+            (STATUS_OPERATION, self.registers.operation.summary),
         )
         status = sum(bit for bit, on in shown if on)
-        return status | (STATUS_SERVICE if status & self._service_enable else 0)
+        return status | (STATUS_SERVICE if status & self.registers.service_enable else 0)
 
     @command("*OPC")
     def _operation_complete(self) -> None:
         """Set bit 0 of the event register when all is done; commands run one after the other, so at once."""
-        self._events |= OPERATION_COMPLETE
+        self.registers.events |= OPERATION_COMPLETE
 
     @command("*OPC?")
     def _is_operation_complete(self) -> int:
@@ -155,12 +150,12 @@ class Instrument:
     @command("SYSTem:ERRor[:NEXT]?")
     def _next_error(self) -> str:
         """The oldest error, taken out of the queue."""
-        return self.errors.pop().text
+        return self.registers.errors.pop().text
 
     @command("SYSTem:ERRor:COUNt?")
     def _error_count(self) -> int:
         """How many errors wait."""
-        return len(self.errors)
+        return len(self.registers.errors)
 
     @command("SYSTem:VERSion?")
     def _version(self) -> str:
@@ -171,50 +166,50 @@ class Instrument:
     def _take_operation_events(self) -> int:
         """What came on since the last reading, cleared by it: 16 measuring."""
         self.refresh_status()
-        return self.operation.take_events()
+        return self.registers.operation.take_events()
 
     @command("STATus:OPERation:CONDition?")
     def _get_operation_condition(self) -> int:
         """What is on now, in the bits of the event register."""
         self.refresh_status()
-        return self.operation.condition
+        return self.registers.operation.condition
 
     @command("STATus:OPERation:ENABle", Integer(maximum=ENABLE_LIMIT))
     def _set_operation_enable(self, value: int) -> None:
         """Which of these events show in bit 7 of the status byte."""
-        self.operation.enable = value
+        self.registers.operation.enable = value
 
     @command("STATus:OPERation:ENABle?")
     def _get_operation_enable(self) -> int:
         """The enable register."""
-        return self.operation.enable
+        return self.registers.operation.enable
 
     @command("STATus:QUEStionable[:EVENt]?")
     def _take_questionable_events(self) -> int:
         """What came on since the last reading, cleared by it: 512 samples were lost."""
         self.refresh_status()
-        return self.questionable.take_events()
+        return self.registers.questionable.take_events()
 
     @command("STATus:QUEStionable:CONDition?")
     def _get_questionable_condition(self) -> int:
         """What is on now, in the bits of the event register."""
         self.refresh_status()
-        return self.questionable.condition
+        return self.registers.questionable.condition
 
     @command("STATus:QUEStionable:ENABle", Integer(maximum=ENABLE_LIMIT))
     def _set_questionable_enable(self, value: int) -> None:
         """Which of these events show in bit 3 of the status byte."""
-        self.questionable.enable = value
+        self.registers.questionable.enable = value
 
     @command("STATus:QUEStionable:ENABle?")
     def _get_questionable_enable(self) -> int:
         """The enable register."""
-        return self.questionable.enable
+        return self.registers.questionable.enable
 
     @command("STATus:PRESet")
     def _preset(self) -> None:
         """No operation or questionable event shows in the status byte."""
-        self.operation.enable = self.questionable.enable = 0
+        self.registers.operation.enable = self.registers.questionable.enable = 0
 
     @command("SYSTem:HELP:HEADers?")
     def _help(self) -> bytes:
@@ -227,10 +222,12 @@ class Interpreter:
 
     def __init__(self, instrument: Instrument) -> None:
         self._instrument = instrument
+        self.registers = Registers()
         self._line = bytearray()
         self._overlong = False
         self._units: deque[Unit | ScpiError | None] = deque()  # None ends a message
         self._answers: list[bytes] = []
+        self._answered = 0
         self._waiting: Deferred | None = None
 
     @property
@@ -255,10 +252,24 @@ class Interpreter:
             self._line.clear()
             self._overlong = True
 
-    def run(self) -> list[bytes]:
-        """Do what can be done now; the replies, one a message, each ending with a newline."""
+    @property
+    def busy(self) -> bool:
+        """Whether there is something left to do, or an answer to wait for."""
+        return bool(self._units) or self._waiting is not None
+
+    def run(self, *, messages: float = math.inf, room: float = math.inf) -> list[bytes]:
+        """Do what can be done now; the replies, one a message, each ending with a newline.
+
+        Parameters
+        ----------
+        messages
+            To do at most: what one client sends must not keep the others waiting.
+        room
+            Bytes of replies after which the rest is left for later.
+        """
+        self._instrument.registers = self.registers
         replies = []
-        while True:
+        while messages > 0 and room > 0:
             if self._waiting is not None:
                 if not self._waiting.done:
                     break
@@ -268,12 +279,15 @@ class Interpreter:
                 break
             unit = self._units.popleft()
             if unit is None:
+                messages -= 1
                 self._instrument.end_message()
                 if self._answers:
                     replies.append(b";".join(self._answers) + b"\n")
+                    room -= len(replies[-1])
                     self._answers.clear()
+                    self._answered = 0
             elif isinstance(unit, ScpiError):
-                self._instrument.report(unit)
+                self.registers.report(unit)
             else:
                 self._execute(unit)
         return replies
@@ -281,7 +295,8 @@ class Interpreter:
     def _execute(self, unit: Unit) -> None:
         try:
             found, suffixes = self._instrument.table().find(unit.header)
-            self._instrument.message_available = bool(self._answers)
+            self.registers.message_available = bool(self._answers)
+            self._instrument.admit(found)
             result = found.call(self._instrument, suffixes, unit.arguments)
         except ScpiError as error:
             result = error
@@ -292,6 +307,13 @@ class Interpreter:
 
     def _answer(self, result: object) -> None:
         if isinstance(result, ScpiError):
-            self._instrument.report(result)
+            self.registers.report(result)
         elif result is not None:
-            self._answers.append(format_result(result))
+            answer = format_result(result)
+            self._answered += len(answer)
+            if self._answers and self._answered > MESSAGE_LIMIT:
+                self.registers.report(ScpiError(-430, f"answers of one message beyond {MESSAGE_LIMIT} bytes"))
+                self._answers.clear()
+                self._answered = 0
+            else:
+                self._answers.append(answer)

@@ -2,6 +2,7 @@
 
 from drivers.virtual.assembly import Addresses, VirtualRig
 from drivers.virtual.can_node import CanNode
+from drivers.virtual.control import Protection
 from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import FaultPlan, parse_fault
 from drivers.virtual.feed import SampleFeed
@@ -17,6 +18,7 @@ __all__ = [
     "FaultPlan",
     "Meter",
     "Port",
+    "Protection",
     "PtyPort",
     "RecordedMeter",
     "RecordedSource",

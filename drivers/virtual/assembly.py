@@ -13,12 +13,13 @@ from drivers.bus import open_bus
 from drivers.can_dialect import make_dialect
 from drivers.virtual.bus_time import BusTime
 from drivers.virtual.can_node import CanNode
+from drivers.virtual.control import Protection
 from drivers.virtual.daq import AcquisitionInstrument
 from drivers.virtual.faults import Fault, FaultPlan
 from drivers.virtual.feed import SampleFeed
 from drivers.virtual.line_speed import WirePort
 from drivers.virtual.meter import Meter
-from drivers.virtual.ports import DEFAULT_BAUD, Port, PtyPort, SerialPort, TcpPort
+from drivers.virtual.ports import DEFAULT_BAUD, TERMINALS, Port, PtyPort, SerialPort, TcpPort
 from drivers.virtual.server import VirtualDevice, serve
 from drivers.virtual.slcan import SlcanAdapter
 from recordings.errors import InputError
@@ -83,6 +84,8 @@ class VirtualRig:
         Makes a source in place of one that has failed, when a client starts again.
     slow
         What the meter measures, where there is to be one.
+    protection
+        What guards the rig against its clients.
 
     Raises
     ------
@@ -101,8 +104,10 @@ class VirtualRig:
         seed: int = 0,
         renew: Callable[[], SampleSource] | None = None,
         slow: SlowSource | None = None,
+        protection: Protection | None = None,
     ) -> None:
         self._speed = speed
+        self._protection = protection
         self._origin = origin
         self._baud = addresses.baud
         self._rates = addresses.bitrate, addresses.data_bitrate
@@ -130,7 +135,7 @@ class VirtualRig:
             raise
 
     def _add_line(self, addresses: Addresses, channels: list[str]) -> None:
-        ports: list[Port] = []
+        ports: list[Port | TcpPort] = []
         try:
             if addresses.serial is not None or (addresses.tcp is None and addresses.can is None):
                 ports.append(open_serial(addresses.serial or "auto", addresses.baud, self._speed))
@@ -151,6 +156,7 @@ class VirtualRig:
                 lossless=self._speed is None,
                 origin=self._origin,
                 faults=self._faults.link("daq"),
+                protection=self._protection,
             )
         )
 
@@ -196,7 +202,7 @@ class VirtualRig:
 
     def _add_meter(self, where: str, baud: int | None, slow: SlowSource, seed: int) -> None:
         host, _, number = where.rpartition(":")
-        port: Port
+        port: Port | TcpPort
         if host and number.isdigit() and "/" not in where:
             parsed = _parsed(parse_tcp, "--meter", where)
             port = TcpPort(parsed.host, parsed.port)
@@ -219,6 +225,10 @@ class VirtualRig:
             )  # fmt: skip
         finally:
             self.close()
+
+    def stop_at_once(self, by: str) -> None:
+        """Emergency stop, as by a button on the rig; safe in a signal's handler."""
+        self._feed.halt(f"emergency stop by {by}", latched=True)
 
     def close(self) -> None:
         """Close what was opened, where it is not served."""
@@ -301,7 +311,8 @@ def split_channels(channels: Sequence[Channel], addresses: Addresses) -> tuple[l
 def open_serial(where: str, baud: int | None, multiple: float | None, *, option: str = "--serial") -> Port:
     """A new pseudo-terminal, one with a name of its own, or a serial port that is there."""
     path = Path(where)
-    if where == "auto" or path.is_symlink() or not path.exists():
+    of_terminal = path.is_symlink() and str(path.readlink()).startswith(TERMINALS)
+    if where == "auto" or of_terminal or not path.exists():
         terminal = PtyPort(None if where == "auto" else path)
         if baud is None:
             return terminal

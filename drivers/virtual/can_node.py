@@ -138,12 +138,12 @@ class CanNode:
         """Whether the bus has taken what came before."""
         return not self._queue and not self._urgent
 
-    def descriptors(self) -> list[tuple[int, bool]]:
+    def descriptors(self) -> list[tuple[int, bool, bool]]:
         """What to wait for; -1 where the bus must be asked again and again."""
         try:
-            return [(self._bus.fileno(), False)]
+            return [(self._bus.fileno(), True, False)]
         except NotImplementedError:
-            return [(-1, not self.has_room)]
+            return [(-1, True, not self.has_room)]
 
     def service(self) -> bool:
         """Obey commands, keep the heartbeat, send what the bus takes; whether anything moved."""
@@ -212,6 +212,8 @@ class CanNode:
             self._beat(time.monotonic())
         elif command.opcode == Opcode.STOP:
             self._stop()
+        elif command.opcode == Opcode.HALT:
+            self._feed.halt("emergency stop by CAN", latched=True)
         elif command.opcode == Opcode.SET_RATE and self._state not in _BUSY and 1.0 <= command.value <= 1e6:
             self._feed.set_sample_rate(command.value)
         elif command.opcode == Opcode.DESCRIBE and 0 <= command.value < len(self._channels):

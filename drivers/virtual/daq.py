@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.frames import MAX_PAYLOAD, Frame, FrameKind, encode, encode_samples
-from drivers.scpi import MEASURING, SAMPLES_LOST, Integer, Interpreter, Number, ScpiError, command, quoted
+from drivers.scpi import MEASURING, SAMPLES_LOST, Integer, Number, ScpiError, command, quoted
 from drivers.virtual.catalogue import Catalogue
-from drivers.virtual.conversing import Conversing
+from drivers.virtual.control import Control, Protection
 from drivers.virtual.faults import LinkFaults
 from drivers.virtual.feed import SampleFeed, SourceFailedError
-from drivers.virtual.ports import Port
-from drivers.virtual.readings import Readings
+from drivers.virtual.ports import Port, TcpPort
 from drivers.virtual.session import Session
 from recordings.run import SampleBlock
 
@@ -37,7 +36,7 @@ class _Stream:
     overrun: int = 0
 
 
-class AcquisitionInstrument(Catalogue, Conversing, Readings):
+class AcquisitionInstrument(Catalogue, Control):
     """A generator and some channels behind one or more ports.
 
     Parameters
@@ -50,6 +49,8 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         Lines it listens on.
     lossless
         Let the feed wait for the line; otherwise a full buffer is an overrun, as on a UART.
+    protection
+        What guards it against its clients.
     """
 
     def __init__(
@@ -58,21 +59,20 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         *,
         name: str = "daq",
         channels: Sequence[str],
-        ports: Sequence[Port],
+        ports: Sequence[Port | TcpPort],
         lossless: bool,
         origin: str = "simulated",
         faults: LinkFaults | None = None,
+        protection: Protection | None = None,
     ) -> None:
-        super().__init__(feed)
+        super().__init__(feed, ports=ports, faults=faults, protection=protection)
         self.identity = (MAKER, "DAQ-GEN", origin, "1.0")
         self.name = name
         known = {channel.name: channel for channel in feed.channels}
         self._channels = tuple(known[channel] for channel in channels)
         self._lossless = lossless
-        self.attach(ports, faults)
         self._stream: _Stream | None = None
         self._window = 0
-        self._speaking: Session | None = None
 
     # --- what the server asks -------------------------------------------------------------------------------------
 
@@ -91,23 +91,21 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         """Whether a session's line carries frames."""
         return self._stream is not None and self._stream.session is session
 
-    def client_left(self, session: Session) -> None:
+    def interrupt_stream(self) -> bool:
         """A client that hangs up may come back and continue; what is due meanwhile is lost."""
-        if self._stream is not None and self._stream.session is session:
-            self._stream.session = None
-            # Where nothing may be lost the rig waits for the client to come back.
-            self._feed.limit = self._feed.index if self._feed.limit is None else self._feed.limit
-        self.abandon_reading()
-
-    def converse(self, session: Session, interpreter: Interpreter) -> list[bytes]:
-        """Run a client's commands."""
-        self._speaking = session
-        return interpreter.run()
+        if self._stream is None:
+            return False
+        self._stream.session = None
+        # Where nothing may be lost the rig waits for the client to come back.
+        self._feed.limit = self._feed.index if self._feed.limit is None else self._feed.limit
+        return True
 
     def refresh_status(self) -> None:
         """Whether it measures, and whether samples of the stream were lost."""
-        self.operation.put(MEASURING, self.listening)
-        self.questionable.put(SAMPLES_LOST, self._stream is not None and self._stream.overrun > 0)
+        lost = self._stream is not None and self._stream.overrun > 0
+        for session in self._sessions:
+            session.registers.operation.put(MEASURING, self.listening)
+            session.registers.questionable.put(SAMPLES_LOST, lost)
 
     def accept(self, block: SampleBlock) -> None:
         """Take a block of the feed and send it to who listens."""
@@ -129,14 +127,15 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
     def end(self) -> None:
         """The source has ended: so does the stream, and a READ? that still waits fails."""
         self.abandon_reading(ScpiError(-200, "the source has ended"))
-        self._end_stream()
+        self.end_stream()
 
     def fail(self, reason: str) -> None:
         """The source has failed: so has what waits for samples, and the generator is off."""
         error = ScpiError(-300, reason)
         if not self.abandon_reading(error):
-            self.report(error)
-        self._end_stream()
+            for session in self._sessions:
+                session.registers.report(error)
+        self.end_stream()
         self.switch_off()
 
     @property
@@ -200,7 +199,7 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
     def reset(self) -> None:
         """Generator off, defaults, stream off."""
         super().reset()
-        self._end_stream()
+        self.end_stream()
         self._window = 0
         self._feed.block_length = 240
 
@@ -260,19 +259,20 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         self._faults.start(self._feed.index)
         self._continue()
 
-    @command("ACQuire:CONTinue")
+    @command("ACQuire:CONTinue", controls=False)
     def _continue(self) -> None:
         """Go on with a stream whose client had left; its samples count on."""
         stream = self._stream
         if stream is None or stream.session not in (None, self._speaking):
             raise ScpiError(-221, "no interrupted stream")
+        self.resume()
         stream.session = self._speaking
         self._feed.limit = self._feed.index + self._window if self._window else None
 
     @command("ACQuire:STOP")
     def _stop(self) -> None:
         """Send what is left, an end frame, then plain text again."""
-        self._end_stream()
+        self.end_stream()
 
     @command("ACQuire:STATe?")
     def _state(self) -> str:
@@ -303,12 +303,14 @@ class AcquisitionInstrument(Catalogue, Conversing, Readings):
         if self._stream is not None and self._stream.session is not None:
             raise ScpiError(-221, "not while streaming")
 
-    def _end_stream(self) -> None:
+    def end_stream(self) -> None:
+        """Send what is left, and an end frame."""
         stream = self._stream
         if stream is not None and stream.session is not None:
             session = stream.session
             end = encode(Frame(kind=FrameKind.END, sequence=stream.sequence))
             session.send([*self._faults.flush(), end])
+            session.settle_order()
         self._stream = None
         self._feed.limit = None
 

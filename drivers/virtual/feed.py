@@ -43,6 +43,8 @@ class SampleFeed:
         Whether a finite source has come to its end.
     failure
         Why the source has stopped to give samples, in words; empty if it has not.
+    latched
+        Whether it was stopped in an emergency, and stays so until that is cleared.
     block_length
         Samples to make at a time.
     limit
@@ -64,6 +66,8 @@ class SampleFeed:
         self.index = 0
         self.finished = False
         self.failure = ""
+        self.latched = False
+        self._halted = False
         self.block_length = 240
         self.limit: int | None = None
 
@@ -129,6 +133,21 @@ class SampleFeed:
         known = isinstance(error, (ArithmeticError, ValueError, OSError))
         self.failure = " ".join((str(error) if known and str(error) else repr(error)).split())
 
+    def halt(self, reason: str, *, latched: bool = False) -> None:
+        """Stop at once, with the generator's output at zero from the next sample on; safe in a signal's handler.
+
+        Parameters
+        ----------
+        reason
+            What the clients are told.
+        latched
+            Whether somebody must clear it before it goes on: an emergency stop.
+        """
+        self._scheduled = deque([(0, Excitation())])
+        self._halted = self._halted or not self.failure
+        self.latched = self.latched or latched
+        self.failure = reason
+
     def recover(self) -> None:
         """Begin anew after a failure, at rest, with numbers and times that go on; else do nothing.
 
@@ -138,6 +157,11 @@ class SampleFeed:
             If there is no way to.
         """
         if not self.failure:
+            return
+        if self.latched:
+            raise SourceFailedError(self.failure)
+        if self._halted:
+            self._halted, self.failure = False, ""
             return
         if self._renew is None:
             raise SourceFailedError(self.failure)

@@ -11,6 +11,10 @@ from recordings.streams import Excitation
 __all__ = ["Generator"]
 
 
+AMPLIFIER_V = 10.0
+"""Full scale of the output, as of most generators that drive a shaker's amplifier."""
+
+
 class Generator(Instrument):
     """Sine, noise or multisine; all settings of one message hold from the same sample.
 
@@ -18,11 +22,14 @@ class Generator(Instrument):
     ----------
     feed
         What the output drives.
+    drive_limit_V
+        Amplitude that no client can pass.
     """
 
-    def __init__(self, feed: SampleFeed) -> None:
+    def __init__(self, feed: SampleFeed, *, drive_limit_V: float = AMPLIFIER_V) -> None:
         super().__init__()
         self._feed = feed
+        self._drive_limit_V = drive_limit_V
         self._output_on = False
         self._excitation = Excitation(kind="sine", frequency_Hz=100.0)
         self._applied = Excitation()
@@ -46,7 +53,7 @@ class Generator(Instrument):
     def end_message(self) -> None:
         """Apply the generator's settings of one message at one sample."""
         wanted = self._excitation if self._output_on else Excitation()
-        if wanted != self._applied:
+        if wanted != self._applied and not self._feed.failure:
             self._effective = self._feed.schedule_output(wanted)
             self._applied = wanted
 
@@ -73,9 +80,11 @@ class Generator(Instrument):
         """In Hz."""
         return self._excitation.frequency_Hz
 
-    @command("[SOURce:]VOLTage[:LEVel][:AMPLitude]", Number(minimum=0.0, maximum=10.0, unit="V"))
+    @command("[SOURce:]VOLTage[:LEVel][:AMPLitude]", Number(minimum=0.0, maximum=AMPLIFIER_V, unit="V"))
     def _set_voltage(self, value: float) -> None:
         """Peak value of the sine, rms value of noise and multisine."""
+        if value > self._drive_limit_V:
+            raise ScpiError(-222, f"this instrument's drive limit is {self._drive_limit_V:g} V")
         self._set(amplitude_V=value)
 
     @command("[SOURce:]VOLTage[:LEVel][:AMPLitude]?")
@@ -122,6 +131,8 @@ class Generator(Instrument):
     @command("OUTPut[:STATe]", Boolean())
     def _set_output(self, on: bool) -> None:
         """Switch the generator; it and the settings of the same line hold from the same sample."""
+        if on and self._feed.latched:
+            raise ScpiError(-221, f"{self._feed.failure}; OUTP:PROT:CLE first")
         self._output_on = on
 
     @command("OUTPut[:STATe]?")

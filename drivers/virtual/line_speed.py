@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from drivers.virtual.ports import PtyPort
+from drivers.virtual.ports import CHUNK_BYTES, PtyPort
 
 __all__ = ["WirePort"]
 
@@ -29,6 +29,8 @@ class WirePort:
     """
 
     BURST_S = 0.05
+    ended = False
+    returns = True
 
     def __init__(self, port: PtyPort, *, baud: int, multiple: float | None) -> None:
         self._port = port
@@ -44,9 +46,9 @@ class WirePort:
         return self._port.address
 
     @property
-    def connected(self) -> bool:
-        """Whether a client is there."""
-        return self._port.connected
+    def client(self) -> int:
+        """Number of the client that is there, or 0."""
+        return self._port.client
 
     @property
     def throttled(self) -> bool:
@@ -71,9 +73,9 @@ class WirePort:
         """Notice a client that has come or gone."""
         self._port.poll()
 
-    def read(self) -> bytes:
+    def read(self, most: int = CHUNK_BYTES) -> bytes:
         """What the client has sent, as it looks from here."""
-        data = self._port.read()
+        data = self._port.read(most)
         return data if not data or self._understood else self._garbled(data)
 
     def write(self, data: memoryview) -> int:
@@ -92,9 +94,9 @@ class WirePort:
         wrong = self._noise.integers(1, 256, len(data), dtype=np.uint8)
         return (np.frombuffer(data, np.uint8) ^ wrong).tobytes()
 
-    def fileno(self) -> int:
-        """Descriptor to wait for."""
-        return self._port.fileno()
+    def descriptors(self) -> list[int]:
+        """Descriptors to wait for."""
+        return self._port.descriptors()
 
     def reopen(self) -> None:
         """Hang up."""

@@ -12,7 +12,7 @@ from drivers.virtual.catalogue import Catalogue
 from drivers.virtual.conversing import Conversing
 from drivers.virtual.faults import LinkFaults
 from drivers.virtual.feed import SampleFeed
-from drivers.virtual.ports import Port
+from drivers.virtual.ports import Port, TcpPort
 from recordings.run import SampleBlock
 from recordings.streams import SlowSource
 
@@ -50,7 +50,7 @@ class Meter(Catalogue, Conversing):
         source: SlowSource,
         *,
         name: str = "meter",
-        ports: Sequence[Port],
+        ports: Sequence[Port | TcpPort],
         origin: str = "simulated",
         faults: LinkFaults | None = None,
         seed: int = 0,

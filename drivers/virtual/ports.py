@@ -15,12 +15,16 @@ from typing import Protocol
 
 import serial
 
+from drivers.virtual.openings import Openings
 from recordings.errors import InputError
 
-__all__ = ["Port", "PtyPort", "SerialPort", "TcpPort"]
+__all__ = ["Port", "PtyPort", "SerialPort", "TcpLine", "TcpPort"]
 
 CHUNK_BYTES = 65536
 DEFAULT_BAUD = 921600
+BACKLOG = 128
+"""Connections that the system keeps until the instrument's next turn."""
+TERMINALS = "/dev/pts/"
 _BUSY = (errno.EAGAIN, errno.EWOULDBLOCK)
 
 
@@ -29,12 +33,22 @@ class Port(Protocol):
 
     @property
     def address(self) -> str:
-        """What a client opens."""
+        """What a client opens; of a connection, where its client is."""
         ...
 
     @property
-    def connected(self) -> bool:
-        """Whether a client is there."""
+    def client(self) -> int:
+        """0 if nobody is there, else a number that no other client of this line has had."""
+        ...
+
+    @property
+    def returns(self) -> bool:
+        """Whether another client may come when this one has left."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Whether the client has said that it sends no more."""
         ...
 
     @property
@@ -46,16 +60,16 @@ class Port(Protocol):
         """Notice a client that has come or gone."""
         ...
 
-    def read(self) -> bytes:
-        """What the client has sent; nothing if it has not."""
+    def read(self, most: int = CHUNK_BYTES) -> bytes:
+        """What the client has sent, at most so many bytes; nothing if it has not."""
         ...
 
     def write(self, data: memoryview) -> int:
         """Send what the line takes now; how many bytes."""
         ...
 
-    def fileno(self) -> int:
-        """Descriptor to wait for, -1 if there is none now."""
+    def descriptors(self) -> list[int]:
+        """What to wait for: first what carries the bytes, or -1 if nobody is there, then what tells of clients."""
         ...
 
     def reopen(self) -> None:
@@ -78,13 +92,21 @@ class PtyPort:
     Parameters
     ----------
     link
-        Path of a symbolic link to make to it, for clients that want a name that stays; None for none.
+        Path of a symbolic link to make to it, for clients that want a name that stays; None for none.  A link that is
+        there is replaced only if it leads to a terminal that has gone.
+
+    Raises
+    ------
+    InputError
+        If `link` is something else, another instrument's, or cannot be made.
     """
 
-    throttled = False
+    throttled = ended = False
+    returns = True
 
     def __init__(self, link: Path | None = None) -> None:
         self._link = link
+        self._visits = 0
         self._open()
 
     @property
@@ -99,71 +121,109 @@ class PtyPort:
         # Without a descriptor of its own at the far end the instrument sees the client come and go.
         os.close(slave)
         os.set_blocking(self._master, False)
-        self.connected = False
+        self._openings = Openings(name)
+        self._open_files = 0
+        self.client = 0
         self.address = name
         if self._link is not None:
-            with contextlib.suppress(FileNotFoundError):
-                if self._link.is_symlink():
-                    self._link.unlink()
             try:
-                self._link.symlink_to(name)
+                self._place_link(self._link, name)
             except OSError as error:
-                os.close(self._master)
-                raise InputError(self._link, "", error.strerror or str(error)) from error
+                self._hang_up()
+                raise InputError(self._link, "", (error.strerror or str(error)).lower()) from error
+            except InputError:
+                self._hang_up()
+                raise
             self.address = str(self._link)
 
+    def _place_link(self, link: Path, name: str) -> None:
+        if link.is_symlink():
+            target = str(link.readlink())
+            if not target.startswith(TERMINALS):
+                raise InputError(link, "", "is a link to something else", "give a name that is free, or auto")
+            if target != name and Path(target).exists():
+                raise InputError(link, "", "leads to a terminal that is in use", "give a name that is free, or auto")
+            link.unlink()
+        link.symlink_to(name)
+
     def poll(self) -> None:
-        """Look for a hang-up, which lasts until a client opens the line."""
+        """Look for a hang-up, which lasts until a client opens the line, and for one client after the other."""
+        another = False
+        for opened in self._openings.take():
+            another = another or (opened and not self._open_files and self.client > 0)
+            self._open_files = self._open_files + 1 if opened else max(0, self._open_files - 1)
         poller = select.poll()
         poller.register(self._master, select.POLLIN)
         events = poller.poll(0)
-        # What a client sent before it left is still to be read.
-        connected = not events or not events[0][1] & select.POLLHUP or bool(events[0][1] & select.POLLIN)
-        if self.connected and not connected:
-            self._discard_unread()
-        self.connected = connected
+        hung_up = bool(events) and bool(events[0][1] & select.POLLHUP)
+        if hung_up and not another and events[0][1] & select.POLLIN:
+            return  # what a client sent before it left is still to be read
+        if self.client and (hung_up or another):
+            self._discard()
+            self.client = 0
+        if not hung_up and not self.client:
+            self._visits += 1
+            self.client = self._visits
+            self._open_files = max(1, self._open_files)
 
-    def _discard_unread(self) -> None:
-        """What the client has not read is not for the next one."""
+    def _discard(self) -> None:
+        """What a client has not read is not for the next one."""
         with contextlib.suppress(OSError):
             slave = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
             termios.tcflush(slave, termios.TCIFLUSH)
             os.close(slave)
+        self._openings.take()  # one's own among them
+        self._open_files = 0
 
-    def read(self) -> bytes:
+    def read(self, most: int = CHUNK_BYTES) -> bytes:
         """What has come; a client that has gone gives nothing."""
         try:
-            return os.read(self._master, CHUNK_BYTES)
+            return os.read(self._master, most)
         except OSError:  # nothing there, or nobody: the next poll tells which
             return b""
 
     def write(self, data: memoryview) -> int:
-        """Send what the line's buffer takes."""
+        """Send what the line's buffer takes, unless its client has gone in this moment."""
+        client = self.client
+        self.poll()
+        if self.client != client:
+            return 0
         try:
             return os.write(self._master, data)
         except OSError:
             return 0
 
-    def fileno(self) -> int:
-        """The master's descriptor while a client is there: a hung-up one is always ready."""
-        return self._master if self.connected else -1
+    def descriptors(self) -> list[int]:
+        """The master's while a client is there, as a hung-up one is always ready; and what tells of openings."""
+        return [self._master if self.client else -1, self._openings.descriptor]
+
+    def _hang_up(self) -> None:
+        os.close(self._master)
+        self._openings.close()
 
     def reopen(self) -> None:
         """Hang up and come back as a new terminal, as an adapter does that was unplugged."""
-        os.close(self._master)
+        self._take_link_away()
+        self._hang_up()
         self._open()
 
     def close(self) -> None:
         """Hang up."""
-        os.close(self._master)
-        if self._link is not None and self._link.is_symlink():
-            self._link.unlink()
+        self._take_link_away()
+        self._hang_up()
+
+    def _take_link_away(self) -> None:
+        """Unless it is another's by now."""
+        with contextlib.suppress(OSError):
+            if self._link is not None and str(self._link.readlink()) == self._name:
+                self._link.unlink()
 
 
 class SerialPort:
     """A serial port of this machine, for a virtual instrument at the far end of a real cable."""
 
-    throttled = False
+    throttled = ended = False
+    returns = True
 
     def __init__(self, path: str, baud: int = DEFAULT_BAUD) -> None:
         try:
@@ -172,19 +232,19 @@ class SerialPort:
             raise InputError(path, "", f"cannot be opened as a serial port ({error})") from error
         self._descriptor = self._serial.fileno()
         os.set_blocking(self._descriptor, False)
-        self.connected = True
+        self.client = 1
         self.address = path
 
     def poll(self) -> None:
         """A cable does not say whether somebody listens."""
 
-    def read(self) -> bytes:
+    def read(self, most: int = CHUNK_BYTES) -> bytes:
         """What has come."""
         try:
-            return os.read(self._descriptor, CHUNK_BYTES)
+            return os.read(self._descriptor, most)
         except OSError as error:
             if error.errno not in _BUSY:
-                self.connected = False
+                self.client = 0
             return b""
 
     def write(self, data: memoryview) -> int:
@@ -193,12 +253,12 @@ class SerialPort:
             return os.write(self._descriptor, data)
         except OSError as error:
             if error.errno not in _BUSY:
-                self.connected = False
+                self.client = 0
             return 0
 
-    def fileno(self) -> int:
+    def descriptors(self) -> list[int]:
         """The port's descriptor."""
-        return self._descriptor if self.connected else -1
+        return [self._descriptor if self.client else -1]
 
     def reopen(self) -> None:
         """Drop what the port holds; a cable cannot be pulled by software."""
@@ -210,82 +270,100 @@ class SerialPort:
 
 
 class TcpPort:
-    """A TCP socket, one client at a time; a further one waits until that has left.
+    """A TCP socket that listens; every client gets a line of its own.
 
     Parameters
     ----------
     host
-        Address to listen at; who names another than loopback lets the network in.
+        Address to listen at, of IPv4 or IPv6; who names another than loopback lets the network in.
     port
         0 for any that is free.
     """
 
-    throttled = False
-
     def __init__(self, host: str = "127.0.0.1", port: int = 5025) -> None:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:
-            self._listener = socket.create_server((host, port))
+            self._listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
         except (OSError, OverflowError) as error:
             raise InputError(f"tcp:{host}:{port}", "", f"cannot listen there ({error})") from error
         self._listener.setblocking(False)
-        self._client: socket.socket | None = None
-        self.address = f"{host}:{self._listener.getsockname()[1]}"
+        self.address = _endpoint(host, self._listener.getsockname()[1])
 
-    @property
-    def connected(self) -> bool:
-        """Whether a client is there."""
-        return self._client is not None
+    def accept(self) -> TcpLine | None:
+        """The line of the next client, if one waits."""
+        with contextlib.suppress(BlockingIOError, ConnectionError):
+            return TcpLine(self._listener.accept()[0])
+        return None
+
+    def fileno(self) -> int:
+        """The descriptor that is ready when a client waits."""
+        return self._listener.fileno()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._listener.close()
+
+
+class TcpLine:
+    """One client's connection; whose machine has died is noticed within a minute."""
+
+    throttled = returns = False
+
+    def __init__(self, link: socket.socket) -> None:
+        self._link = link
+        link.setblocking(False)
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for option, value in (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 3)):  # s, s, times
+            if hasattr(socket, option):
+                link.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+        self.client = 1
+        self.ended = False
+        try:
+            self.address = _endpoint(*link.getpeername()[:2])
+        except OSError:  # gone already
+            self.address = "?"
 
     def poll(self) -> None:
-        """Accept a client if there is none."""
-        if self._client is not None:
-            return
-        with contextlib.suppress(BlockingIOError, ConnectionError):
-            client, _ = self._listener.accept()
-            client.setblocking(False)
-            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._client = client
+        """Reading and writing tell of an end."""
 
-    def read(self) -> bytes:
-        """What has come; an end closes the connection."""
-        if self._client is None:
+    def read(self, most: int = CHUNK_BYTES) -> bytes:
+        """What has come."""
+        if not self.client or self.ended:
             return b""
         try:
-            data = self._client.recv(CHUNK_BYTES)
+            data = self._link.recv(most)
         except BlockingIOError:
             return b""
         except OSError:
-            data = b""
-        if not data:
-            self._hang_up()
+            self.close()
+            return b""
+        self.ended = not data
         return data
 
     def write(self, data: memoryview) -> int:
         """Send what the socket takes."""
-        if self._client is None:
-            return 0
         try:
-            return self._client.send(data)
+            return self._link.send(data) if self.client else 0
         except BlockingIOError:
             return 0
         except OSError:
-            self._hang_up()
+            self.close()
             return 0
 
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self._client.close()
-        self._client = None
-
-    def fileno(self) -> int:
-        """The client's socket, or the one that waits for a client."""
-        return (self._client or self._listener).fileno()
+    def descriptors(self) -> list[int]:
+        """The socket's descriptor."""
+        return [self._link.fileno()]
 
     def reopen(self) -> None:
         """Hang up."""
-        self._hang_up()
+        self.close()
 
     def close(self) -> None:
-        """Hang up and stop listening."""
-        self._hang_up()
-        self._listener.close()
+        """Hang up."""
+        self.client = 0
+        self._link.close()
+
+
+def _endpoint(host: str, port: int) -> str:
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

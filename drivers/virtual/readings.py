@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drivers.scpi import Deferred, Integer, ScpiError, command
 from drivers.virtual.feed import SampleFeed, SourceFailedError
-from drivers.virtual.generator import Generator
+from drivers.virtual.generator import AMPLIFIER_V, Generator
 
 __all__ = ["Readings"]
 
@@ -33,10 +33,12 @@ class Readings(Generator):
     ----------
     feed
         Where samples come from.
+    drive_limit_V
+        Of its generator.
     """
 
-    def __init__(self, feed: SampleFeed) -> None:
-        super().__init__(feed)
+    def __init__(self, feed: SampleFeed, *, drive_limit_V: float = AMPLIFIER_V) -> None:
+        super().__init__(feed, drive_limit_V=drive_limit_V)
         self._reading: _Reading | None = None
         self._recent: deque[NDArray[np.float32]] = deque()
         self._recent_count = 0
@@ -95,7 +97,7 @@ class Readings(Generator):
             reading.answer.finish(error)
         return reading is not None
 
-    @command("READ?", Integer(minimum=1, maximum=READ_LIMIT))
+    @command("READ?", Integer(minimum=1, maximum=READ_LIMIT), controls=True)
     def _read(self, count: int) -> Deferred:
         """The next samples, channel after channel, as a definite-length block of little-endian float32."""
         if self.listening:

@@ -50,8 +50,8 @@ class VirtualDevice(Protocol):
         """Receive, answer, send, never wait; whether anything moved."""
         ...
 
-    def descriptors(self) -> list[tuple[int, bool]]:
-        """Descriptors to wait for, and whether for room to write as well; -1 for what must be polled."""
+    def descriptors(self) -> list[tuple[int, bool, bool]]:
+        """Descriptors to wait for, whether for input, whether for room to write; -1 for what must be polled."""
         ...
 
     def close(self) -> None:
@@ -162,9 +162,9 @@ def _wait(devices: Sequence[VirtualDevice], longest_s: float) -> None:
     """Sleep until a descriptor is ready, or a polled bus is due."""
     poller = select.poll()
     for device in devices:
-        for descriptor, write in device.descriptors():
+        for descriptor, read, write in device.descriptors():
             if descriptor >= 0:
-                poller.register(descriptor, select.POLLIN | (select.POLLOUT if write else 0))
+                poller.register(descriptor, (select.POLLIN if read else 0) | (select.POLLOUT if write else 0))
             else:
                 longest_s = min(longest_s, POLLED_WAIT_S if device.listening else 5 * POLLED_WAIT_S)
     poller.poll(1000 * longest_s)

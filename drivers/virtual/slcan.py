@@ -68,7 +68,8 @@ class SlcanAdapter(can.BusABC):
         self._overlong = False
         self._out = bytearray()
         self._received: deque[can.Message] = deque()
-        self._is_open = self._silent = self._present = self._failing = False
+        self._is_open = self._silent = self._failing = False
+        self._client = self._port.client
         self._rates: tuple[float | None, float | None] = (None, None)
 
     def _fits(self, message: can.Message) -> bool:
@@ -90,7 +91,7 @@ class SlcanAdapter(can.BusABC):
         if msg.is_error_frame:  # there is no line for it, but a flag
             self._failing = True
             return
-        if not self._present or not self._is_open or not self._fits(msg):
+        if not self._client or not self._is_open or not self._fits(msg):
             return
         if len(self._out) > OUTPUT_LIMIT:
             raise can.CanOperationError("the adapter's buffer is full")
@@ -110,10 +111,9 @@ class SlcanAdapter(can.BusABC):
     def _serve(self) -> None:
         """Talk to the client."""
         self._port.poll()
-        if self._port.connected != self._present:
+        if self._port.client != self._client:
             self._forget()
-            self._present = self._port.connected
-        if not self._present:
+        if not self._client:
             return
         self._flush()
         if len(self._out) > OUTPUT_LIMIT:
@@ -177,7 +177,7 @@ class SlcanAdapter(can.BusABC):
 
     def fileno(self) -> int:
         """The line's descriptor, -1 while there is no client."""
-        return self._port.fileno()
+        return self._port.descriptors()[0]
 
     def shutdown(self) -> None:
         """Hang up."""

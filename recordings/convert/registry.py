@@ -13,7 +13,7 @@ from recordings.convert.uff import read_uff, write_uff
 from recordings.errors import InputError
 from recordings.reader import read_run
 from recordings.run import Run
-from recordings.whole import whole_file
+from recordings.whole import refuse_existing, whole_file
 
 __all__ = ["FORMATS", "Format", "convert", "read_as"]
 
@@ -81,8 +81,7 @@ def convert(
         raise InputError(target, "", f"{writer.name} can be read but not written")
     if reader.suffix == writer.suffix:
         raise InputError(target, "", "has the same format as the source", "there is nothing to convert")
-    if target.exists() and not overwrite:
-        raise InputError(target, "", "exists already", "choose another name or remove it")
+    refuse_existing(target, overwrite=overwrite)
     run = read_as(source, formats=known.values())
     unread = [] if reader.read is read_run else [each.detail for each in run.events if each.kind == "not-converted"]
     with whole_file(target) as part:

@@ -69,7 +69,7 @@ def test_scpi(count):
             picks = generator.integers(len(WORDS), size=int(generator.integers(1, 12)))
             interpreter.feed(b"".join(WORDS[i] for i in picks))
         assert all(reply.endswith(b"\n") for reply in interpreter.run())
-    assert len(instrument.errors) <= 16
+    assert len(instrument.registers.errors) <= 16
     interpreter.feed(b"\n*CLS;*OPC?\n")
     assert interpreter.run()[-1] == b"1\n"
 

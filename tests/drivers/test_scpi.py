@@ -16,6 +16,7 @@ class Oven(Instrument):
         super().__init__()
         self.value = 1.0
         self.pending: Deferred | None = None
+        self.line = Interpreter(self)
 
     @command("SOURce:FREQuency[:CW]", Number(minimum=1.0, maximum=1e6, unit="Hz"))
     def _set(self, value: float) -> None:
@@ -65,9 +66,8 @@ def oven() -> Oven:
 
 
 def ask(oven: Oven, text: str) -> bytes:
-    interpreter = Interpreter(oven)
-    interpreter.feed(text.encode("latin-1") + b"\n")
-    return b"".join(interpreter.run())
+    oven.line.feed(text.encode("latin-1") + b"\n")
+    return b"".join(oven.line.run())
 
 
 @pytest.mark.parametrize("header", ["SOUR:FREQ", "source:frequency", ":Sour:Freq:CW", "SOURCE:FREQ:CW", "  sour:freq"])
@@ -91,7 +91,7 @@ def test_other_abbreviations_are_undefined(oven, header):
 def test_numbers_with_suffixes(oven, text, value):
     ask(oven, f"SOUR:FREQ {text}")
     if value is None:
-        assert oven.errors.pop().number == -222
+        assert oven.registers.errors.pop().number == -222
     else:
         assert oven.value == pytest.approx(value, rel=1e-12)
 
@@ -114,7 +114,7 @@ def test_millivolt_is_not_megavolt(oven):
 def test_errors_have_their_standard_numbers(oven, text, number):
     before = oven.value
     assert ask(oven, text) == b""
-    assert oven.errors.pop().number == number
+    assert oven.registers.errors.pop().number == number
     assert oven.value == before
 
 
@@ -159,12 +159,12 @@ def test_status_registers(oven):
 
 def test_status_groups_keep_what_came_on_until_it_is_read(oven):
     assert ask(oven, "STAT:OPER:COND?;EVEN?;ENAB?") == b"0;0;0\n"
-    oven.operation.put(16, True)
-    oven.operation.put(16, False)
+    oven.registers.operation.put(16, True)
+    oven.registers.operation.put(16, False)
     assert ask(oven, "*STB?") == b"0\n"  # nothing of it is enabled
     assert ask(oven, "STAT:OPER:ENAB 16;:STAT:QUES:ENAB 512;*STB?;:STAT:OPER:COND?") == b"128;0\n"
     assert ask(oven, "STATUS:OPERATION:EVENT?;:STAT:OPER?;*STB?") == b"16;0;16\n"  # an answer waits
-    oven.questionable.put(512, True)
+    oven.registers.questionable.put(512, True)
     assert ask(oven, "*SRE 8;*STB?") == b"72\n"
     assert ask(oven, "*CLS;*STB?;STAT:QUES?;QUES:COND?") == b"0;0;512\n"
     assert ask(oven, "STAT:PRES;OPER:ENAB?") == b"0\n"
@@ -174,7 +174,7 @@ def test_status_groups_keep_what_came_on_until_it_is_read(oven):
 def test_the_query_of_a_number_gives_its_limits(oven):
     assert ask(oven, "SOUR:FREQ? MIN;FREQ? maximum") == b"1.0;1000000.0\n"
     ask(oven, "SOUR:FREQ? 3")
-    assert oven.errors.pop().number == -224
+    assert oven.registers.errors.pop().number == -224
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
@@ -203,7 +203,7 @@ def test_an_overlong_line_is_an_error_and_the_next_one_works(oven):
         interpreter.feed(b"A" * 1000)
     interpreter.feed(b"\n*IDN?\n")
     assert interpreter.run() == [b"Maker,Oven,7,2.0\n"]
-    assert oven.errors.pop().number == -363
+    assert oven.registers.errors.pop().number == -363
 
 
 def test_the_table_prints_every_command(oven):
@@ -220,8 +220,8 @@ def test_rubbish_never_raises(chunks):
     for chunk in chunks:
         interpreter.feed(chunk)
         interpreter.run()
-    while oven.errors:
-        text = oven.errors.pop().text
+    while oven.registers.errors:
+        text = oven.registers.errors.pop().text
         assert text.isascii()
         assert "\n" not in text
 

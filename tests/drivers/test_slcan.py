@@ -203,7 +203,7 @@ def test_after_a_client_has_left_the_next_one_finds_the_adapter_fresh() -> None:
     def told() -> bool:
         """Whether the adapter knows that nobody is there."""
         device._serve()
-        return not device._port.connected
+        return not device._port.client
 
     wait_until(told)
     with serial.Serial(device.address, timeout=1) as line:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivers.instruments import Instruments
-from drivers.virtual import Addresses, VirtualRig, parse_fault
+from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
 from recordings.run import Channel, SampleBlock
 from recordings.streams import Excitation, SlowSource
 
@@ -128,6 +128,7 @@ class Served:
     can: str | None
     meter: str | None = None
     patience: dict[str, float] = field(default_factory=dict)
+    stop_at_once: Callable[[str], None] = field(default=print)
 
     def instruments(self, **options: object) -> Instruments:
         """What the instruments file would say, with more patience than it has of itself."""
@@ -145,13 +146,14 @@ def served(
     source: FilteredSine,
     *,
     serial: bool = False,
-    tcp: bool = False,
+    tcp: bool | str = False,
     can_bus: str | None = None,
     speed: float | None = None,
     faults: Sequence[str] = (),
     link: Path | None = None,
     meter: str | None = None,
     slow: SlowSource | None = None,
+    protection: Protection | None = None,
     **wire: Any,
 ) -> Iterator[Served]:
     """Virtual instruments in a thread of this process."""
@@ -159,7 +161,7 @@ def served(
         source,
         Addresses(
             serial=str(link or "auto") if serial else None,
-            tcp="127.0.0.1:0" if tcp else None,
+            tcp="127.0.0.1:0" if tcp is True else tcp or None,
             can=can_bus,
             meter=meter,
             **wire,
@@ -168,6 +170,7 @@ def served(
         faults=[parse_fault(text) for text in faults],
         seed=3,
         slow=slow or (SlowRoom() if meter else None),
+        protection=protection or Protection(watchdog_s=PATIENCE_S),
     )
     where = {key: value for entry in rig.ready if entry["device"] != "meter" for key, value in entry.items()}
     meters = [
@@ -184,7 +187,9 @@ def served(
         # What a fault has swallowed is asked for again after a part of the time-out.
         patience = {"timeout_s": 6.0 if faults else 30.0, "reconnect_s": PATIENCE_S, "silence_s": PATIENCE_S}
         meter_at = meters[0] if meters else None
-        yield Served(source, where.get("serial"), where.get("tcp"), where.get("can"), meter_at, patience)
+        yield Served(
+            source, where.get("serial"), where.get("tcp"), where.get("can"), meter_at, patience, rig.stop_at_once
+        )
     finally:
         stop.set()
         thread.join(PATIENCE_S)

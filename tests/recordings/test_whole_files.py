@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 
 import pytest
+from recording_builders import CHANNELS, INFO, block_at
 
-from recordings import InputError, check_writable, whole_file
+from recordings import InputError, RunWriter, check_writable, read_run, whole_file
 
 
 def test_it_appears_at_the_end_and_keeps_its_suffix(tmp_path: Path) -> None:
@@ -41,3 +44,58 @@ def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path):
     for path in (tmp_path, tmp_path / "missing" / "x.csv", Path("/proc/none")):
         with pytest.raises(InputError):
             check_writable(path)
+
+
+def test_what_is_there_is_refused_unless_it_may_be_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    check_writable(path, overwrite=False)
+    path.symlink_to("nowhere")
+    with pytest.raises(InputError, match="exists already"):
+        check_writable(path, overwrite=False)
+
+
+def test_nobody_else_can_plant_a_link_where_it_is_written(tmp_path: Path) -> None:
+    names = set()
+    for _ in range(2):
+        with whole_file(tmp_path / "table.csv") as part:
+            part.write_text("a")
+            names.add(part.parent.name)
+            assert part.parent.stat().st_mode & 0o777 == 0o700
+    assert len(names) == 2
+
+
+def test_what_a_killed_program_left_is_removed_by_the_next_and_what_a_living_one_makes_is_not(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    pid = os.fork()
+    if pid == 0:
+        with whole_file(path) as part:
+            part.write_text("half")
+            os.kill(os.getpid(), signal.SIGKILL)
+    os.waitpid(pid, 0)
+    (left,) = tmp_path.iterdir()
+    precious = tmp_path / "precious"
+    precious.mkdir()
+    (tmp_path / ".table.csv.planted.part").symlink_to(precious)
+    with whole_file(path) as part:
+        assert not left.exists()
+        check_writable(path)
+        assert part.parent.exists()
+        part.write_text("whole")
+    assert path.read_text() == "whole"
+    assert precious.exists()
+
+
+def test_an_overwritten_recording_stands_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"old")
+    with RunWriter(path, info=INFO, channels=CHANNELS, overwrite=True) as writer:
+        writer.write_block(block_at(0))
+        assert path.read_bytes() == b"old"
+    assert read_run(path).devices
+    before = path.read_bytes()
+    with RunWriter(path, info=INFO, channels=CHANNELS, overwrite=True) as writer:
+        writer.abandon()
+    assert path.read_bytes() == before
+    with RunWriter(tmp_path / "new.mcap", info=INFO, channels=CHANNELS) as writer:
+        writer.abandon()
+    assert [each.name for each in tmp_path.iterdir()] == ["run.mcap"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 import zlib
 from collections.abc import Sequence
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from recordings import RunWriter, read_run
+from recordings.beside import temporary_folder
 from twin.bench import HiddenCase, draw_case
 from twin.demo import BROADBAND, broadband, planned_sweeps, recording_names, resonance
 from twin.diagnose import diagnose
@@ -202,8 +202,8 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
     keep
         Folder for the recordings; without it they vanish.
     """
-    with tempfile.TemporaryDirectory(prefix="twin-campaign-") as temporary:
-        folder = keep or Path(temporary)
+    with temporary_folder("twin-campaign") as temporary:
+        folder = keep or temporary
         folder.mkdir(parents=True, exist_ok=True)
         started = time.perf_counter()
         hidden: list[dict[str, Any]] = []

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from recordings.errors import InputError
 from twin.campaign.case import CasePlan, CaseResult, run_case
-from twin.diagnose.parallel_map import become_helper
+from twin.diagnose.parallel_map import become_helper, undisturbed
 from twin.joint.registry import loaded_files
 from twin.rigs import Rig
 
@@ -70,7 +70,8 @@ def run_campaign(
             (folder / CASES).mkdir(parents=True, exist_ok=True)
             report(f"diagnosing {len(todo)} cases")
             recordings = {plan: (folder / RECORDINGS / plan.name).resolve() if keep else None for plan in todo}
-            futures = [executor.submit(run_case, plan, rig, recordings[plan]) for plan in todo]
+            with undisturbed():
+                futures = [executor.submit(run_case, plan, rig, recordings[plan]) for plan in todo]
             for future in as_completed(futures):
                 try:
                     result = future.result()
@@ -96,7 +97,7 @@ def read_results(folder: Path) -> list[CaseResult]:
     for path in sorted((folder / CASES).glob("*.json")):
         try:
             results.append(CaseResult.from_dict(json.loads(path.read_text(encoding="utf-8"))))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise InputError(path, "", f"is not a case of a campaign ({error})", "delete it to run it again") from error
     return results
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
+from recordings.whole import refuse_existing
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say, stage
 from twin.commands.own_code import laws_option
@@ -66,8 +67,7 @@ def command(
     if procedure is not None:
         attachments["procedure.toml"] = dump_procedure(procedure)
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
-    if out.exists() and not overwrite:
-        raise InputError(out, "", "exists already", "give another name, or --overwrite")
+    refuse_existing(out, overwrite=overwrite)
     watch.check()
     branches = _branches(rig_name, preload, procedure) if watch.wanted else []
     with open_instruments(instruments) as acquisition:
@@ -88,24 +88,27 @@ def command(
         except ValueError as error:
             raise InputError(instruments, "", str(error), "correct the channel in the instruments file") from error
         sink = _CountingSink(writer, acquisition.take_indicators)
-        try:
-            with writer, watched(watch, about) as shown:
-                if procedure is None:
-                    state, reason = _record(shown.acquisition(acquisition), shown.sink(sink), seconds)
-                    ended: dict[str, Any] = {"state": state, "reason": reason, "steps": 0}
-                else:
-                    result = _run(procedure, acquisition, sink, shown)
-                    ended = {"state": result.state, "reason": result.reason, "steps": len(result.steps)}
-                    ended["rig_seconds"] = result.duration_s
-                if watch.wanted:
-                    ended["view"] = {"not_shown": shown.not_shown}
-        except (InputError, KeyboardInterrupt):
-            if not sink.samples:
-                out.unlink(missing_ok=True)  # nothing was measured: leave nothing behind
-            raise
-        except TimeoutError as error:
-            out.unlink(missing_ok=True)
-            raise InputError(instruments, "", str(error), "are the instruments still on?") from error
+        with writer:
+            try:
+                with watched(watch, about) as shown:
+                    if procedure is None:
+                        state, reason = _record(shown.acquisition(acquisition), shown.sink(sink), seconds)
+                        ended: dict[str, Any] = {"state": state, "reason": reason, "steps": 0}
+                    else:
+                        result = _run(procedure, acquisition, sink, shown)
+                        ended = {"state": result.state, "reason": result.reason, "steps": len(result.steps)}
+                        ended["rig_seconds"] = result.duration_s
+                    if watch.wanted:
+                        ended["view"] = {"not_shown": shown.not_shown}
+            except (InputError, KeyboardInterrupt):
+                if not sink.samples:
+                    writer.abandon()
+                raise
+            except TimeoutError as error:
+                writer.abandon()
+                raise InputError(instruments, "", str(error), "are the instruments still on?") from error
+            if ended["state"] == "interrupted" and not sink.samples:
+                writer.abandon()
     return _tell(out, sink, ended, as_json)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from recordings.whole import refuse_existing
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import json_option, print_json, say, working
 
@@ -71,8 +72,7 @@ def _write_responses(source: Path, target: Path, sweep: str | None, resolution_H
 
     if target.suffix.lower() not in (".uff", ".unv"):
         raise InputError(target, "", "frequency responses are written to universal files", "end OUT in .uff")
-    if target.exists() and not overwrite:
-        raise InputError(target, "", "exists already", "give another name, or --overwrite")
+    refuse_existing(target, overwrite=overwrite)
     run = read_as(source, formats=formats())
     found = frequency_responses(run, resolution_Hz=resolution_Hz)
     names = list(dict.fromkeys(each.sweep for each in found))

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import secrets
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.beside import temporary_folder
 from recordings.errors import InputError
-from recordings.whole import made_folder
+from recordings.staging import staged_folder
 from twin.commands.demo_ending import tell_result
-from twin.commands.output import json_option, print_json, say, write_json
+from twin.commands.output import json_option, overwrite_option, print_json, say, write_json
 from twin.commands.own_code import causes_option
 from twin.commands.served import ServedRig, ServedRigError
 from twin.commands.stages import Stages
@@ -30,13 +29,14 @@ RIG = "steel-lap-joint"
 LEAST_MEASURED = 0.5
 """Share of the planned steps without which there is nothing to learn from."""
 RESULT, REPORT, VIEW, TRUTH = "result.json", "report.html", "run.rrd", "hidden-rig.toml"
+RESULTS = (RESULT, REPORT, VIEW, TRUTH, "broadband.mcap", "run.mcap", "held-out.mcap", "extended.toml", "next.toml")
 
 
 @click.command(short_help="The main job from end to end, on a rig with a hidden effect.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results; demo-SEED.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is hidden and of the noise; any if left out.")
 @click.option("--cause", metavar="NAME", help="Hide this cause, or none, instead of drawing one.")
-@click.option("--overwrite", is_flag=True, help="Write into a folder that holds something already.")
+@overwrite_option
 @causes_option
 @json_option
 def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bool, as_json: bool) -> int:
@@ -47,37 +47,34 @@ def command(out: Path | None, seed: int | None, cause: str | None, overwrite: bo
     status 1 where it leaves them unexplained, as twin diagnose does.
     """
     seed = secrets.randbelow(10_000) if seed is None else seed
-    out = _folder(out if out is not None else Path(f"demo-{seed}"), cause, overwrite=overwrite)
+    _check_cause(cause)
+    out = out if out is not None else Path(f"demo-{seed}")
     try:
-        with Stages() as stages:
-            result = _demonstrate(out, seed, cause, stages)
+        if out.is_dir() and any(out.iterdir()) and not overwrite:
+            raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
+    except OSError as error:
+        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
+    with staged_folder(out, results=RESULTS, overwrite=overwrite, recovers=True) as folder:
+        try:
+            with Stages() as stages:
+                result = _demonstrate(folder, seed, cause, stages)
+        except ServedRigError as error:
+            say(f"twin: {error}")
+            return 1  # with what was measured
         result |= {"seconds": stages.elapsed_s, "stages_s": stages.seconds}
-    except ServedRigError as error:
-        say(f"twin: {error}")
-        return 1
-    finally:
-        with contextlib.suppress(OSError):
-            out.rmdir()  # a demonstration that measured nothing leaves nothing; one that did leaves what it measured
-    write_json(result, out / RESULT)
+        write_json(result, folder / RESULT)
     if as_json:
         print_json(result)
     tell_result(result, out)
     return int(not result["found"]["explains"])
 
 
-def _folder(out: Path, cause: str | None, *, overwrite: bool) -> Path:
-    """Everything that can be wrong is found here, before anything is written."""
+def _check_cause(cause: str | None) -> None:
     if cause not in (None, "none"):
         from twin.bench import EFFECTS
 
         if cause not in EFFECTS:
             raise InputError("--cause", "", f"no cause {cause!r:.60}", f"one of none, {', '.join(sorted(EFFECTS))}")
-    try:
-        if out.is_dir() and any(out.iterdir()) and not overwrite:
-            raise InputError(out, "", "exists already and is not empty", "give another --out, or --overwrite")
-    except OSError as error:
-        raise InputError(out, "", (error.strerror or str(error)).lower()) from error
-    return made_folder(out)
 
 
 def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dict[str, Any]:
@@ -86,8 +83,8 @@ def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dic
     from twin.rigs import load_rig, save_rig
 
     nominal = load_rig(RIG)
-    with tempfile.TemporaryDirectory(prefix="twin-demo-") as temporary:
-        folder = Path(temporary)
+    with temporary_folder("twin-demo") as temporary:
+        folder = temporary
         # The truth lies where the client does not look, and comes to the results when all is said.
         case = draw_demo_case(nominal, seed=seed, cause=cause)
         save_rig(case.rig, folder / TRUTH)
@@ -112,14 +109,14 @@ def _measure(instruments: Path, nominal: Rig, out: Path, stages: Stages) -> dict
             f"A client has opened {_addresses(instruments)}: "
             + ", ".join(f"{c.name} [{c.unit}]".replace("[", r"\[") for c in acquisition.channels)
         )
-        stages.begin("broadband", f"Random noise up to 1000 Hz for 60 s of the rig's time, into {out / BROADBAND}")
+        stages.begin("broadband", f"Random noise up to 1000 Hz for 60 s of the rig's time, into {BROADBAND}")
         _record(broadband(), acquisition, nominal, out / BROADBAND, stages, steps=0)
         resonance_Hz = resonance(read_run(out / BROADBAND), nominal)
         planned = planned_sweeps(nominal, resonance_Hz)
         stages.begin(
             "sweeps",
-            f"Mode 1 shows at {resonance_Hz:.2f} Hz: stepped sines about it at 1.5, 3 and 6 N, into {out / SWEEPS}, "
-            f"and one at 4.5 N to be held out, into {out / HELD_OUT}",
+            f"Mode 1 shows at {resonance_Hz:.2f} Hz: stepped sines about it at 1.5, 3 and 6 N, into {SWEEPS}, "
+            f"and one at 4.5 N to be held out, into {HELD_OUT}",
         )
         total = sum(len(p.amplitudes) * len(p.frequencies) for p in planned.values())
         done = 0
@@ -170,11 +167,13 @@ def _record(
         ) as writer:
             result = run_procedure(procedure, acquisition, writer, on_step=on_step, progress=on_time)
     except LineLostError as error:
-        raise ServedRigError(f"the virtual instruments were lost ({error}); what was measured is in {path}") from error
+        raise ServedRigError(
+            f"the virtual instruments were lost ({error}); what was measured is in {path.name}"
+        ) from error
     if result.state == "interrupted":
         raise KeyboardInterrupt
     if result.state != "done" and (not steps or done + measured < LEAST_MEASURED * steps):
-        raise ServedRigError(f"the run was {result.state}: {result.reason}; what was measured is in {path}")
+        raise ServedRigError(f"the run was {result.state}: {result.reason}; what was measured is in {path.name}")
     if result.state != "done":
         stages.say(f"The guard ended a sweep early: {result.reason}; what was measured till then is used")
     return measured

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.staging import staged_folder
 from twin.commands.output import (
     console,
     json_option,
     next_step,
+    overwrite_option,
     print_json,
     print_tables,
     say,
@@ -21,12 +23,12 @@ from twin.commands.output import (
     write_json,
 )
 from twin.commands.own_code import causes_option, laws_option
-from twin.commands.staging import staged_folder
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
 
 REPORT, RESULT = "report.html", "result.json"
+RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd")
 HELD_OUT = "--held-out"
 MOST_LIMITS = 3
 """Of what a sound rig could hide, in the answer; the report has them all."""
@@ -60,6 +62,7 @@ class _HeldOutRuns(click.Command):
     help="Runs kept for the gain: all words up to the next option.",
 )  # fmt: skip
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
+@overwrite_option
 @causes_option
 @laws_option
 @json_option
@@ -69,6 +72,7 @@ def command(
     preloads: tuple[str, ...],
     held_out: tuple[Path, ...],
     out: Path,
+    overwrite: bool,
     as_json: bool,
 ) -> int:
     """Say what the model of RIG gets wrong about the measured RUNs.
@@ -88,15 +92,14 @@ def command(
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
-    with working("reading") as begin:
-        with staged_folder(out) as folder:
-            found = rig.diagnose(
-                runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
-            )
-            data = found.save_model(folder)
-            write_json(data, folder / RESULT)
+    with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
+        found = rig.diagnose(
+            runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
+        )
+        data = found.save_model(folder)
+        write_json(data, folder / RESULT)
         begin("writing the report and the pictures")
-        drawn = _draw(found, out)
+        drawn = _draw(found, folder)
     if as_json:
         print_json(data)
     else:

@@ -11,7 +11,16 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.output import json_option, next_step, print_json, print_tables, say, typed, working
+from twin.commands.output import (
+    json_option,
+    next_step,
+    overwrite_option,
+    print_json,
+    print_tables,
+    say,
+    typed,
+    working,
+)
 from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
@@ -30,6 +39,7 @@ if TYPE_CHECKING:
     help="The report, HTML; beside the model and named like it if left out.",
 )  # fmt: skip
 @click.option("--no-report", is_flag=True, help="Write the model alone.")
+@overwrite_option
 @causes_option
 @laws_option
 @json_option
@@ -40,6 +50,7 @@ def command(
     out: Path,
     report: Path | None,
     no_report: bool,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Identify the model of a rig from RUNs.
@@ -52,7 +63,7 @@ def command(
     chosen.
     """
     page = None if no_report else report or out.with_suffix(".html")
-    _check_places(out, page)
+    _check_places(out, page, overwrite=overwrite)
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
@@ -71,9 +82,9 @@ def command(
     next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
 
 
-def _check_places(out: Path, page: Path | None) -> None:
+def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
     """What can be wrong with where to write, before the work."""
-    check_writable(out, page)
+    check_writable(out, page, overwrite=overwrite)
     if page is not None and page == out:
         raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
 

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.output import json_option, print_json, print_tables, working
+from twin.commands.output import json_option, overwrite_option, print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
@@ -24,17 +24,18 @@ if TYPE_CHECKING:
     help="Table of frequencies, which 'twin identify' and 'twin diagnose' take.",
 )  # fmt: skip
 @click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The stabilisation chart.")
+@overwrite_option
 @json_option
 def command(
     run: Path, force: str | None, band: tuple[float, float] | None, out: Path | None, picture: Path | None,
-    as_json: bool,
+    overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Fit rational functions of rising order to the responses of RUN's first broadband stretch.
 
     Poles that stay where they are as the order grows are modes; maximum likelihood then gives their frequencies,
     damping ratios and standard deviations.
     """
-    check_writable(out, picture)
+    check_writable(out, picture, overwrite=overwrite)
     if band is not None and not 0 < band[0] < band[1]:
         raise InputError("--band", "", f"{band[0]:g} to {band[1]:g} Hz is no band")
     force, channels, found = _found(run, force, band)

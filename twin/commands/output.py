@@ -27,6 +27,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from recordings.errors import printable
+
 if TYPE_CHECKING:
     from twin.views.table import Table
 
@@ -55,6 +57,10 @@ def json_option(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(options):
         function = option(function)
     return function
+
+
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace what is there, once the new one is whole.")
+"""Add ``--overwrite``: without it nothing that exists is touched."""
 
 
 def _set_quiet(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -97,11 +103,6 @@ def print_json(result: Mapping[str, Any]) -> None:
 def write_json(result: Mapping[str, Any], path: Path) -> None:
     """Write one JSON object to a file."""
     path.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def printable(text: str) -> str:
-    """`text` with what could steer a terminal, but for the ends of its lines, as question marks."""
-    return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
 
 
 def say(*pieces: str | tuple[str, str]) -> None:
@@ -150,7 +151,7 @@ def progress_bar() -> Progress:
     A task without a total shows no share and no estimate: nobody knows them.
     """
     return Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(bar_width=30), TaskProgressColumn(),
+        _NameColumn(""), BarColumn(bar_width=30), TaskProgressColumn(),
         TimeElapsedColumn(), _LeftColumn(),
         console=console, transient=True, disable=console.quiet or not console.is_terminal,
     )  # fmt: skip
@@ -194,6 +195,13 @@ def working(text: str) -> Iterator[Callable[[str], None]]:
                 begin("done")
         finally:
             waiting.cancel()
+
+
+class _NameColumn(TextColumn):
+    """What is done, with names as strangers may have written them."""
+
+    def render(self, task: Task) -> Text:
+        return Text(printable(task.description))
 
 
 class _LeftColumn(TimeRemainingColumn):

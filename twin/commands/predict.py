@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from recordings.whole import check_writable
-from twin.commands.output import json_option, print_json, say, working
+from twin.commands.output import json_option, overwrite_option, print_json, say, working
 from twin.commands.own_code import causes_option, laws_option
 
 
@@ -16,8 +16,9 @@ from twin.commands.own_code import causes_option, laws_option
 @click.option("--preload", metavar="NAME", help="State of the joint; the model's first if left out.")
 @causes_option
 @laws_option
+@overwrite_option
 @json_option
-def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bool) -> None:
+def command(model: str, drive: Path, out: Path, preload: str | None, overwrite: bool, as_json: bool) -> None:
     """Predict the response of MODEL (a rig file, as `twin identify` writes it, or a shipped rig's name).
 
     DRIVE.csv has the columns frequency_Hz and force_N, or frequency_Hz and acceleration_m_per_s2 for a response that is
@@ -27,7 +28,7 @@ def command(model: str, drive: Path, out: Path, preload: str | None, as_json: bo
     from twin.identify.drive_table import read_drive, write_response
     from twin.lab import load_rig
 
-    check_writable(out)
+    check_writable(out, overwrite=overwrite)
     with working("predicting"):
         rig = load_rig(model)
         asked = read_drive(drive)

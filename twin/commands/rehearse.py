@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +14,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from recordings.whole import made_folder
-from twin.commands.output import json_option, next_step, plain, print_json, say, stage, typed, write_json
+from recordings.staging import staged_folder
+from twin.commands.output import (
+    json_option,
+    next_step,
+    overwrite_option,
+    plain,
+    print_json,
+    say,
+    stage,
+    typed,
+    write_json,
+)
 from twin.commands.own_code import causes_option, laws_option
 from twin.commands.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
@@ -27,6 +37,7 @@ if TYPE_CHECKING:
     from twin.rigs import Rig
     from twin.views.live_about import LiveAbout
 
+RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report.html")
 REHEARSED_WINDOW_S = 120.0
 """Of the rig's time that a live view has in sight: it passes hundreds of times as fast as the wall's."""
 
@@ -43,6 +54,7 @@ REHEARSED_WINDOW_S = 120.0
 @click.option(
     "--rounds", type=click.IntRange(0, 20), default=5, show_default=True, help="Most improvements; 0 for none."
 )
+@overwrite_option
 @view_options
 @causes_option
 @laws_option
@@ -54,6 +66,7 @@ def command(
     preloads: tuple[str, ...],
     seed: int,
     rounds: int,
+    overwrite: bool,
     watch: WatchOptions,
     as_json: bool,
 ) -> int:
@@ -65,23 +78,29 @@ def command(
 
     A live view shows the procedure as it was asked for, not its improvements, and never holds the rehearsal up.
     """
+    parts = _parts(preloads)
     jobs = [
-        _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=folder, watch=watch)
-        for name, folder in _folders(out, preloads)
-    ]
+        _Job(
+            procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=out / part, watch=watch,
+            written=out / part,
+        )
+        for name, part in parts
+    ]  # fmt: skip
     if watch.wanted and len(jobs) > 1:
         raise InputError("--preload", "", "is given more than once", "watch the rehearsal of one preload at a time")
     watch.check()
     for job in jobs:
         job.prepare()
-    for job in jobs:
-        made_folder(job.out)
-    started = time.perf_counter()
-    results = [run_here(jobs[0])] if len(jobs) == 1 else run_side_by_side(jobs, [job.preload or "" for job in jobs])
-    result: dict[str, Any] = results[0]
-    if len(jobs) > 1:
-        result = {"preloads": {r["preload"]: r for r in results}, "wall_s": time.perf_counter() - started}
-        write_json(result, out / "result.json")
+    several = [str(part) for _, part in parts if len(parts) > 1]
+    with staged_folder(out, results=[*RESULTS, *several], overwrite=overwrite, recovers=True) as folder:
+        jobs = [replace(job, written=folder / part) for job, (_, part) in zip(jobs, parts, strict=True)]
+        for job in jobs:
+            job.written.mkdir(exist_ok=True)
+        results = [run_here(jobs[0])] if not several else run_side_by_side(jobs, several)
+        result: dict[str, Any] = results[0]
+        if several:
+            result = {"preloads": {r["preload"]: r for r in results}}
+            write_json(result, folder / "result.json")
     if as_json:
         print_json(result)
     if any("interrupted" in _states(one) for one in results):
@@ -103,6 +122,8 @@ class _Job:
     seed: int
     rounds: int
     out: Path
+    written: Path
+    """Where `out` is made."""
     watch: WatchOptions
     again: str = field(default_factory=typed)
 
@@ -145,7 +166,7 @@ class _Job:
             first = rehearse(
                 asked,
                 source,
-                self.out / "run.mcap",
+                self.written / "run.mcap",
                 nominal=nominal,
                 on_step=on_step,
                 progress=meter.time,
@@ -155,7 +176,7 @@ class _Job:
         better = None
         if self.rounds:
             better = rehearse_until_clear(
-                first, lambda: self.prepare()[2], self.out / "improved.mcap", nominal=nominal, rounds=self.rounds,
+                first, lambda: self.prepare()[2], self.written / "improved.mcap", nominal=nominal, rounds=self.rounds,
                 on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
         _tell(preload, first, wall_s)
@@ -163,25 +184,24 @@ class _Job:
             _tell("improved procedure", better, None)
         if self.rounds and (left := (better or first).remaining):
             say(("not cleared by changing the procedure", "yellow"), f": {', '.join(left)}")
-        save_procedure((better or first).rehearsal.procedure, self.out / "procedure.toml")
+        save_procedure((better or first).rehearsal.procedure, self.written / "procedure.toml")
         table = result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches
         )
-        result = plain({**table, "wall_s": wall_s})
-        write_json(result, self.out / "result.json")
-        rehearsal_page(result).write(self.out / "report.html", commands=[self.again])
+        result = plain(table)
+        write_json(result, self.written / "result.json")
+        rehearsal_page(result).write(self.written / "report.html", commands=[self.again])
         return result
 
 
-def _folders(out: Path, preloads: tuple[str, ...]) -> list[tuple[str | None, Path]]:
-    if not preloads:
-        return [(None, out)]
-    if len(preloads) == 1:
-        return [(preloads[0], out)]
+def _parts(preloads: tuple[str, ...]) -> list[tuple[str | None, Path]]:
+    """Each preload with its folder in that of the results."""
+    if len(preloads) < 2:
+        return [(preloads[0] if preloads else None, Path())]
     for name in preloads:
         if not re.fullmatch(r"[\w.+-]+", name) or name.startswith("."):
             raise InputError("--preload", "", f"{name!r} cannot name a folder", "rehearse it by itself")
-    return [(name, out / name) for name in dict.fromkeys(preloads)]
+    return [(name, Path(name)) for name in dict.fromkeys(preloads)]
 
 
 def _states(result: dict[str, Any]) -> set[str]:

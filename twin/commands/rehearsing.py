@@ -121,7 +121,7 @@ def run_side_by_side(jobs: Sequence[_Job], names: Sequence[str]) -> list[dict[st
             except BrokenProcessPool as error:
                 raise InputError(
                     "--preload", "", "the process of a rehearsal was ended from outside",
-                    "if memory ran out, rehearse one preload at a time; twin check --recover saves what is recorded",
+                    "if memory ran out, rehearse one preload at a time",
                 ) from error  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.output import json_option, print_json, say, working
+from twin.commands.output import json_option, overwrite_option, print_json, say, working
 from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
@@ -32,8 +32,11 @@ def command() -> None:
 @click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The same as a picture.")
 @causes_option
 @laws_option
+@overwrite_option
 @json_option
-def show(rig: str, preload: str | None, save: Path | None, picture: Path | None, as_json: bool) -> None:
+def show(
+    rig: str, preload: str | None, save: Path | None, picture: Path | None, overwrite: bool, as_json: bool
+) -> None:
     """Assemble RIG, draw it, and tell its natural frequencies and what is implausible of it.
 
     RIG is a shipped rig's name or a rig file of format 1 or 2.
@@ -44,7 +47,7 @@ def show(rig: str, preload: str | None, save: Path | None, picture: Path | None,
     from twin.structure.modelled_rig import modelled_rig
     from twin.structure.plausibility import implausible
 
-    check_writable(save, picture)
+    check_writable(save, picture, overwrite=overwrite)
     if picture is not None and picture.suffix.lower() not in PICTURES:
         raise InputError(picture, "", f"{picture.suffix!r} is no picture's suffix", f"one of {', '.join(PICTURES)}")
     if kind_of(rig) is not None:

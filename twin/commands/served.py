@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -12,6 +13,14 @@ from types import TracebackType
 READY_s = 180.0
 """Longest wait for the instruments; on a fresh installation they compile their kernels first."""
 STOPPED_s = 10.0
+CHILD = """
+import sys
+from twin.commands.stopping import end_with_parent
+end_with_parent(int(sys.argv.pop(1)))
+from twin.cli import main
+main(sys.argv[1:])
+"""
+"""``twin`` that does not outlive who started it."""
 
 
 class ServedRigError(Exception):
@@ -48,7 +57,7 @@ class ServedRig:
     def __enter__(self) -> ServedRig:
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "twin", *self.command],
+                [sys.executable, "-c", CHILD, str(os.getpid()), *self.command],
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log,
                 start_new_session=True,  # Ctrl-C in the terminal is for the client, which then stops this one
             )  # fmt: skip

@@ -14,7 +14,9 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import whole_file
+from twin.commands.numbers import FiniteRange
 from twin.commands.output import say
+from twin.commands.stopping import ASKED
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource, SlowSource
@@ -40,6 +42,30 @@ _OPTIONS = [
         help="Of the data in CAN FD frames, bit/s.",
     ),
     click.option("--baud", type=click.IntRange(300, 20_000_000), help="Make the line as slow as a wire."),
+    click.option(
+        "--watchdog",
+        type=FiniteRange(0.1, 60.0),
+        default=5.0,
+        show_default=True,
+        metavar="S",
+        help="How long the generator drives on for a stream whose client has gone.",
+    ),
+    click.option(
+        "--idle",
+        type=FiniteRange(1.0, 86400.0),
+        default=300.0,
+        show_default=True,
+        metavar="S",
+        help="A client that is silent for so long is hung up.",
+    ),
+    click.option(
+        "--drive-limit",
+        type=FiniteRange(0.0, 10.0),
+        default=10.0,
+        show_default=True,
+        metavar="V",
+        help="Amplitude of the generator that no client can pass.",
+    ),
     click.option("--speed", default="1", metavar="N|fast", show_default=True, help="Multiple of real time."),
     click.option("--fault", "faults", multiple=True, metavar="KIND:KEY=VALUE,...", help="Go wrong on purpose."),
     click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of noise and faults."),
@@ -72,11 +98,16 @@ def serve_source(
     faults: tuple[str, ...],
     seed: int,
     instruments_out: Path | None,
+    watchdog: float,
+    idle: float,
+    drive_limit: float,
     as_json: bool,
     meter: str | None = None,
     slow: SlowSource | None = None,
 ) -> None:
     """Open a source and serve it until SIGINT or SIGTERM, telling the addresses as JSON lines when they are ready.
+
+    SIGUSR1 is the emergency stop: the generator's output to zero, every stream ended, until a client clears it.
 
     `origin` is what a recording made from it is: simulated or replayed; `meter` is where a
     slow meter of `slow` listens.
@@ -86,7 +117,7 @@ def serve_source(
     InputError
         If an option cannot be used.
     """
-    from drivers.virtual import Addresses, VirtualRig, parse_fault
+    from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
 
     told_to_stop: list[int] = []
 
@@ -102,9 +133,10 @@ def serve_source(
     parsed_faults = [parse_fault(fault) for fault in faults]
     rig = VirtualRig(
         open_source(), addresses, origin=origin, speed=multiple, faults=parsed_faults, seed=seed, renew=open_source,
-        slow=slow,
+        slow=slow, protection=Protection(watchdog_s=watchdog, idle_s=idle, drive_limit_V=drive_limit),
     )  # fmt: skip
-    previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.signal(number, stop) for number in ASKED}
+    previous[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, lambda *_: rig.stop_at_once("signal"))
     try:
         if instruments_out is not None:
             with whole_file(instruments_out) as part:
@@ -124,8 +156,7 @@ def serve_source(
 
 
 def _tell_failure(reason: str) -> None:
-    line = f"twin: the rig has stopped: {reason}; the instruments stay, and start anew at a client's next start"
-    say(line)
+    say(f"twin: the rig has stopped: {reason}; the instruments stay")
 
 
 def _parse_can_channels(text: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

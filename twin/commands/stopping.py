@@ -1,9 +1,13 @@
 """How long work is asked to end: in order, with what it has."""
 
+import ctypes
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+PR_SET_PDEATHSIG = 1
+"""Of Linux's prctl."""
 ASKED = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -15,6 +19,13 @@ def terminable() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, usual)
+
+
+def end_with_parent(parent: int) -> None:
+    """Be sent SIGTERM when process `parent`, which has started this one, ends, however it does."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGTERM))
+    if os.getppid() != parent:  # it was quicker
+        os.kill(os.getpid(), signal.SIGTERM)
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 
 from twin.joint.registry import load_laws, loaded_files
 
-__all__ = ["become_helper", "in_processes", "parallel_map", "usual_processes"]
+__all__ = ["become_helper", "in_processes", "parallel_map", "undisturbed", "usual_processes"]
 
 Found = TypeVar("Found")
 
@@ -78,8 +78,9 @@ def in_processes(number: int) -> Iterator[None]:
     with ProcessPoolExecutor(
         number - 1, mp_context=context, initializer=become_helper, initargs=(loaded_files(),)
     ) as pool:
-        for _ in range(number - 1):
-            pool.submit(_wake)  # they import while the recordings are being read
+        with undisturbed():
+            for _ in range(number - 1):
+                pool.submit(_wake)  # they import while the recordings are being read
         token = _team.set(_Team(pool, number - 1))
         try:
             yield
@@ -138,6 +139,16 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 def _wake() -> None:
     """What a fit needs, imported ahead of the first one."""
     import twin.diagnose.search  # noqa: F401
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Processes that are started within the block never hear an interrupt; this one hears it after the block."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def become_helper(law_files: Sequence[Path] = ()) -> None:

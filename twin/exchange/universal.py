@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pyuff
 
-from recordings.errors import InputError
 from recordings.quantities import quantity
 from recordings.run import Channel, Run
-from recordings.whole import whole_file
+from recordings.whole import refuse_existing, whole_file
 from twin.exchange.responses import FrequencyResponses
 
 _FRF, _COHERENCE = 4, 6
@@ -33,8 +32,7 @@ def write_universal(
         If the file exists, or cannot be written.
     """
     path = Path(path)
-    if path.exists() and not overwrite:
-        raise InputError(path, "", "exists already", "choose another name or remove it")
+    refuse_existing(path, overwrite=overwrite)
     nodes = {name: node for node, name in enumerate(run.channels, start=1)}
     sets = [one for each in responses for one in _sets(each, nodes, run)]
     with whole_file(path) as part, warnings.catch_warnings():

@@ -4,14 +4,13 @@ The bench marches the law in time, through shaker, sensors, their noise and a 24
 the recordings and the rig file alone.
 """
 
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from recordings import RunWriter, read_run
+from recordings.beside import temporary_folder
 from twin.bench import open_bench
 from twin.demo import broadband, planned_sweeps, resonance
 from twin.demo.plan import BROADBAND, SWEEPS
@@ -70,8 +69,8 @@ def rig_with_law(rig: Rig, sweeps: Sweeps, preload: str) -> Rig:
 def record_sweeps(sweeps: Sweeps, rig: Rig, preload: str, *, seed: int) -> MeasuredData:
     """A broadband run and the sweeps about the resonance that it shows, recorded to MCAP, read back and reduced."""
     true = rig_with_law(rig, sweeps, preload)
-    with tempfile.TemporaryDirectory(prefix="twin-papers-") as temporary:
-        folder = Path(temporary)
+    with temporary_folder("twin-papers") as temporary:
+        folder = temporary
 
         def record(name: str, procedure: Procedure, seed: int) -> None:
             bench = open_bench(true, preload=preload, seed=seed, sample_rate_Hz=procedure.sample_rate)

@@ -5,7 +5,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from recordings.toml_input import Name, NonNegative, Positive, Table
+from recordings.numbers import NonNegative, Positive
+from recordings.toml_input import Name, Table
 from twin.procedures.tables import MOST_STEPS, Controller, Duration, Frequency, Grid, Limits, Measure, Phase, Settle
 
 

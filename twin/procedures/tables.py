@@ -4,7 +4,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from recordings.toml_input import Name, NonNegative, Positive, Table
+from recordings.numbers import NonNegative, Positive
+from recordings.toml_input import Name, Table
 
 Frequency = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 Duration = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]

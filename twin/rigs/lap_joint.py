@@ -12,7 +12,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from recordings.toml_input import NonNegative, Positive, Table
+from recordings.numbers import Length, NonNegative
+from recordings.toml_input import Table
 from twin.rigs.layout import BeamPart, Layout, Place, Section, Stretch, Support, ThinLayer
 from twin.rigs.rig import Rig
 from twin.rigs.tables import AnyLaw, Preload, Shaker, Transducer, check_law
@@ -23,14 +24,14 @@ BENCH_BEAM_ELEMENTS, BENCH_LAYER_ELEMENTS = 60, 6
 class Beam(Section):
     """A uniform rectangular beam."""
 
-    length: Positive
+    length: Length
 
 
 class Joint(Table):
     """The overlap and its thin layer, whose height is measured from neutral axis to neutral axis."""
 
-    overlap: Positive
-    layer_height: Positive
+    overlap: Length
+    layer_height: Length
     layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
     preload: dict[str, Preload] = Field(min_length=1)
     law: AnyLaw | None = None

@@ -14,12 +14,13 @@ from typing import Annotated, Any, Literal, TypeVar
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from recordings.toml_input import Name, NonNegative, Positive, Table
+from recordings.numbers import Density, Length, Modulus, NonNegative, Positive
+from recordings.toml_input import Name, Table
 from twin.rigs.tables import AnyLaw, Preload, check_law
 
 Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
-At = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+At = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 """Metres along a beam part, or a node number of a part given by matrices."""
 
 Along = TypeVar("Along", float, NDArray[Any])
@@ -33,11 +34,11 @@ ROUNDED_m = 1e-9
 class Section(Table):
     """A rectangular beam's section and material."""
 
-    width: Positive
+    width: Length
     """Out of the plane."""
-    thickness: Positive
-    youngs_modulus: Positive
-    density: Positive
+    thickness: Length
+    youngs_modulus: Modulus
+    density: Density
     shear_ratio: NonNegative = 0.0
     """E / (kappa G) of a Timoshenko beam; 0 is Euler-Bernoulli."""
 
@@ -136,9 +137,9 @@ class ThinLayer(Table):
     to: Positive | None = None
     pairs: str | None = None
     """Of parts given by matrices: table of facing nodes with their areas and normals."""
-    layer_height: Positive
+    layer_height: Length
     """From neutral axis to neutral axis where it joins beams."""
-    width: Positive | None = None
+    width: Length | None = None
     layer_elements: Annotated[int, Field(ge=1, le=50)] = 3
     preload: dict[str, Preload] = Field(min_length=1)
     law: AnyLaw | None = None

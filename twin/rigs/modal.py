@@ -7,7 +7,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from recordings.toml_input import Finite, Name, NonNegative, Positive, Table
+from recordings.numbers import Finite, NonNegative, Positive
+from recordings.toml_input import Name, Table
 
 
 class LevelFit(Table):

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
+from recordings.numbers import Finite, Mass, Modulus, NonNegative, Positive
 from recordings.quantities import follows_excitation, known_quantities, quantity
-from recordings.toml_input import Finite, Name, NonNegative, Positive, Table
+from recordings.toml_input import Name, Table
 
 if TYPE_CHECKING:
     from twin.joint import NamedLaw, PointForce
@@ -25,8 +26,8 @@ HARDEST_STOP_Hz = 3000.0
 class Preload(Table):
     """Moduli of the thin layer at one preload: E' and G', N/m2."""
 
-    normal_modulus: Positive
-    shear_modulus: Positive
+    normal_modulus: Modulus
+    shear_modulus: Modulus
 
 
 class LawTable(Table):
@@ -281,9 +282,9 @@ class Transducer(Table):
     channel: Name
     quantity: Name
     """Force, or what the table of quantities knows as a response: acceleration, strain, ..."""
-    mass: NonNegative = 0.0
+    mass: Mass = 0.0
     """What the beam feels; of a force cell, the part on the beam's side of its crystal, kg."""
-    stinger_side_mass: NonNegative = 0.0
+    stinger_side_mass: Mass = 0.0
     """Of a force cell, the part on the stinger's side, which moves with the beam and is not measured, kg."""
     range: Positive
     noise_density: NonNegative = 0.0

@@ -11,9 +11,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from recordings.staging import staged_folder
 from twin.cli import main
 from twin.commands.diagnose import command
-from twin.commands.staging import staged_folder
 from twin.lab import diagnosed
 from twin.rigs import load_rig
 from twin.rigs.kinds import load_any_rig
@@ -195,10 +195,10 @@ def test_identify_refuses_a_table_of_several_preloads(folder, capsys):
 def test_an_interruption_leaves_what_was_there(folder, installed_twin):
     (folder / "out").mkdir()
     (folder / "out" / "result.json").write_text("old")
-    command = [installed_twin, "diagnose", "beam.csv", *COMPOSITE, "--out", "out"]
+    command = [installed_twin, "diagnose", "beam.csv", *COMPOSITE, "--out", "out", "--overwrite"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, cwd=folder, env={**os.environ, "PYTHONUNBUFFERED": "1"})
     deadline = time.monotonic() + 120
-    while not list((folder / "out").glob(".*")) and time.monotonic() < deadline:
+    while not list(folder.glob(".out.*")) and time.monotonic() < deadline:
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=120)

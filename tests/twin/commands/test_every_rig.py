@@ -33,9 +33,9 @@ def run(capsys, *words):
 
 
 def both(capsys, *words):
-    """What a command says to a person, and its JSON object."""
+    """What a command that writes says to a person, and its JSON object."""
     said = run(capsys, *words)[1]
-    return said, json.loads(run(capsys, *words, "--json")[0])
+    return said, json.loads(run(capsys, *words, "--overwrite", "--json")[0])
 
 
 @pytest.fixture(scope="module")

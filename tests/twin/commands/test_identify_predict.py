@@ -63,7 +63,17 @@ def test_an_effect_of_the_model_file_acts(tmp_path, capsys):
     (tmp_path / "drive.csv").write_text("frequency_Hz,force_N\n24.0,1\n")
     values = []
     for model in ("steel-lap-joint", tmp_path / "heavy.toml"):
-        run(capsys, "predict", model, "--drive", tmp_path / "drive.csv", "--out", tmp_path / "r.csv", "--json")
+        run(
+            capsys,
+            "predict",
+            model,
+            "--drive",
+            tmp_path / "drive.csv",
+            "--out",
+            tmp_path / "r.csv",
+            "--overwrite",
+            "--json",
+        )
         values.append(float(table(tmp_path / "r.csv")[0]["acceleration_m_per_s2"]))
     assert values[1] > 1.3 * values[0]  # a heavier tip brings mode 1 nearer to 24 Hz
 

@@ -2,6 +2,8 @@
 
 import multiprocessing
 import operator
+import os
+import signal
 import subprocess
 import sys
 import threading
@@ -98,6 +100,32 @@ def test_a_helper_ends_with_a_killed_parent_in_the_middle_of_its_work(tmp_path):
     while any(helper.exists() for helper in helpers) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(helper.exists() for helper in helpers)
+
+
+STARTING = """
+import time
+from twin.diagnose.parallel_map import in_processes
+
+if __name__ == "__main__":
+    try:
+        with in_processes(3):
+            print("started", flush=True)
+            time.sleep(60)
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="sends a signal to a group of processes")
+def test_helpers_that_are_starting_hear_no_interrupt(tmp_path):
+    (script := tmp_path / "parent.py").write_text(STARTING)
+    with subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as parent:
+        parent.stdout.readline()
+        time.sleep(0.3)  # they are importing
+        os.killpg(parent.pid, signal.SIGINT)
+        assert parent.communicate(timeout=60) == ("interrupted\n", "")
 
 
 @pytest.fixture(scope="module")
