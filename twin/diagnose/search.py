@@ -192,19 +192,31 @@ def _fitted_rivals(
     promising = _promising(scores)
     imitated = [_at_full_size(evidence, rival) for rival in promising if rival.cause.tried_at_full_size]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
-    for begin, rivals in (
-        (_beside_the_law, beside),
-        (_beside_no_law, imitated),
-        (_beside_no_law, _elsewhere(evidence, scores, promising) if promising or not model.errors.is_sound else []),
-    ):
-        if rivals and not any(fit.errors.is_sound for fit in fits):
-            report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-            begun = [begin(evidence, harmonics, model, rival) for rival in rivals]
-            fits += _raced(evidence, harmonics, begun, tolerances)
+    for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
+        fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report)
+    if not any(fit.errors.is_sound for fit in fits) and (promising or not model.errors.is_sound):
+        rivals = _elsewhere(evidence, scores, promising)
+        fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
+
+
+def _begun_and_raced(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    model: FittedModel,
+    begin: Callable[..., _Begun],
+    rivals: Sequence[CauseHypothesis],
+    tolerances: Tolerances,
+    report: Report,
+) -> list[FittedModel]:
+    if not rivals:
+        return []
+    report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
+    begun = [begin(evidence, harmonics, model, rival) for rival in rivals]
+    return _raced(evidence, harmonics, begun, tolerances)
 
 
 def _raced(
