@@ -19,6 +19,7 @@ from twin.diagnose.exclusion import exclusion_limits
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.missing import find_missing_force
+from twin.diagnose.model_evidence import Tolerances, unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
@@ -129,13 +130,14 @@ def diagnose(
     acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
     if acting & set(DRIFTS) and _waits_left_out(runs):
         notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
-    left = _misfit(evidence, search.base, search.base_harmonics)
+    first, last = search.stages[0].tolerances, search.stages[-1].tolerances
+    left = _misfit(evidence, search.base, search.base_harmonics, first)
     missing = find_missing_force(evidence, report=report) if verdict == "unknown" else None
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
             chi2_per_dof=sum(left.values()) / max(1, search.base.dof),
-            after=sum(_misfit(search.evidence, after, search.harmonics).values()) / max(1, after.dof),
+            after=sum(_misfit(search.evidence, after, search.harmonics, last).values()) / max(1, after.dof),
             threshold=THRESHOLD,
             where=_where(left),
         ),
@@ -193,11 +195,10 @@ def _within_amplitudes(unseen: MeasuredData, evidence: MeasuredData) -> tuple[Me
 
 
 def _misfit(
-    evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals | None
+    evidence: MeasuredData, model: FittedModel, harmonics: HarmonicResiduals | None, tolerances: Tolerances
 ) -> dict[tuple[str, str, int], float]:
-    """What a model leaves of chi2, by run, channel and harmonic, where it may be wrong by a sound rig's errors only."""
-    residual_model = ResidualModel(evidence, modification_of(evidence, model.hypotheses), harmonics)
-    prediction = residual_model.evaluate(model.baseline, sensitivities=False)
+    """What a model leaves of chi2, by run, channel and harmonic, where it may be wrong as a sound rig's only."""
+    blocks, left = unexplained(evidence, harmonics, model, tolerances)
     outputs = len(evidence.channels)
     shares: dict[tuple[str, str, int], float] = {}
 
@@ -206,8 +207,8 @@ def _misfit(
             name = (Path(run).name, channel, harmonic)
             shares[name] = shares.get(name, 0.0) + float(value)
 
-    for name, block in prediction.blocks:
-        square = prediction.residual[block] ** 2
+    for name, block in blocks:
+        square = left[block] ** 2
         if name.startswith("broadband"):
             add(evidence.broadband[int(name.split()[1])].run, 1, square.reshape(2, -1, outputs).sum(axis=(0, 1)))
         elif name == "steps":

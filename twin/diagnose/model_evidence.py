@@ -23,7 +23,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import Linearisation
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Tolerances", "fit_with_errors", "infer_errors"]
+__all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained"]
 
 Array = NDArray[Any]
 
@@ -168,6 +168,28 @@ class _Marginal:
         cost -= pull[free] @ np.linalg.solve(A[np.ix_(free, free)], pull[free])
         volume = np.linalg.slogdet(A)[1] - np.linalg.slogdet(self._precision)[1]
         return float(-0.5 * (cost + volume + sum(determinants)))
+
+
+def unexplained(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, tolerances: Tolerances
+) -> tuple[tuple[tuple[str, slice], ...], Array]:
+    """Blocks of a residual (r,), and what it is beside all that a sound rig may have: errors, a little of every cause.
+
+    To first order: the amounts are those that are most probable, and the unknowns follow them.
+    """
+    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=SOUND)
+    x = problem.x0
+    problem.weigh(x)
+    r, J = problem.evaluate(x)
+    directions = tolerances.whitened(problem.blocks, problem.held)
+    both = np.hstack([J, directions])
+    precision = block_diag(problem.precision, np.eye(directions.shape[1]))
+    away = np.append(x - problem.mean, np.zeros(directions.shape[1]))
+    pull = both.T @ r - precision @ away
+    free = np.append(not_held_back(x, pull[: len(x)], *problem.bounds), np.ones(directions.shape[1], bool))
+    A = both.T @ both + precision
+    step = np.linalg.solve(A[np.ix_(free, free)], pull[free])
+    return problem.blocks, r - both[:, free] @ step
 
 
 def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bool = False) -> tuple[ErrorModel, float]:

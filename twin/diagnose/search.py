@@ -54,6 +54,8 @@ class Stage:
         Whether the first of them is more probable than the model without.
     unknown : float
         Log evidence of the more probable of both with errors of any size.
+    tolerances : Tolerances
+        What a sound rig may have of every cause.
     """
 
     before: FittedModel
@@ -61,6 +63,7 @@ class Stage:
     rivals: tuple[FittedModel, ...]
     accepted: bool
     unknown: float
+    tolerances: Tolerances
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,7 @@ def search_causes(
         best = rivals[0] if accepted else before
         problem = FitProblem(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
         unknown = infer_errors(problem, tolerances, free=True)[1]
-        stages.append(Stage(before, tuple(scores), rivals, accepted, unknown))
+        stages.append(Stage(before, tuple(scores), rivals, accepted, unknown, tolerances))
         if not accepted:
             break
         report(f"reducing the recordings anew, with {best.name}")

@@ -43,7 +43,7 @@ def model(*names, evidence):
 def stage(before, *rivals, unknown=-1e3):
     """A turn that takes the first of the rivals where it is more probable than the model without."""
     accepted = bool(rivals) and rivals[0].log_evidence + TEMPERATURE * LOG_ODDS_OF_A_CAUSE > before.log_evidence
-    return Stage(before, (), rivals, accepted, unknown)
+    return Stage(before, (), rivals, accepted, unknown, cast("Any", None))
 
 
 def search(*stages):

@@ -35,7 +35,9 @@ def separation(predicted_data: Imagined, rival: FittedModel) -> float:
 
 
 def enough(gap: float) -> float:
-    """Separation that overcomes a gap of log evidence in nine of ten tests: D - SURE sqrt(2 D) = gap."""
-    square = 2.0 * SURE**2 + 4.0 * gap
-    # A rival so far behind is parted from the other by any test.
-    return float((SURE * np.sqrt(2.0) + np.sqrt(square)) ** 2 / 4.0) if square > 0 else 0.0
+    """Separation that overcomes a gap of log evidence in nine of ten tests: D - SURE sqrt(2 D) = gap.
+
+    A rival that is behind already still asks for what noise alone would turn round, that at no gap at all.
+    """
+    root = (SURE * np.sqrt(2.0) + np.sqrt(2.0 * SURE**2 + 4.0 * max(gap, 0.0))) / 2.0
+    return float(root**2)
