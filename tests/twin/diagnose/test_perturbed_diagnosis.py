@@ -20,7 +20,7 @@ HIDDEN = {
     "friction": (
         Effect(
             cause="joint-friction",
-            parameters={"layer_element": 2, "stiffness_N_per_m": 1.5e8, "slip_force_N": 70.0},
+            parameters={"layer_element": "2", "stiffness_N_per_m": 1.5e8, "slip_force_N": 70.0},
         ),
     ),
 }
