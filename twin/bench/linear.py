@@ -30,8 +30,8 @@ class Output:
     is some thousandths), under the local forces by a mode of its own as fast as the fastest that is kept (a joint that
     softens by 0.8 and loses three times its stiffness moves a tip's share by four parts in ten thousand).  `rate` is
     the velocity of a local coordinate and `integral` the displacement that goes with it: both have the static share
-    under all forces, which follows them within FOLLOWING_s.  (The slip of a softened
-    layer is by a third less than that of the kept modes.)
+    under all forces, which follows them within FOLLOWING_s.  (The slip of a softened layer is by a third less than that
+    of the kept modes.)
     """
 
     quantity: Literal[

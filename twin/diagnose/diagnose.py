@@ -130,14 +130,15 @@ def diagnose(
     acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
     if acting & set(DRIFTS) and _waits_left_out(runs):
         notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
-    first, last = search.stages[0].tolerances, search.stages[-1].tolerances
-    left = _misfit(evidence, search.base, search.base_harmonics, first)
+    left = still_left = _misfit(evidence, search.base, search.base_harmonics, search.stages[0].tolerances)
+    if search.model is not search.base:
+        still_left = _misfit(search.evidence, after, search.harmonics, search.stages[-1].tolerances)
     missing = find_missing_force(evidence, report=report) if verdict == "unknown" else None
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(
             chi2_per_dof=sum(left.values()) / max(1, search.base.dof),
-            after=sum(_misfit(search.evidence, after, search.harmonics, last).values()) / max(1, after.dof),
+            after=sum(still_left.values()) / max(1, after.dof),
             threshold=THRESHOLD,
             where=_where(left),
         ),

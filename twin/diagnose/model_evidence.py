@@ -75,12 +75,11 @@ class Tolerances:
     rest: Array
 
     @classmethod
-    def of(
-        cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation, made_of: Covariances
-    ) -> Tolerances:
+    def of(cls, columns: Array, blocks: tuple[tuple[str, slice], ...], held: Linearisation) -> Tolerances:
         """From whitened columns (r, k) of causes, and the shifts of runs and sweeps."""
         broadband, steps, rest = _unwhitened(columns, dict(blocks), held)
-        runs, sweeps = made_of.shifts()
+        assert held.made_of is not None
+        runs, sweeps = held.made_of.shifts()
         return cls(
             tuple(np.dstack(pair) for pair in zip(broadband, runs, strict=True)),
             np.dstack([steps, sweeps]) if len(sweeps) else np.zeros((0, 0, steps.shape[-1] + sweeps.shape[2])),
@@ -120,12 +119,13 @@ class _Marginal:
         x = problem.x0
         problem.weigh(x)
         residual, jacobian = problem.evaluate(x)
-        self._made_of: Covariances = problem.residual_model(x).covariances(problem.baseline(x))
+        assert problem.held.made_of is not None
+        self._made_of: Covariances = problem.held.made_of
         rows = np.column_stack([residual, jacobian])
         broadband, steps, rest = _unwhitened(rows, dict(problem.blocks), problem.held)
         if tolerances is None:
             none = np.zeros((len(residual), 0))
-            tolerances = Tolerances.of(none, problem.blocks, problem.held, self._made_of)
+            tolerances = Tolerances.of(none, problem.blocks, problem.held)
         count = tolerances.rest.shape[1]
         broadband = tuple(np.dstack(pair) for pair in zip(broadband, tolerances.broadband, strict=True))
         if len(steps):

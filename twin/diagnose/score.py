@@ -90,8 +90,7 @@ def score_causes(
     signatures = [signature for each in found for signature in each]
     tolerated = [s.columns * [p.tolerance for p in s.strengths] for s in signatures if s.strengths]
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
-    made_of = ResidualModel(evidence, modification, errors=model.errors).covariances(model.baseline)
-    tolerances = Tolerances.of(columns, prediction.blocks, held, made_of)
+    tolerances = Tolerances.of(columns, prediction.blocks, held)
     columns = tolerances.whitened(prediction.blocks, held)
     mean, precision = residual_model.prior(model.baseline)
     # The priors as further rows: a cause may gain by taking over what the unknowns strain to explain.

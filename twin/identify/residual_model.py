@@ -55,6 +55,8 @@ class Linearisation:
     by_unknowns : ndarray, (s, p, u), or None
         and the derivative by each unknown of what the harmonics add to the openings' stiffness; none where contact is
         lost.
+    made_of : Covariances or None
+        What the factors came from; none where they were given.
     """
 
     broadband_factors: tuple[Array, ...]
@@ -64,6 +66,7 @@ class Linearisation:
     harmonics: Array | None
     baseline: BaselineParameters
     by_unknowns: Array | None
+    made_of: Covariances | None = None
 
     def derivative(self, baseline: BaselineParameters) -> Array | None:
         """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
@@ -252,14 +255,14 @@ class ResidualModel(ForwardModel):
         made_of = self._covariances(baseline, state)
         factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
         if state is None:
-            return Linearisation(*factors, None, None, None, baseline, None)
+            return Linearisation(*factors, None, None, None, baseline, None, made_of)
         found = state[2]
         if not self.modification.opening:
             by_unknowns = self._harmonics_by_unknowns(baseline, found)
-            return Linearisation(*factors, found, None, None, baseline, by_unknowns)
+            return Linearisation(*factors, found, None, None, baseline, by_unknowns, made_of)
         openings = self.openings(baseline, found, EVEN_TOO)
         harmonics = balance_openings(baseline.laws, openings, self.slaps).motion
-        return Linearisation(*factors, found, openings, harmonics, baseline, None)
+        return Linearisation(*factors, found, openings, harmonics, baseline, None, made_of)
 
     def _harmonics_by_unknowns(self, baseline: BaselineParameters, found: Balance) -> Array:
         """Derivatives (s, p, u) of the stiffness that odd harmonics add to the openings.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -21,20 +22,20 @@ if TYPE_CHECKING:
     from twin.lab.rig import LabRig
 
 
-class ModelResult(Reported):
+class ModelResult(Reported, ABC):
     """A result whose model is a rig file."""
 
     became: ClassVar[str] = "identified"
     """What its rig is called by, beside its name."""
 
     @property
+    @abstractmethod
     def file(self) -> AnyRig:
         """What is written to the model file."""
-        raise NotImplementedError
 
+    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """As the command prints it with ``--json``, without the model file's name."""
-        raise NotImplementedError
 
     @property
     def rig(self) -> LabRig:
@@ -57,12 +58,12 @@ class IdentifiedModel(ModelResult):
         self.save_file(path)
 
 
-class FitPictures:
+class FitPictures(ABC):
     """Pictures of models that were fitted to recordings."""
 
+    @abstractmethod
     def _fit(self) -> tuple[MeasuredData, Mapping[str, Fitted], Sequence[SweepComparison]]:
         """The recordings reduced, the models by kind, the last the accepted one, and the sweeps beside them."""
-        raise NotImplementedError
 
     def plot_sweeps(self) -> Figure:
         """Receptances of the sweeps that were learnt from, measured and modelled."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from two_steps import TWO_STEPS
 
 from drivers.virtual import Addresses, RecordedSource, VirtualRig
 from recordings import Run, read_run
@@ -21,24 +22,6 @@ from twin.cli import main
 from twin.identify import SteadyState, steady_states
 from twin.rigs import load_rig
 
-SWEEP = """
-procedure = "stepped-sine"
-target_channel = "force"
-control = "force"
-amplitudes = [1.5]
-sample_rate = 1024.0
-[grid]
-start = 40.0
-stop = 41.0
-step = 1.0
-[settle]
-tolerance = 0.01
-maximum = 30.0
-[measure]
-seconds = 0.5
-[limits]
-voltage = 10.0
-"""
 LINES = {
     "serial": {"serial": "auto"},
     "tcp": {"tcp": "127.0.0.1:0"},
@@ -80,7 +63,7 @@ def acquire(source: SampleSource, line: str, folder: Path, *arguments: str) -> R
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Run]:
     folder = tmp_path_factory.mktemp("lines")
-    (folder / "sweep.toml").write_text(SWEEP)
+    (folder / "sweep.toml").write_text(TWO_STEPS)
     rig = load_rig("steel-lap-joint")
     return {line: acquire(open_bench(rig, seed=4), line, folder, str(folder / "sweep.toml")) for line in LINES}
 

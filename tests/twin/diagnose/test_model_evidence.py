@@ -89,7 +89,7 @@ def oracle(problem):
     r, J = problem.evaluate(problem.x0)
     data = r + J @ (problem.x0 - problem.mean)
     made_of = problem.residual_model(problem.x0).covariances(problem.baseline(problem.x0))
-    shifts = Tolerances.of(np.zeros((len(r), 0)), problem.blocks, problem.held, made_of)
+    shifts = Tolerances.of(np.zeros((len(r), 0)), problem.blocks, problem.held)
     shifts = shifts.whitened(problem.blocks, problem.held)
     covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T) + shifts @ shifts.T
     # A complex number of a broadband run is two real ones.
@@ -111,8 +111,7 @@ def test_what_sound_rigs_have_of_a_cause_is_integrated_over_as_a_cause_is(drawn,
     with_it = with_gain(baseline, evidence)(SOUND)
     with_it.weigh(with_it.x0)
     column = with_it.evaluate(with_it.x0)[1][:, with_it.count :]
-    made_of = with_it.residual_model(with_it.x0).covariances(with_it.baseline(with_it.x0))
-    tolerances = Tolerances.of(column, with_it.blocks, with_it.held, made_of)
+    tolerances = Tolerances.of(column, with_it.blocks, with_it.held)
     without = FitProblem(evidence, None, baseline, ())
     (one, named), (two, tolerated) = infer_errors(with_it, None), infer_errors(without, tolerances)
     assert tolerated == pytest.approx(named, abs=1e-3)

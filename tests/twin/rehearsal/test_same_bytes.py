@@ -5,31 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from two_steps import TWO_STEPS
 
 from twin.cli import main
 
-PROCEDURE = """
-procedure = "stepped-sine"
-target_channel = "force"
-control = "force"
-amplitudes = [1.5]
-sample_rate = 1024.0
-[grid]
-start = 40.0
-stop = 41.0
-step = 1.0
-[settle]
-tolerance = 0.01
-maximum = 30.0
-[measure]
-seconds = 0.5
-[limits]
-voltage = 10.0
-"""
-
 
 def test_the_same_rehearsal_gives_the_same_bytes(tmp_path: Path) -> None:
-    (tmp_path / "sweep.toml").write_text(PROCEDURE)
+    (tmp_path / "sweep.toml").write_text(TWO_STEPS)
     arguments = ["rehearse", str(tmp_path / "sweep.toml"), "--rig", "steel-lap-joint", "--rounds", "1"]
     found = []
     for _ in range(2):
