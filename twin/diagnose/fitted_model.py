@@ -136,11 +136,19 @@ class FitProblem:
         self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
+        self._base = ResidualModel(evidence, errors=errors)
         self._remakes = [hypothesis.modification(evidence).changes_structure for hypothesis in hypotheses]
-        base_mean, base_precision = ResidualModel(evidence, errors=errors).prior(start)
+        base_mean, base_precision = self._base.prior(start)
         self.mean = np.concatenate([base_mean, [p.prior[0] for _, p in self.slots]])
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
         self.precision[: self.count, : self.count] = base_precision
+
+    def rougher(self, roughness: float) -> Array:
+        """What another roughness of the joints' laws adds to the precision (n, n)."""
+        more = np.zeros_like(self.precision)
+        laws = (self._base.law_precision(self.start, size) for size in (roughness, self.errors.roughness))
+        more[: self.count, : self.count] = next(laws) - next(laws)
+        return more
 
     @property
     def bounds(self) -> tuple[Array, Array]:

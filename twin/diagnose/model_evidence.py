@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.identify.baseline_parameters import BaselineParameters
@@ -29,6 +29,8 @@ Array = NDArray[Any]
 
 GRID = (0.3, 3.0, 30.0, 300.0)
 """Errors over a sound rig's from which the likeliest are looked for."""
+ROUGHNESS = (-2.5, 4.5)
+"""Logarithm of the roughness over a sound rig's in which the likeliest is looked for."""
 REFITTED = 2
 """Most fits, each with the errors that the last one inferred."""
 CLOSE = np.log(1.5)
@@ -134,6 +136,7 @@ class _Marginal:
         self._broadband, self._steps = [_Linearised(columns) for columns in broadband], _Linearised(steps)
         self._rest = rest.T @ rest
         self._away = np.append(x - problem.mean, np.zeros(count))
+        self._problem = problem
         self._precision = block_diag(problem.precision, np.eye(count))
         self._bounds = tuple(
             np.append(limit, np.full(count, side))
@@ -160,13 +163,15 @@ class _Marginal:
 
     def __call__(self, errors: ErrorModel) -> float:
         grams, determinants = zip(*(self._block(kind, errors) for kind in ("broadband", "steps")), strict=True)
-        gram = self._rest + sum(grams)
-        A = gram[1:, 1:] + self._precision
-        pull = gram[1:, 0] - self._precision @ self._away
+        gram, precision = self._rest + sum(grams), self._precision.copy()
+        laws = self._problem.rougher(errors.roughness)
+        precision[: len(laws), : len(laws)] += laws
+        A = gram[1:, 1:] + precision
+        pull = gram[1:, 0] - precision @ self._away
         free = not_held_back(self._x, pull, *self._bounds)
-        cost = gram[0, 0] + self._away @ self._precision @ self._away
+        cost = gram[0, 0] + self._away @ precision @ self._away
         cost -= pull[free] @ np.linalg.solve(A[np.ix_(free, free)], pull[free])
-        volume = np.linalg.slogdet(A)[1] - np.linalg.slogdet(self._precision)[1]
+        volume = np.linalg.slogdet(A)[1] - np.linalg.slogdet(precision)[1]
         return float(-0.5 * (cost + volume + sum(determinants)))
 
 
@@ -209,6 +214,11 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     def value(trial: ErrorModel) -> float:
         return marginal(trial) + log_prior(trial, free=free)
 
+    def by_roughness(log_size: float) -> float:
+        return -value(replace(errors, roughness=SOUND.roughness * float(np.exp(log_size))))
+
+    found = minimize_scalar(by_roughness, bounds=ROUGHNESS, method="bounded", options={"xatol": 0.2})
+    errors = replace(errors, roughness=SOUND.roughness * float(np.exp(found.x)))
     for kind in ("broadband", "steps"):
         sound = getattr(SOUND, kind)
 
@@ -254,7 +264,10 @@ def fit_with_errors(
 
 
 def _distance(one: ErrorModel, two: ErrorModel) -> float:
-    """Largest difference of logarithms, of errors that matter: those below a sound rig's do not."""
+    """Largest difference of logarithms, of errors that matter: those below a sound rig's do not.
+
+    Another roughness matters by the errors that it needs.
+    """
     return max(
         abs(float(np.log(max(a, sound) / max(b, sound))))
         for kind, name in KINDS

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, ErrorModel, continuation
 from twin.identify.gauss_newton import Solution, minimise
-from twin.identify.joint_law import LayerLaw, choose_knots, spline_basis
+from twin.identify.joint_law import KNOTS, LayerLaw, choose_knots, spacing, spline_basis
 from twin.identify.linear_fit import base_bounds
 from twin.identify.linear_model import LinearParameters, nominal_parameters
 from twin.identify.measured_data import MeasuredData
@@ -28,8 +28,8 @@ LARGEST_LOSS = 10.0
 """Loss modulus that is looked for, over E'."""
 READ_OFF = 1e-3
 """Relative error of a response within which a step's softening and loss count as found."""
-SMOOTHNESS = 0.3
-"""Weight of a law's second differences beside the steps' own weights when it is first read off them."""
+SMOOTHNESS = 0.04
+"""Weight of a law's curvature over the logarithm of amplitude beside the steps' own when it is first read off them."""
 SOFTENING_OF_A_STEP = (-0.5, 0.98)
 """Least and largest that is looked for, over E'."""
 MOST_SOFTENED, MOST_STIFFENED = 0.98, 0.5
@@ -43,14 +43,14 @@ HELD_PRECISION = 1e16
 
 
 def starting_baseline(
-    evidence: MeasuredData, *, knots: int = 20, modification: ModelModification | None = None
+    evidence: MeasuredData, *, knots: int = KNOTS, modification: ModelModification | None = None
 ) -> BaselineParameters:
     """Base parameters of the broadband fit, else what is assumed, and a law read off the steps one by one."""
     base = evidence.linear.base if evidence.linear else nominal_parameters(evidence.rig, evidence.preload)
     return law_from_steps(ResidualModel(evidence, modification), base, knots=knots)
 
 
-def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, knots: int = 20) -> BaselineParameters:
+def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, knots: int = KNOTS) -> BaselineParameters:
     """The laws that reproduce each step's reference channel, smoothed onto knots that follow the layers' own motion.
 
     For each step by itself one softening and one loss are found that all points share, as parts of their joint's E', by
@@ -115,7 +115,7 @@ def _smoothed(
             weight = np.broadcast_to(weight, len(values)) * (gap < READ_OFF)
             weight = np.minimum(weight, 3 * np.median(weight))
             weight = weight / (np.max(weight) or 1.0)
-            straight = SMOOTHNESS * np.diff(np.eye(knots), 2, axis=0)
+            straight = SMOOTHNESS * spacing(x) ** -1.5 * np.diff(np.eye(knots), 2, axis=0)
             rows = np.vstack([weight[:, None] * B, straight, 1e-3 * np.eye(knots)])
             right = np.concatenate([weight * values, np.zeros(len(rows) - len(values))])
             found.append((x, np.linalg.lstsq(rows, right, rcond=None)[0]))

@@ -235,7 +235,7 @@ class ForwardModel:
             more, known = np.zeros_like(around.driven), held.more.shape[1]
             more[:, :known] = held.more[:, : len(self.moving)]
             start = np.abs(held.motion) if known == len(self.moving) else None
-            found = self.local.balance(baseline.laws, omega, around, more=more, start=start)
+            found = self.local_at(held).balance(baseline.laws, omega, around, more=more, start=start)
         else:
             found = self._with_harmonics(baseline, omega, around)
         return update_receptance(free, self.moving, found.stiffness), omega, found
@@ -246,25 +246,33 @@ class ForwardModel:
         What a slap does to the fundamental is one with the law's own softening, which is free to take it in.
         """
         found, harmonics = self.local.balance(baseline.laws, omega, around), None
-        if not (any(np.any(law.softening) for law in baseline.laws) and len(omega)):
+        if not (any(np.any(law.vector) for law in baseline.laws) and len(omega)):
             return found
-        openings = self.openings(baseline, found, ODD)
         p = len(self.points)
         for turn in range(HARMONIC_TURNS):
-            if turn == 1:  # the compliances, with the loss that the slips' harmonics leave
-                openings = self.openings(baseline, found, ODD)
+            if turn < 2:  # the second time with the loss that the slips' harmonics leave
+                at_harmonics = [self.at_harmonic(h, baseline, found) for h in ODD]
+                ports = np.arange(self.moving[-1] + 1)[self.nonlinear_ports]
+                found = replace(found, ripples=np.stack([R[:, ports, ports] for R, *_ in at_harmonics], axis=2))
+                secant = self._secant(found)[:, :p].real
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
-            openings = replace(openings, fundamental=found.motion[:, :p])
+            openings = replace(self.openings(baseline, found, ODD, at_harmonics), secant=secant)
             balance = balance_openings(baseline.laws, openings, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
             more[:, p : 2 * p] = self._loss_among_harmonics(baseline, found, openings, balance)
             changed = np.max(np.abs(more - found.more), initial=0.0)
             start = np.abs(found.motion)
-            found = self.local.balance(baseline.laws, omega, around, more=more, start=start)
-            if changed < HARMONICS_SETTLED * np.max(np.abs(openings.secant), initial=0.0):
+            found = self.local_at(found).balance(baseline.laws, omega, around, more=more, start=start)
+            if changed < HARMONICS_SETTLED * np.max(np.abs(secant), initial=0.0):
                 break
         return found
+
+    def local_at(self, balance: Balance) -> LocalForces:
+        """The local forces, with what they slip into at a balance; if that knows all of them."""
+        ripples = balance.ripples
+        known = ripples is not None and ripples.shape[1] == len(self.local.forces)
+        return replace(self.local, ripples=ripples) if known else self.local
 
     def _loss_among_harmonics(
         self, baseline: BaselineParameters, found: Balance, openings: Openings, balance: OpeningBalance
@@ -300,15 +308,26 @@ class ForwardModel:
         p, drive = len(self.points), self.model.ports.drive
         at = self.moving[: 2 * p]
         compliance, driven = [], []
-        for R, force, _ in around or [self.at_harmonic(h, baseline, balance) for h in orders]:
+        around = around or [self.at_harmonic(h, baseline, balance) for h in orders]
+        for (R, force, _), own in zip(around, self.forced_harmonics(balance, orders), strict=True):
             compliance.append(R[:, at[:, None], at[:p]])
-            driven.append(R[:, at, drive] * force[:, None])
+            by_own = R[:, at][:, :, self.nonlinear_ports] @ own[:, :, None]
+            driven.append(R[:, at, drive] * force[:, None] - by_own[:, :, 0])
         to_points, points_driven = np.stack(compliance, axis=1), np.stack(driven, axis=1)
         return Openings(
             balance.motion[:, :p], self._secant(balance)[:, :p].real, self.local.weights[:, :p], baseline.base.E,
             self.points.joint, orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:],
             points_driven[:, :, p:],
         )  # fmt: skip
+
+    def forced_harmonics(self, balance: Balance, orders: Sequence[int]) -> Array:
+        """Harmonics (h, s, m) of the nonlinear forces; a static part counts as none."""
+        motion = balance.motion[:, 2 * len(self.points) :]
+        if not motion.shape[1]:
+            return np.zeros((len(orders), *motion.shape), complex)
+        omega = self.clock(self.evidence.steps.omega, self.step_times)
+        found = self.local_at(balance).harmonics(motion, max(orders), omega)
+        return np.stack([found[:, :, h - 1] if h else np.zeros_like(motion) for h in orders])
 
     def _secant(self, balance: Balance) -> Array:
         """The law's stiffness (s, 2 p) at the points, without what harmonics add to the openings'."""

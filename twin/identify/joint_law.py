@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
-__all__ = ["LayerLaw", "choose_knots", "packed_laws", "spline_basis"]
+__all__ = ["KNOTS", "LayerLaw", "choose_knots", "curve_precision", "packed_laws", "spacing", "spline_basis"]
 
 Array = NDArray[Any]
 
@@ -26,12 +26,37 @@ BEYOND = 1.15
 """Last knot over the largest amplitude, for a fit may open the layer a little farther than its start did."""
 NO_DATA_M = 1e-6
 """Last knot where no sweep tells how far the layer moves."""
+KNOTS = 30
+"""Fine enough: from here on the log evidence of clean sweeps changes by half a unit a knot, and their fit no more."""
+LARGEST = 5.0
+"""Prior size of a curve over its scale, for every unit of log amplitude: little more than that it is finite."""
 
 
 def choose_knots(amplitude_m: Array, count: int) -> Array:
     """Knots (count,) that are evenly spaced over the logarithm of the amplitudes which matter."""
     largest = float(np.max(amplitude_m, initial=0.0)) or NO_DATA_M
     return np.geomspace(SMALLEST * largest, BEYOND * largest, count)
+
+
+def spacing(knots: Array) -> float:
+    """Steps of the logarithm of amplitude between knots."""
+    return float(np.log(knots[-1] / knots[0])) / max(len(knots) - 1, 1)
+
+
+def curve_precision(knots: Array, roughness: float) -> Array:
+    """Precision (n, n) of a curve's values at its knots, over its scale.
+
+    A Wiener process integrated twice over the logarithm of amplitude, in proportion to the amplitude, as a curve is that
+    begins linearly: its third differences are independent.  So the number of knots decides nothing.
+
+    Parameters
+    ----------
+    roughness
+        Standard deviation of the process over one unit of log amplitude, at the largest amplitude.
+    """
+    h, third = spacing(knots), np.diff(np.eye(len(knots)), 3, axis=0)
+    spread = roughness * h**2.5 * knots[2:-1] / knots[-1]
+    return np.asarray(third.T @ (third / spread[:, None] ** 2) + h * np.eye(len(knots)) / LARGEST**2)
 
 
 @dataclass(frozen=True)

@@ -98,12 +98,15 @@ class Balance:
         The part of it that does not go by the amplitude: what harmonics of the motion add, N/m.
     unsettled : ndarray, (s,)
         Largest relative disagreement that was left.
+    ripples : ndarray, (s, m, 3), or None
+        What the nonlinear forces slip into, see :class:`LocalForces`.
     """
 
     motion: Array
     stiffness: Array
     more: Array
     unsettled: Array
+    ripples: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -160,11 +163,15 @@ class LocalForces:
         Of the layers' points at each step: a modulus times its weight is a stiffness.
     joint : ndarray of int, (p,)
         Whose law each point has.
+    ripples : ndarray, (s, m, 3), or None
+        Displacement of each force's port by a force there at 3, 5 and 7 times the drive's frequency, m/N, with what the
+        law does at each step; without the law's doing if not given.
     """
 
     forces: tuple[NonlinearForce, ...]
     weights: Array
     joint: NDArray[np.int64]
+    ripples: Array | None = None
 
     @property
     def points(self) -> int:
@@ -188,7 +195,7 @@ class LocalForces:
         k, growth = k * self.weights, growth * self.weights
         if not self.forces:
             return k, growth
-        own, own_growth = self._with_growth(amplitude[:, 2 * p :], omega)
+        own, own_growth = self._with_growth(amplitude[:, 2 * p :], omega, np.arange(len(omega)))
         return np.concatenate([k, own], axis=1), np.concatenate([growth, own_growth], axis=1)
 
     def by_law(self, laws: Sequence[LayerLaw], amplitude: Array) -> list[tuple[Array, Array]]:
@@ -243,9 +250,9 @@ class LocalForces:
         if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)
             worst = np.empty(len(omega))
-            kinds = _as_arrays(sliders, omega)
+            kinds = self._as_arrays(sliders, omega)
             settle(*rig, *kinds, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST, DIFFERENCE)
-            return Balance(z, k, more, worst)
+            return Balance(z, k, more, worst, self.ripples)
         now = _Turn.of(log_a)
         self._turn(rig, omega, log_a, np.arange(len(omega)), now)
         worst, share, trial = now.worst, np.ones(len(omega)), _Turn.of(log_a)
@@ -261,12 +268,12 @@ class LocalForces:
             now.take(trial, better)
             share[rows] /= 4.0
             share[better] = 1.0
-        return Balance(now.motion, now.stiffness, more, worst)
+        return Balance(now.motion, now.stiffness, more, worst, self.ripples)
 
     def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
         own, growth = np.empty((2, len(log_a), len(self.forces)), complex)
-        own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows])
+        own[rows], growth[rows] = self._with_growth(np.exp(log_a[rows, 2 * self.points :]), omega[rows], rows)
         turn(*rig, own, growth, log_a, rows, out.motion, out.stiffness, out.gap, out.step)  # type: ignore[call-arg]
 
     def follow(
@@ -287,7 +294,11 @@ class LocalForces:
 
     def harmonics(self, motion: Array, count: int, omega: Array) -> Array:
         """Harmonics 1 ... count (s, n, count) of the nonlinear forces for complex amplitudes (s, n) of their ports."""
-        values = [f.harmonics(np.abs(motion[:, i]), count, omega) for i, f in enumerate(self.forces)]
+        amplitude, rows = np.abs(motion), np.arange(len(omega))
+        values = [
+            force.harmonics(amplitude[:, i], count, omega, *self._ripples(i, rows))
+            for i, force in enumerate(self.forces)
+        ]
         return np.stack(values, axis=1) * _turned(motion, count)
 
     def harmonic_changes(self, here: Array, motion: Array, count: int, omega: Array, log_motion: Array) -> Array:
@@ -298,26 +309,32 @@ class LocalForces:
             by_size[..., None] * log_motion.real[:, :, None, :] + by_phase[..., None] * log_motion.imag[:, :, None, :]
         )
 
-    def _with_growth(self, amplitude: Array, omega: Array) -> tuple[Array, Array]:
-        """Stiffness of the nonlinear forces at their ports' amplitudes, and its derivative by their logarithms."""
-        both = np.concatenate([amplitude, amplitude * (1 + DIFFERENCE)])
-        k, beyond = np.split(self.equivalent(both, np.concatenate([omega, omega])), 2)
+    def _with_growth(self, amplitude: Array, omega: Array, rows: Array) -> tuple[Array, Array]:
+        """Stiffness of the forces at their ports' amplitudes at some steps, its derivative by their logarithms."""
+        k, beyond = (self.equivalent(a, omega, rows) for a in (amplitude, amplitude * (1 + DIFFERENCE)))
         return k, (beyond - k) / DIFFERENCE
 
-    def equivalent(self, amplitude: Array, omega: Array) -> Array:
-        """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n)."""
-        return np.stack([f.equivalent(amplitude[:, i], omega) for i, f in enumerate(self.forces)], axis=1)
+    def equivalent(self, amplitude: Array, omega: Array, rows: Array | None = None) -> Array:
+        """Stiffness (s, n) of the nonlinear forces at their ports' amplitudes (s, n), at all steps or some."""
+        rows = np.arange(len(omega)) if rows is None else rows
+        values = [f.equivalent(amplitude[:, i], omega, *self._ripples(i, rows)) for i, f in enumerate(self.forces)]
+        return np.stack(values, axis=1)
 
+    def _ripples(self, number: int, rows: Array) -> tuple[Array, ...]:
+        """What a slider slips into at some steps; nothing for another force, or where that is not known."""
+        if self.ripples is None or self.forces[number].slider is None:
+            return ()
+        return (self.ripples[rows, number],)
 
-def _as_arrays(sliders: Sequence[Slider], omega: Array) -> tuple[Array, Array, Array]:
-    """Stiffness and slip force (m, 2) of each; what it slips into (s, m, 3), and what that has in common (s, m)."""
-    values, compliance = np.empty((len(sliders), 2)), np.empty((len(omega), len(sliders), len(RIPPLES)), complex)
-    common = np.empty((len(omega), len(sliders)))
-    for i, slider in enumerate(sliders):
-        values[i] = slider.stiffness, slider.slip_force
-        compliance[:, i] = slider.compliance(omega)
-        common[:, i] = common_spring(compliance[:, i])
-    return values, compliance, common
+    def _as_arrays(self, sliders: Sequence[Slider], omega: Array) -> tuple[Array, Array, Array]:
+        """Stiffness and slip force (m, 2) of each; what it slips into (s, m, 3), and what that has in common (s, m)."""
+        values, compliance = np.empty((len(sliders), 2)), np.empty((len(omega), len(sliders), len(RIPPLES)), complex)
+        common = np.empty((len(omega), len(sliders)))
+        for i, slider in enumerate(sliders):
+            values[i] = slider.stiffness, slider.slip_force
+            compliance[:, i] = slider.compliance(omega) if self.ripples is None else self.ripples[:, i]
+            common[:, i] = common_spring(compliance[:, i])
+        return values, compliance, common
 
 
 def _log(amplitude: Array) -> Array:

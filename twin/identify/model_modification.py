@@ -91,12 +91,13 @@ class NonlinearForce:
         Complex dynamic stiffness (f,) of the best linear substitute under broadband motion, from that motion and omega
         (f,): statistical linearisation.  Without it the force is taken to vanish there.
     slider : Slider, optional
-        What `equivalent` is that of, which compiled code then evaluates by itself.
+        Whose `equivalent` and `harmonics` these are, which take what it slips into (f, 3) as well; compiled code then
+        evaluates them by itself.
     """
 
     row: Callable[[Structure], Array]
-    equivalent: Callable[[Array, Array], Array]
-    harmonics: Callable[[Array, int, Array], Array]
+    equivalent: Callable[..., Array]
+    harmonics: Callable[..., Array]
     random: Callable[[NoiseMotion, Array], Array] | None = None
     slider: Slider | None = None
 

@@ -17,6 +17,7 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.forward_model import ForwardModel
+from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.local_forces import Balance
@@ -29,9 +30,6 @@ from twin.structure import points_of_joints
 __all__ = ["Prediction", "ResidualModel"]
 
 Array = NDArray[Any]
-
-LAW_BEND = 0.5
-"""Prior of the second differences of softening and loss over twenty knots, in units of their scales."""
 
 
 @dataclass(frozen=True)
@@ -127,6 +125,8 @@ class ResidualModel(ForwardModel):
         self.harmonics = harmonics
         self.errors = errors
         self._held = held
+        if held is not None and held.balance is not None:
+            self.local = self.local_at(held.balance)
 
     def prior(self, baseline: BaselineParameters) -> tuple[Array, Array]:
         """Mean and precision (u, u) of the unknowns: wide, but the law smooth over neighbouring knots."""
@@ -135,21 +135,24 @@ class ResidualModel(ForwardModel):
             # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
             nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
         mean, base = base_prior(nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli)
-        phi = self.model.basis.Phi[:, 0]
-        size = len(baseline.blocks)
-        precision = np.zeros((size, size))
+        precision = self.law_precision(baseline, self.errors.roughness)
         precision[: len(mean), : len(mean)] = base
-        for joint, layer in enumerate(self.model.structure.joints):
+        return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
+
+    def law_precision(self, baseline: BaselineParameters, roughness: float) -> Array:
+        """Precision (u, u) of the joints' laws alone."""
+        phi = self.model.basis.Phi[:, 0]
+        precision = np.zeros((len(baseline.blocks),) * 2)
+        for joint, (layer, law) in enumerate(zip(self.model.structure.joints, baseline.laws, strict=True)):
             E = self.moduli[0][joint]
             # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
             shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
-            for block, scale in ((baseline.softening(joint), E), (baseline.loss(joint), 0.1 * E / shear_share)):
-                k = block.stop - block.start
-                # The same curvature, however many knots there are.
-                bend = LAW_BEND * (19 / max(k - 1, 1)) ** 2
-                second = np.diff(np.eye(k), 2, axis=0) if k > 2 else np.zeros((0, k))
-                precision[block, block] += (np.eye(k) / 10.0**2 + second.T @ second / bend**2) / scale**2
-        return np.concatenate([mean, np.zeros(size - len(mean))]), precision
+            for block, knots, scale in (
+                (baseline.softening(joint), law.opening_knots, E),
+                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share),
+            ):
+                precision[block, block] = curve_precision(knots, roughness) / scale**2
+        return precision
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
         """Residual of all evidence, with its sensitivities unless they are not wanted (the jacobian is zero then)."""
@@ -276,8 +279,10 @@ class ResidualModel(ForwardModel):
         harmonics = balance_openings(baseline.laws, openings)
         lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
         moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
+        own_forces = self.forced_harmonics(found, ODD)
         for order, (h, (R, force, omega)) in enumerate(zip(ODD, around, strict=True)):
             by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
+            by_force += np.einsum("spq,sq->sp", R[:, :, self.nonlinear_ports], own_forces[order])
             into = R[:, :, drive] * force[:, None] - by_force
             change = self._base_change(R, omega, baseline, self.step_times, opening, into)
             moved[:, order, :, : change.shape[2]] = change

@@ -43,21 +43,23 @@ class Slider:
     slip_force : float
         At which it slips, N.
     compliance : callable
-        Slip per force on it (f, 3) at 3, 5 and 7 times omega (f,), without it.
+        Slip per force on it (f, 3) at 3, 5 and 7 times omega (f,), without it, where no law has taken anything off.
     """
 
     stiffness: float
     slip_force: float
     compliance: Callable[[Array], Array]
 
-    def equivalent(self, amplitude: Array, omega: Array) -> Array:
-        """Complex equivalent stiffness at amplitude (f,)."""
-        force = slipping_harmonics(amplitude, self.stiffness, self.slip_force, self.compliance(omega))
+    def equivalent(self, amplitude: Array, omega: Array, compliance: Array | None = None) -> Array:
+        """Complex equivalent stiffness at amplitude (f,), with another `compliance` (f, 3) if one is given."""
+        compliance = self.compliance(omega) if compliance is None else compliance
+        force = slipping_harmonics(amplitude, self.stiffness, self.slip_force, compliance)
         return np.asarray(force[:, 0] / np.maximum(amplitude, LEAST_SLIP) - self.stiffness)
 
-    def harmonics(self, amplitude: Array, count: int, omega: Array) -> Array:
+    def harmonics(self, amplitude: Array, count: int, omega: Array, compliance: Array | None = None) -> Array:
         """Complex harmonics 1 ... count (f, count) of the force for motion a cos(omega t)."""
-        force = slipping_harmonics(amplitude, self.stiffness, self.slip_force, self.compliance(omega))
+        compliance = self.compliance(omega) if compliance is None else compliance
+        force = slipping_harmonics(amplitude, self.stiffness, self.slip_force, compliance)
         out = np.zeros((len(amplitude), max(count, RIPPLES[-1])), complex)
         out[:, [0, *(h - 1 for h in RIPPLES)]] = force
         out[:, 0] -= self.stiffness * amplitude
