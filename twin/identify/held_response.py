@@ -21,6 +21,7 @@ from twin.identify.local_forces import LocalForces, Surroundings
 from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, at_harmonic, balance_openings, loss_among_harmonics
 from twin.identify.receptance import update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
+from twin.identify.slipping import RIPPLES
 
 __all__ = ["HeldRig", "HeldStates"]
 
@@ -102,7 +103,7 @@ class HeldRig:
         self._among, self._driven = free[:, at[:, None], at], into[:, at]
         self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
         self._to_reading = rig.measured_change(free[:, outputs][:, :, at], self.omega)[:, output]
-        self._own_harmonics = own_harmonics and any(np.any(law.softening) for law in laws)
+        self._own_harmonics = own_harmonics and any(np.any(law.vector) for law in laws)
 
     def _at_points(self, of_joints: Sequence[tuple[float, float]]) -> Array:
         """Complex modulus (2 p,) that softening and loss of each joint, N/m2, are at its points."""
@@ -165,6 +166,7 @@ class HeldRig:
         self._first = np.floor(np.log(low) / STRIDE).astype(int)
         count = int(np.max(np.ceil(np.log(high) / STRIDE) - self._first)) + 3
         self._more = np.zeros((count, *self._driven.shape), complex)
+        self._ripples = self._linear_ripples(count)
         self._log_motion = np.zeros(self._more.shape)
         for turn in range(1 + HARMONIC_TURNS if self._own_harmonics else 1):
             motion, stiffness = np.zeros_like(self._more), np.zeros_like(self._more)
@@ -176,13 +178,13 @@ class HeldRig:
                     start = np.log(np.maximum(np.abs(around.motion(np.zeros_like(self._driven))[0]), 1e-300))
                 else:
                     start = 2 * self._log_motion[c - 1] - self._log_motion[c - 2]
-                found = self._forces(every).balance(
+                found = self._forces(every, self._ripples[c]).balance(
                     self._laws, self.omega, around, more=self._more[c], start=np.exp(start)
                 )
                 motion[c], stiffness[c] = found.motion, found.stiffness - self._more[c]
                 self._log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
             if self._own_harmonics and turn < HARMONIC_TURNS:
-                self._more = self._by_harmonics(motion, stiffness)
+                self._by_harmonics(motion, stiffness)
 
     def states(self, rows: Array, reading: Array) -> HeldStates:
         """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
@@ -197,9 +199,17 @@ class HeldRig:
         t = np.clip(share, 0.0, 1.0)
         # Lagrange's cubics through the four amplitudes around.
         cubics = (t * (1 - t) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2, t * (t + 1) * (2 - t) / 2, t * (t * t - 1) / 6)
-        more = sum(cubic * self._more[lower + n, rows] for n, cubic in zip((-1, 0, 1, 2), cubics, strict=True))
+        more, ripples = (
+            sum(
+                cubic.reshape(-1, *(1,) * (known.ndim - 2)) * known[lower + n, rows]
+                for n, cubic in enumerate(cubics, -1)
+            )
+            for known in (self._more, self._ripples)
+        )
         around = self._surroundings(rows, reading)
-        found = self._forces(rows).balance(self._laws, self.omega[rows], around, more=more, start=np.exp(start))
+        found = self._forces(rows, np.asarray(ripples)).balance(
+            self._laws, self.omega[rows], around, more=more, start=np.exp(start)
+        )
         motion, response, by_stiffness = around.reading(found.stiffness)
         return HeldStates(motion, found.stiffness, response, by_stiffness, found.unsettled)
 
@@ -208,37 +218,60 @@ class HeldRig:
             self._among[rows], self._driven[rows], self._reading[rows], self._to_reading[rows], reading + 0j
         )
 
-    def _forces(self, rows: Array) -> LocalForces:
-        return LocalForces(self._rig.modification.nonlinear, self.weights[rows], self._rig.points.joint)
+    def _forces(self, rows: Array, ripples: Array) -> LocalForces:
+        return LocalForces(self._rig.modification.nonlinear, self.weights[rows], self._rig.points.joint, ripples)
 
-    def _by_harmonics(self, motion: Array, stiffness: Array) -> Array:
-        """What the openings' harmonics add to the stiffness at each amplitude of the march, (c, f, n)."""
+    def _linear_ripples(self, count: int) -> Array:
+        """What the nonlinear forces slip into before the law takes anything off, (c, f, m, 3)."""
+        own = slice(2 * self.points, None)
+        among = [np.diagonal(self._at_harmonic(h)[:, own, own], axis1=1, axis2=2) for h in RIPPLES]
+        return np.tile(np.stack(among, axis=2), (count, 1, 1, 1))
+
+    def _by_harmonics(self, motion: Array, stiffness: Array) -> None:
+        """Find what harmonics add to the stiffness at each amplitude of the march, and what sliders slip into there."""
         p, orders = self.points, EVEN_TOO if self._rig.modification.opening else ODD
         among = [self._at_harmonic(h) for h in orders]
         more = np.zeros_like(motion)
         joint = self._rig.points.joint
         softened = stiffness[:, :, :p].real / (self.weights[:, :p] * self._base.E[joint])
-        felt = np.argwhere(np.abs(softened.min(axis=2)) > FELT)
+        felt = np.argwhere((np.abs(softened.min(axis=2)) > FELT) | bool(self._rig.modification.nonlinear))
         if self._rig.modification.opening:
             gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
             felt = np.argwhere(np.any(np.abs(motion[:, :, :p]) > gaps, axis=2))
         for k in range(0, len(felt), CHUNK):
             c, rows = felt[k : k + CHUNK].T
             secant = stiffness[c, rows, : 2 * p]
-            compliance = [
-                update_receptance(R[rows], slice(0, 2 * p), at_harmonic(secant, h))[:, :, :p]
-                for R, h in zip(among, orders, strict=True)
-            ]
-            to_points, at_rest = np.stack(compliance, axis=1), np.zeros((len(rows), len(orders), p), complex)
+            around = np.stack(
+                [
+                    update_receptance(R[rows], slice(0, 2 * p), at_harmonic(secant, h))
+                    for R, h in zip(among, orders, strict=True)
+                ],
+                axis=1,
+            )
+            ripples = np.diagonal(around[:, [orders.index(h) for h in RIPPLES], 2 * p :, 2 * p :], axis1=2, axis2=3)
+            self._ripples[c, rows] = ripples.swapaxes(1, 2)
+            driven = self._driven_by_forces(around, motion[c, rows, 2 * p :], rows, self._ripples[c, rows], orders)
             openings = Openings(
                 motion[c, rows, :p], secant[:, :p].real, self.weights[rows, :p], self._base.E, joint,
-                orders, to_points[:, :, :p], at_rest, to_points[:, :, p:], at_rest,
+                orders, around[:, :, :p, :p], driven[:, :, :p], around[:, :, p : 2 * p, :p], driven[:, :, p : 2 * p],
             )  # fmt: skip
             balance = balance_openings(self._laws, openings, self._rig.slaps)
             slips = motion[c, rows, p : 2 * p]
             change = loss_among_harmonics(self._laws, joint, slips, openings.slips(balance), orders)
             more[c, rows, :p], more[c, rows, p : 2 * p] = balance.more, 1j * self.weights[rows, p:] * change
-        return more
+        self._more = more
+
+    def _driven_by_forces(
+        self, around: Array, motion: Array, rows: Array, ripples: Array, orders: Sequence[int]
+    ) -> Array:
+        """Harmonics (s, h, n) of the ports' motion by those of the nonlinear forces; a static part counts as none."""
+        forces = self._forces(rows, ripples)
+        if not forces.forces:
+            return np.zeros(around.shape[:3], complex)
+        found = forces.harmonics(motion, max(orders), self.omega[rows])
+        found[:, :, 0] = 0.0
+        pushed = np.stack([found[:, :, max(h - 1, 0)] for h in orders], axis=1)
+        return -np.asarray((around[:, :, :, 2 * self.points :] @ pushed[..., None])[..., 0])
 
     def _free(self, h: int = 1) -> Array:
         """Receptances at a multiple of the drive's frequency, with the law as it is where nothing moves."""
@@ -247,10 +280,10 @@ class HeldRig:
         return update_receptance(free, self._rig.moving[: 2 * self.points], at_harmonic(self._at_rest, h))
 
     def _at_harmonic(self, h: int) -> Array:
-        """Receptances (f, 2 p, 2 p) among the points at a multiple of the drive's frequency, the shaker holding on."""
+        """Receptances (f, n, n) among the moving ports at a multiple of the drive frequency, the shaker holding on."""
         rig, omega = self._rig, h * self.omega
         free = self._free(h)
         shaker = drive_stiffness(rig.evidence.rig.shaker, omega)
         free = update_receptance(free, np.array([rig.model.ports.drive]), shaker[:, None])
-        at = rig.moving[: 2 * self.points]
+        at = rig.moving
         return np.asarray(free[:, at[:, None], at])

@@ -46,8 +46,8 @@ def spacing(knots: Array) -> float:
 def curve_precision(knots: Array, roughness: float) -> Array:
     """Precision (n, n) of a curve's values at its knots, over its scale.
 
-    A Wiener process integrated twice over the logarithm of amplitude, in proportion to the amplitude, as a curve is that
-    begins linearly: its third differences are independent.  So the number of knots decides nothing.
+    A Wiener process integrated twice over the logarithm of amplitude, in proportion to the amplitude as a curve is that
+    begins linearly.  Its third differences are independent, and so the number of knots decides nothing.
 
     Parameters
     ----------
