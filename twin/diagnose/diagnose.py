@@ -102,6 +102,8 @@ def diagnose(
         kept, unseen, aside = set_aside(evidence)
         evidence = kept
     notes = (*_notes(evidence), *_notes_on(rig))
+    if sound.sidebands is not None:
+        notes = (sound.sidebands.told, *notes)
     if (foreign := foreign_preload(rig, runs[0].info)) and not asked_for:
         notes = (foreign, *notes)
     if unseen is None and len(evidence.steps):
@@ -110,7 +112,7 @@ def diagnose(
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
     search = search_causes(evidence, causes, most=most, report=report)
-    posterior = posterior_of(search)
+    posterior = posterior_of(search, sound.sidebands)
     verdict = decide(posterior, findings)
     report("measuring the gain on what was held out")
     after = search.base if verdict in ("none", "unknown") else search.model

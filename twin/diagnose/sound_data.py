@@ -10,7 +10,15 @@ from dataclasses import dataclass
 
 from recordings.run import Run
 from twin.diagnose.effects import with_effects
-from twin.diagnose.signals import Finding, as_known, foreign_lines, inspect_signals, mended
+from twin.diagnose.signals import (
+    Finding,
+    Sidebands,
+    as_known,
+    find_sidebands,
+    foreign_lines,
+    inspect_signals,
+    mended,
+)
 from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig
@@ -29,10 +37,13 @@ class SoundData:
     findings : tuple of Finding
         Faults that the samples show by themselves.  Spoilt samples were not used, hum was fitted beside the sines, and
         a wrong clock was set right.
+    sidebands : Sidebands, optional
+        What no listed cause leaves in the samples.
     """
 
     evidence: MeasuredData
     findings: tuple[Finding, ...]
+    sidebands: Sidebands | None
 
 
 def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, source: str = "rig") -> SoundData:
@@ -54,5 +65,7 @@ def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, sou
     runs = [as_known(own_channels(run, rig), rig) for run in runs]
     findings = inspect_signals(runs)
     usable = [mended(run, findings) for run in runs]
-    evidence = gather_data(usable, rig, preload=preload, lines=foreign_lines(findings))
-    return SoundData(with_effects(evidence, source=source), tuple(findings))
+    lines = foreign_lines(findings)
+    evidence = gather_data(usable, rig, preload=preload, lines=lines)
+    sidebands = find_sidebands(usable, evidence.channels, lines)
+    return SoundData(with_effects(evidence, source=source), tuple(findings), sidebands)

@@ -11,7 +11,7 @@ from twin.diagnose.places import told_place
 from twin.diagnose.posterior import LOG_ODDS_OF_UNKNOWN, TEMPERATURE, log_weight, probabilities, smallest_set
 from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search
-from twin.diagnose.signals import Finding
+from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData
 
 __all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
@@ -45,10 +45,15 @@ class Posterior:
         )
 
 
-def posterior_of(search: Search) -> Posterior:
+def posterior_of(search: Search, sidebands: Sidebands | None = None) -> Posterior:
     """Probabilities of the selected model, of its rivals in the stage that chose it, and of something unknown.
 
     Where nothing was selected, the rivals are those that were tried.
+
+    Parameters
+    ----------
+    sidebands
+        What the samples hold beside all that repeats with the drive: only something unknown leaves any.
     """
     evidence = search.evidence
     chosen = [stage for stage in search.stages if stage.accepted]
@@ -57,6 +62,8 @@ def posterior_of(search: Search) -> Posterior:
     weights = [log_weight(evidence, model) for model in models]
     best = models[int(np.argmax(weights))]
     unknown = max(weights) + (stage.unknown - best.log_evidence) / TEMPERATURE + LOG_ODDS_OF_UNKNOWN
+    if sidebands is not None:
+        unknown += sidebands.log_bayes / TEMPERATURE
     *each, of_unknown = probabilities([*weights, unknown])
     order = np.argsort(each)[::-1]
     return Posterior(tuple(models[i] for i in order), np.asarray(each)[order], float(of_unknown))

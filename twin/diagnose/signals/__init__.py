@@ -11,10 +11,20 @@ from recordings.run import Run
 from twin.causes import FINDINGS
 from twin.diagnose.signals.clock import as_known, with_clock
 from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.sidebands import Sidebands, find_sidebands
 from twin.diagnose.signals.unsettled import find_unsettled
 from twin.identify.sine_fit import Line
 
-__all__ = ["Finding", "as_known", "find_unsettled", "foreign_lines", "inspect_signals", "mended"]
+__all__ = [
+    "Finding",
+    "Sidebands",
+    "as_known",
+    "find_sidebands",
+    "find_unsettled",
+    "foreign_lines",
+    "inspect_signals",
+    "mended",
+]
 
 
 def inspect_signals(runs: Sequence[Run]) -> list[Finding]:

@@ -1,0 +1,51 @@
+"""What changes a rig by itself leaves lines that keep their distance to the drive; nothing else does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from twin.diagnose.signals import find_sidebands
+from twin.identify.sine_fit import Line
+
+CHANNELS = ("acc1", "acc2")
+
+
+def changed(synthetic, seed, factor):
+    """A sweep whose first accelerometer shows a motion times a function of time (n,)."""
+    samples = synthetic.stepped_sine(seed)
+    t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
+    return synthetic.run(synthetic.converted({**samples, "acc1": samples["acc1"] * factor(t)}))
+
+
+@pytest.mark.parametrize("offset_Hz", [3.0, 7.2])
+def test_a_modulation_is_found_at_its_frequency(synthetic, offset_Hz):
+    run = changed(synthetic, 7, lambda t: 1 + 0.02 * np.cos(2 * np.pi * offset_Hz * t))
+    found = find_sidebands([run], CHANNELS, {})
+    assert found is not None
+    assert found.channel == "acc1"
+    assert found.offset_Hz == pytest.approx(offset_Hz, abs=0.3)
+    assert f"{found.offset_Hz:.3g} Hz beside" in found.told
+
+
+def test_a_subharmonic_follows_the_drive(synthetic):
+    samples = synthetic.stepped_sine(8)
+    length = round(synthetic.rate_Hz)
+    t = np.arange(length) / synthetic.rate_Hz
+    half = np.concatenate([np.cos(np.pi * f * t) for f in synthetic.frequencies_Hz])
+    run = synthetic.run({**samples, "acc2": samples["acc2"] + synthetic.noise["acc2"] * half})
+    found = find_sidebands([run], CHANNELS, {})
+    assert found is not None
+    assert found.channel == "acc2"
+    assert found.offset_Hz == pytest.approx(np.median(synthetic.frequencies_Hz) / 2)
+
+
+def test_sound_sweeps_hum_and_drift_have_none(synthetic, clean_runs):
+    for run, noise in clean_runs:
+        assert find_sidebands([noise, run], CHANNELS, {}) is None
+    assert find_sidebands([changed(synthetic, 9, lambda t: 1 + 0.01 * t / t[-1])], CHANNELS, {}) is None
+    samples = synthetic.stepped_sine(10)
+    t = np.arange(len(samples["acc1"])) / synthetic.rate_Hz
+    hum = 10 * synthetic.noise["acc1"] * np.cos(2 * np.pi * 50.0 * t)
+    humming = synthetic.run({**samples, "acc1": samples["acc1"] + hum})
+    assert find_sidebands([humming], CHANNELS, {"acc1": Line(50.0, 10 * synthetic.noise["acc1"])}) is None

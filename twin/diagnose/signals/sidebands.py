@@ -1,0 +1,126 @@
+"""Lines beside the drive's own: a rig that changes by itself while it is driven, or that answers at a fraction of it.
+
+Whatever goes by the motion alone repeats with the drive, and leaves nothing between its harmonics but noise.  So lines
+there that keep their distance to the drive from step to step are evidence for something that no listed cause does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Run
+from recordings.sweeps import Stretch, sweeps
+from twin.identify.sine_fit import Line
+
+__all__ = ["Sidebands", "find_sidebands"]
+
+Array = NDArray[Any]
+
+MOST_STEPS, LEAST_STEPS = 48, 8
+NEAREST = 2.0
+"""Distance over the resolution of a step from which on a line is apart from the drive's, with what drifts there."""
+FARTHEST_Hz, APART_Hz = 12.0, 0.1
+"""Of the distances that are looked at, and between them."""
+FRACTIONS = (1 / 2, 1 / 3)
+"""Of the drive's frequency, where a structure may answer as well."""
+HARMONICS = 12
+MEDIAN_OF_TWO = 1.678 / 2
+"""Median over mean of the mean of two exponential variables, such as lines on both sides of the drive's."""
+LEAST_LOG_BAYES = 10.0
+"""From which on they are told; 24 recordings without any, of the bench and another program, show 3.4 at the most."""
+
+
+@dataclass(frozen=True)
+class Sidebands:
+    """The clearest lines beside the drive's.
+
+    Attributes
+    ----------
+    channel : str
+    offset_Hz : float
+        Their distance to the drive, in the middle of the steps.
+    power : float
+        Over that of the noise there, median of the steps.
+    log_bayes : float
+        How much more probable they make something that is on no list than noise, nats.
+    """
+
+    channel: str
+    offset_Hz: float
+    power: float
+    log_bayes: float
+
+    @property
+    def told(self) -> str:
+        """One sentence."""
+        return (
+            f"{self.channel} holds lines {self.offset_Hz:.3g} Hz beside the drive's, of {self.power:.3g} times the "
+            "noise's power: something changes the rig by itself, which no listed cause does"
+        )
+
+
+def find_sidebands(runs: Sequence[Run], channels: Sequence[str], lines: Mapping[str, Line]) -> Sidebands | None:
+    """Look for them in the sine steps of some channels, in which samples may be missing; None where noise will do.
+
+    Parameters
+    ----------
+    lines
+        Foreign ones by channel, such as mains hum: they keep their frequency instead.
+    """
+    stretches = [(run, stretch) for run in runs for sweep in sweeps(run) for stretch in sweep.stretches]
+    stretches = [(run, stretch) for run, stretch in stretches if stretch.step.frequency_Hz > 0]
+    stretches = stretches[:: -(-len(stretches) // MOST_STEPS) or 1]
+    best: Sidebands | None = None
+    for channel in channels:
+        powers = [_powers(run, stretch, channel, lines.get(channel)) for run, stretch in stretches]
+        seen = [one for one in powers if one is not None]
+        if len(seen) < LEAST_STEPS:
+            continue
+        table = np.array(seen)
+        looked_at = np.flatnonzero(np.isfinite(table).sum(axis=0) >= LEAST_STEPS)
+        power = np.nanmedian(table[:, looked_at], axis=0) / MEDIAN_OF_TWO
+        count = 2 * np.isfinite(table[:, looked_at]).sum(axis=0)
+        log_bayes = np.where(power > 1, count * (power - 1 - np.log(power)), 0.0) - np.log(
+            len(looked_at) * len(channels)
+        )
+        k = int(np.argmax(log_bayes))
+        if log_bayes[k] > (best.log_bayes if best else LEAST_LOG_BAYES):
+            middle = float(np.median([stretch.step.frequency_Hz for _, stretch in stretches]))
+            offset = float(_offsets(middle)[looked_at[k]])
+            best = Sidebands(channel, offset, float(power[k]), float(log_bayes[k]))
+    return best
+
+
+def _offsets(frequency_Hz: float) -> Array:
+    """Distances to a drive that are looked at, Hz."""
+    return np.append(np.arange(APART_Hz, FARTHEST_Hz, APART_Hz), [(1 - part) * frequency_Hz for part in FRACTIONS])
+
+
+def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Array | None:
+    """Power at each of the offsets, mean of both sides, over the noise's; NaN too near to the drive's line."""
+    x = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    rate, drive = run.device_of(channel).sample_rate_Hz, stretch.step.frequency_Hz
+    if len(x) < 64 or not np.isfinite(x).all():
+        return None
+    t, length = np.arange(len(x)) / rate, len(x) / rate
+    angle = 2 * np.pi * drive * t[:, None] * np.arange(1, min(HARMONICS, int(0.45 * rate / drive)) + 1)
+    slow = (t / length - 0.5)[:, None] ** np.arange(3)
+    first = np.hstack([np.cos(angle[:, :1]) * slow[:, 1:], np.sin(angle[:, :1]) * slow[:, 1:]])
+    turn = 2 * np.pi * line.frequency_Hz * t[:, None] if line else np.zeros((len(t), 0))
+    basis = np.hstack([np.cos(angle), np.sin(angle), slow, first, np.cos(turn), np.sin(turn)])
+    left = x - basis @ np.linalg.lstsq(basis, x, rcond=None)[0]
+    padded = 1 << (4 * len(x) - 1).bit_length()
+    lines = np.abs(np.fft.fft(left * np.exp(-2j * np.pi * drive * t), padded)) ** 2
+    offsets = _offsets(drive)
+    place = np.rint(offsets / rate * padded).astype(int)
+    power = (lines[place] + lines[-place]) / 2
+    power[(offsets < NEAREST / length) | (offsets > drive - NEAREST / length)] = np.nan
+    if not np.isfinite(power).any():
+        return None
+    noise = float(np.nanmedian(power)) / MEDIAN_OF_TWO
+    return np.asarray(power / max(noise, np.finfo(float).tiny))
