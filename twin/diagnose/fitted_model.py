@@ -143,7 +143,7 @@ class FitProblem:
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
         self.precision[: self.count, : self.count] = base_precision
 
-    def rougher(self, roughness: float) -> Array:
+    def rougher(self, roughness: tuple[float, float]) -> Array:
         """What another roughness of the joints' laws adds to the precision (n, n)."""
         more = np.zeros_like(self.precision)
         laws = (self._base.law_precision(self.start, size) for size in (roughness, self.errors.roughness))

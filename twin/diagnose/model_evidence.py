@@ -214,11 +214,13 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     def value(trial: ErrorModel) -> float:
         return marginal(trial) + log_prior(trial, free=free)
 
-    def by_roughness(log_size: float) -> float:
-        return -value(replace(errors, roughness=SOUND.roughness * float(np.exp(log_size))))
+    for curve in range(len(errors.roughness)):
 
-    found = minimize_scalar(by_roughness, bounds=ROUGHNESS, method="bounded", options={"xatol": 0.2})
-    errors = replace(errors, roughness=SOUND.roughness * float(np.exp(found.x)))
+        def by_roughness(log_size: float, curve: int = curve, errors: ErrorModel = errors) -> float:
+            return -value(_with_roughness(errors, curve, log_size))
+
+        found = minimize_scalar(by_roughness, bounds=ROUGHNESS, method="bounded", options={"xatol": 0.2})
+        errors = _with_roughness(errors, curve, found.x)
     for kind in ("broadband", "steps"):
         sound = getattr(SOUND, kind)
 
@@ -232,6 +234,12 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
         found = minimize(cost, best, method="Nelder-Mead", options={"xatol": 0.2, "fatol": 0.3, "maxfev": 30})
         errors = _with_sizes(errors, kind, found.x)
     return errors, value(errors)
+
+
+def _with_roughness(errors: ErrorModel, curve: int, log_size: float) -> ErrorModel:
+    roughness = list(errors.roughness)
+    roughness[curve] = SOUND.roughness[curve] * float(np.exp(log_size))
+    return replace(errors, roughness=(roughness[0], roughness[1]))
 
 
 def _with_sizes(errors: ErrorModel, kind: str, log_sizes: Array) -> ErrorModel:

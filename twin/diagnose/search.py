@@ -193,7 +193,9 @@ def _fitted_rivals(
     """
     fits: list[FittedModel] = []
     promising = _promising(scores)
-    imitated = [_at_full_size(evidence, rival) for rival in promising if rival.cause.tried_at_full_size]
+    # Where a threshold begins decides in which minimum its fit ends.
+    keys = {rival.key for rival in promising if rival.cause.tried_at_full_size}
+    imitated = [_at_full_size(evidence, score.hypothesis) for score in scores if score.hypothesis.key in keys]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report)

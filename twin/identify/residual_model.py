@@ -139,7 +139,7 @@ class ResidualModel(ForwardModel):
         precision[: len(mean), : len(mean)] = base
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
-    def law_precision(self, baseline: BaselineParameters, roughness: float) -> Array:
+    def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
         """Precision (u, u) of the joints' laws alone."""
         phi = self.model.basis.Phi[:, 0]
         precision = np.zeros((len(baseline.blocks),) * 2)
@@ -147,11 +147,11 @@ class ResidualModel(ForwardModel):
             E = self.moduli[0][joint]
             # A loss in G' must be many times G' to matter; its scale is what damps mode 1 like a tenth of E' does.
             shear_share = float(np.sum((layer.B_G @ phi) ** 2) / np.sum((layer.B_E @ phi) ** 2))
-            for block, knots, scale in (
-                (baseline.softening(joint), law.opening_knots, E),
-                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share),
+            for block, knots, scale, rough in (
+                (baseline.softening(joint), law.opening_knots, E, roughness[0]),
+                (baseline.loss(joint), law.slip_knots, 0.1 * E / shear_share, roughness[1]),
             ):
-                precision[block, block] = curve_precision(knots, roughness) / scale**2
+                precision[block, block] = curve_precision(knots, rough) / scale**2
         return precision
 
     def evaluate(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Prediction:
