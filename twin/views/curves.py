@@ -18,7 +18,7 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
 from twin.identify.sine_fit import SteadyState, steady_states
-from twin.structure import DrawnPart, drawn_places, layer_points
+from twin.structure import DrawnPart, Structure, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.receptance import per_force
@@ -309,9 +309,11 @@ def modelled_by(evidence: MeasuredData, model: Fitted) -> ModelledRig:
     return ModelledRig.of(evidence.rig, evidence.model.structure, base.E, base.G)
 
 
-def sensor_places(evidence: MeasuredData) -> DrawnPart:
-    """Where the sensors are, as one part to draw."""
-    return drawn_places(evidence.model.structure, [output.place for output in evidence.outputs], name="sensors")
+def sensor_places(evidence: MeasuredData, structure: Structure | None = None) -> DrawnPart:
+    """Where the sensors are, as one part to draw: on the assumed structure, or on one with other degrees of freedom."""
+    return drawn_places(
+        structure or evidence.model.structure, [output.place for output in evidence.outputs], name="sensors"
+    )
 
 
 def compared_models(diagnosis: Diagnosis) -> dict[str, FittedModel]:

@@ -126,7 +126,7 @@ def operating_motions(
     s, base = structural.model.structure, model.baseline.base
     rows = np.array([row for _, row in tops])
     force, time_s = np.abs(evidence.steps.force[rows, :1]), structural.step_times[rows]
-    drawn, lines = [*drawn_parts(s), sensor_places(evidence)], layer_lines(s)
+    drawn, lines = [*drawn_parts(s), sensor_places(evidence, s)], layer_lines(s)
     looked = [*(part.rows.reshape(-1, len(s.M)) for part in drawn)]
     looked += [rows for line in lines for rows in (line.opening, line.slip)]
     first = len(structural.step_model.ports.rows)

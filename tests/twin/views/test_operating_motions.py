@@ -11,6 +11,7 @@ from recorded_views import columns, value_at
 
 from twin.diagnose.comparison import predicted_steps
 from twin.diagnose.fitted_model import modification_of
+from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Diagnosis
 from twin.identify.gauss_newton import Solution
 from twin.identify.residual_model import ResidualModel
@@ -56,6 +57,18 @@ def test_the_upper_beam_lies_over_the_lower_by_the_opening(diagnosis: Diagnosis,
     x = upper.points[inside, 0]
     gap = above[inside] - np.interp(x, lower.points[:, 0], below)
     assert gap == pytest.approx(np.interp(x, joint.x, joint.opening), abs=0.05 * np.abs(joint.opening).max())
+
+
+def test_a_clamp_that_turns_is_drawn_with_its_degree_of_freedom(diagnosis: Diagnosis) -> None:
+    """A soft clamp has one more than the assumed structure, on which the sensors' places are known."""
+    evidence, model = diagnosis.evidence, diagnosis.search.base
+    clamp = CAUSES["clamp-compliance"]
+    (compliance,) = clamp.parameters(evidence, {})
+    soft = clamp.modification(evidence, {}, {compliance.name: compliance.starts[0]})
+    for motion in operating_motions(evidence, model, diagnosis.sweeps, modification=soft):
+        lower = motion.parts[0]
+        assert abs(lower[1, 1]) > abs(lower[1, 0]), "the beam turns about its clamp"
+        assert motion.sensors.shape == (3, len(evidence.outputs))
 
 
 def test_a_loop_never_gives_energy_back(motions: list[Motion]) -> None:
