@@ -34,6 +34,9 @@ FOLLOWS = 3e-4
 """Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
 BEHIND = 4.0
 """Cost over the best rival's, at one model error, from which on a fit ends early."""
+HELD_LEVELS = 3
+"""Model errors through which a cause that the law can imitate keeps its size: with larger ones the data tell the law,
+but no threshold, which would drift to where it is never met."""
 WORTH_A_FIT = 0.2
 """Least expected gain of log evidence over the best one's: fits gain up to four times what the first order promises."""
 
@@ -193,9 +196,7 @@ def _fitted_rivals(
     """
     fits: list[FittedModel] = []
     promising = _promising(scores)
-    # Where a threshold begins decides in which minimum its fit ends.
-    keys = {rival.key for rival in promising if rival.cause.tried_at_full_size}
-    imitated = [_at_full_size(evidence, score.hypothesis) for score in scores if score.hypothesis.key in keys]
+    imitated = [_at_full_size(evidence, rival) for rival in promising if rival.cause.tried_at_full_size]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report)
@@ -364,8 +365,8 @@ def _beside_no_law(
     hypotheses = (*model.hypotheses, hypothesis)
     residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics)
     levels, linear = continuation(SOUND), nominal_parameters(evidence.rig, evidence.preload)
-    for level in levels[:2]:
+    for level in levels[:HELD_LEVELS]:
         start = law_from_steps(residual_model, linear)
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
         linear = fit.baseline.base
-    return _Begun(fit.baseline, hypotheses, levels[1:])
+    return _Begun(fit.baseline, hypotheses, levels[HELD_LEVELS:])

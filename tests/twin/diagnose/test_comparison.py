@@ -158,7 +158,7 @@ def test_sweeps_are_compared_one_by_one_in_units_of_their_noise(by_hand, learnt)
     assert sum(len(sweep.frequency_Hz) for sweep in sweeps) == count
     for sweep in sweeps:
         level = float(sweep.sweep.split("N")[0])
-        assert np.median(sweep.force_N) == pytest.approx(level, rel=0.02)
+        assert np.median(sweep.force_N) == pytest.approx(level, rel=0.05)
         assert sweep.channels == ("acc1", "acc2")
         assert sweep.before[:, 0] * 1.07 == pytest.approx(sweep.measured[:, 0])
         assert sweep.after == pytest.approx(sweep.measured)
