@@ -32,7 +32,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         beside.remove()
 
 
-def check_writable(*paths: Path | None, overwrite: bool = True) -> None:
+def check_writable(*paths: Path | None, overwrite: bool) -> None:
     """Refuse, before a long computation, what :func:`whole_file` could not write after it.
 
     Raises

@@ -39,11 +39,11 @@ def test_what_the_system_refuses_is_told_of_the_file_that_was_asked_for(tmp_path
 
 
 def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path):
-    check_writable(None, tmp_path / "fine.csv")
+    check_writable(None, tmp_path / "fine.csv", overwrite=True)
     assert list(tmp_path.iterdir()) == []
     for path in (tmp_path, tmp_path / "missing" / "x.csv", Path("/proc/none")):
         with pytest.raises(InputError):
-            check_writable(path)
+            check_writable(path, overwrite=True)
 
 
 def test_what_is_there_is_refused_unless_it_may_be_overwritten(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_what_a_killed_program_left_is_removed_by_the_next_and_what_a_living_one
     (tmp_path / ".table.csv.planted.part").symlink_to(precious)
     with whole_file(path) as part:
         assert not left.exists()
-        check_writable(path)
+        check_writable(path, overwrite=True)
         assert part.parent.exists()
         part.write_text("whole")
     assert path.read_text() == "whole"

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +65,7 @@ overwrite_option = click.option("--overwrite", is_flag=True, help="Replace what 
 
 
 def _set_quiet(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    context.call_on_close(partial(setattr, console, "quiet", console.quiet))  # of the command that called this one
     console.quiet = wanted
 
 

@@ -9,9 +9,10 @@ from typing import Any
 
 import click
 
+from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.output import console, json_option, print_json, say, working
+from twin.commands.output import console, json_option, overwrite_option, print_json, say, working
 
 RESULT = "result.json"
 LARGEST_RESULT = 200_000_000
@@ -27,8 +28,9 @@ LARGEST_RESULT = 200_000_000
     metavar="FILE.png",
     help="Write a picture of the view, 1920 x 1080, and open nothing; needs no screen.",
 )
+@overwrite_option
 @json_option
-def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) -> None:
+def command(what: Path, save: Path | None, picture: Path | None, overwrite: bool, as_json: bool) -> None:
     """Show RUN, an .mcap or a table (.csv), or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
 
     The viewer listens on this machine's loopback alone.
@@ -39,21 +41,17 @@ def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) 
         raise click.UsageError(f"--picture: {picture} must end in .png")
     if not what.exists():
         raise InputError(what, "", "no such file or folder")
-    check_writable(picture)
-    made = Path(tempfile.mkdtemp(prefix="twin-view-")) if save is None else None
+    check_writable(save, picture, overwrite=overwrite)
     told: dict[str, Any] = {"opened": False}
-    try:
-        view = _save(what, save or (made or Path()) / f"{what.resolve().stem or 'view'}.rrd")
+    with temporary_folder("twin-view") as made:
+        view = _save(what, save or made / f"{what.resolve().stem or 'view'}.rrd")
         told |= {"view": view, "bytes": view.stat().st_size}
         if picture is not None:
             _draw(view, picture)
             told |= {"view": save, "picture": picture}
-        elif save is None:
-            told["opened"] = _open(view)
-            made = None  # for the viewer, or for who was told where it is
-    finally:
-        if made is not None:
-            shutil.rmtree(made)
+        elif save is None:  # it stays for the viewer, or for who is told where it is
+            told["view"] = view.rename(Path(tempfile.mkdtemp(prefix="twin-view-")) / view.name)
+            told["opened"] = _open(told["view"])
     if as_json:
         print_json(told)
         return

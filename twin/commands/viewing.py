@@ -55,13 +55,13 @@ class WatchOptions:
         """Whether anywhere."""
         return self.view or self.view_to is not None or self.save_view is not None
 
-    def check(self) -> None:
-        """Find out what can be wrong, before anything moves.
+    def check(self, *, overwrite: bool) -> None:
+        """Find out what can be wrong, before anything moves; `overwrite` is whether the file may be replaced.
 
         Raises
         ------
         InputError
-            If there is no display, no viewer at the address, or no such folder for the file.
+            If there is no display, no viewer at the address, no such folder for the file, or a file already.
         """
         if not self.wanted:
             return
@@ -79,7 +79,7 @@ class WatchOptions:
         if self.save_view is not None:
             if self.save_view.suffix.lower() != ".rrd":
                 raise InputError("--save-view", "", f"{self.save_view} must end in .rrd")
-            check_writable(self.save_view)
+            check_writable(self.save_view, overwrite=overwrite)
 
 
 class Watch:
