@@ -127,7 +127,7 @@ def print_tables(*tables: Table, to: Console | None = None) -> None:
         for place, heading in enumerate(table.head):
             drawn.add_column(heading, justify="right" if place in table.numbers else "left", overflow="fold")
         for row in table.rows:
-            drawn.add_row(*map(printable, row))
+            drawn.add_row(*row)
         out.print(drawn)
 
 
