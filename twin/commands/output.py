@@ -29,6 +29,7 @@ from rich.progress import (
 from rich.text import Text
 
 from recordings.errors import printable
+from recordings.whole import whole_file
 
 if TYPE_CHECKING:
     from twin.views.table import Table
@@ -103,8 +104,9 @@ def print_json(result: Mapping[str, Any]) -> None:
 
 
 def write_json(result: Mapping[str, Any], path: Path) -> None:
-    """Write one JSON object to a file."""
-    path.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    """Write one JSON object to a file, whole or not at all."""
+    with whole_file(path) as part:
+        part.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def say(*pieces: str | tuple[str, str]) -> None:

@@ -92,7 +92,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         assert run_procedure(noise, acquisition, writer).state == "done"
     with ExitStack() as stack:
         served = stack.enter_context(served_apart(folder))
-        (folder / "instruments.toml").write_text(f'[[device]]\nname = "daq"\naddress = "tcp:{served.tcp}"\n')
+        (folder / "instruments.toml").write_text(served.instruments_toml)
         yield folder
 
 
