@@ -11,7 +11,7 @@ import click
 
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
-from recordings.whole import check_writable, whole_file
+from recordings.whole import check_writable, whole_files
 from twin.commands.output import console, json_option, overwrite_option, print_json, say, working
 
 RESULT = "result.json"
@@ -43,12 +43,12 @@ def command(what: Path, save: Path | None, picture: Path | None, overwrite: bool
         raise InputError(what, "", "no such file or folder")
     check_writable(save, picture, overwrite=overwrite)
     told: dict[str, Any] = {"opened": False}
-    with temporary_folder("twin-view") as made:
-        view = _save(what, save or made / f"{what.resolve().stem or 'view'}.rrd")
-        told |= {"view": view, "bytes": view.stat().st_size}
-        if picture is not None:
-            _draw(view, picture)
-            told |= {"view": save, "picture": picture}
+    with temporary_folder("twin-view") as made, whole_files(save, picture) as (saved, drawn):
+        view = _save(what, saved or made / f"{what.resolve().stem or 'view'}.rrd")
+        told |= {"view": save, "bytes": view.stat().st_size}
+        if drawn is not None:
+            _draw(view, drawn)
+            told["picture"] = picture
         elif save is None:  # it stays for the viewer, or for who is told where it is
             told["view"] = view.rename(Path(tempfile.mkdtemp(prefix="twin-view-")) / view.name)
             told["opened"] = _open(told["view"])
@@ -70,7 +70,7 @@ def _draw(view: Path, picture: Path) -> None:
             save_picture(viewer, picture)
     except RuntimeError as error:
         advice = "a graphics driver is needed, in software too: Debian's mesa-vulkan-drivers"
-        raise InputError(picture, "", str(error), advice) from error
+        raise InputError("--picture", "", str(error), advice) from error
 
 
 def _save(what: Path, out: Path) -> Path:
@@ -113,10 +113,7 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
 
 
 def _copy(source: Path, out: Path) -> Path:
-    if source.resolve() == out.resolve():
-        return out
-    with whole_file(out) as part:
-        shutil.copyfile(source, part)
+    shutil.copyfile(source, out)
     return out
 
 

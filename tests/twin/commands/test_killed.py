@@ -37,6 +37,10 @@ OLD = b"what was there before\n"
 PATIENCE_S = 600.0
 ENDED_S = 30.0
 """For a process to notice that its parent has been killed, on a busy machine."""
+STARTED_S = 1.0
+"""Before that, Python itself may be interrupted while it starts."""
+INTERRUPTED_S = 5.0
+"""Two seconds are promised; on a busy machine they may be five."""
 LATE = 0.7
 """Share of a run after which most is written; every second moment lies there."""
 
@@ -113,8 +117,8 @@ class Runs:
     def start(self) -> subprocess.Popen[bytes]:
         words = [*self.command.words.split(), *self.command.again.split(), "--quiet"]
         return subprocess.Popen(
-            [sys.executable, "-m", "twin", *words], cwd=self.folder, env=self.environment,
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            [Path(sys.executable).with_name("twin"), *words], cwd=self.folder, env=self.environment,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
         )  # fmt: skip
 
     def whole(self) -> tuple[float, dict[str, bytes]]:
@@ -167,6 +171,17 @@ class Runs:
             assert time.monotonic() < give_up, f"killed at {seconds:.3f} s, there go on: {self.told()}"
             time.sleep(0.05)
 
+    def interrupt_at(self, seconds: float) -> tuple[int, str, float]:
+        """Ctrl-C, which all of a terminal's processes hear: the status, what was told, how long it took."""
+        with self.start() as program:
+            try:
+                program.wait(seconds)
+            except subprocess.TimeoutExpired:
+                os.killpg(program.pid, signal.SIGINT)
+            asked = time.monotonic()
+            _, told = program.communicate(timeout=PATIENCE_S)
+        return program.returncode, told.decode(), time.monotonic() - asked
+
     def told(self) -> list[bytes]:
         return [Path(f"/proc/{pid}/cmdline").read_bytes() for pid in self.processes()]
 
@@ -196,6 +211,33 @@ def test_killed_at_any_moment(name: str, count: int, inputs: Path, tmp_path: Pat
     assert {path.name for path in there} == set(command.out.split())
     assert [*runs.temporary.iterdir()] == []
     print(f"{name}, killed {count} times within {lasts_s:.1f} s: {left}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "count"), [("acquire", 6), ("rehearse", 4), ("diagnose", 4), ("campaign", 2)])
+def test_ctrl_c_is_one_line_and_leaves_nothing_half(name: str, count: int, inputs: Path, tmp_path: Path) -> None:
+    runs = Runs(COMMANDS[name], inputs, tmp_path)
+    if name in LONG:
+        lasts_s, names = 20.0, set[str]()
+    else:
+        runs.whole()
+        runs.clear({})
+        lasts_s, new = runs.whole()
+        names = set(new)
+    dice = random.Random(29)
+    for _ in range(count):
+        old = dict.fromkeys(names, OLD)
+        runs.clear(old)
+        moment_s = dice.uniform(STARTED_S, lasts_s)
+        status, told, took_s = runs.interrupt_at(moment_s)
+        found = runs.results()
+        assert status in (0, 1, 130), (moment_s, told)
+        assert len(told.strip().splitlines()) <= 1, (moment_s, told)  # stripped of the end of the terminal's ^C
+        assert took_s < INTERRUPTED_S, moment_s
+        assert found == old or OLD not in found.values(), (moment_s, sorted(found))
+        assert all(sound(tmp_path, each) for each in found if found != old)
+        assert runs.processes() == []
+        assert name in LONG or not [*runs.temporary.iterdir()]  # a case's folder is the next campaign's to remove
 
 
 def judge(runs: Runs, found: dict[str, bytes], old: dict[str, bytes], new: dict[str, bytes]) -> str:

@@ -28,7 +28,7 @@ WRITING = {
 """Commands with an option or argument that names a file to be written, and what they need besides."""
 READ = {"run", "runs", "source", "instruments", "what", "loops", "drive", "held_out", "causes_files", "laws_files"}
 FOLDERS = {"campaign", "demo", "diagnose", "rehearse"}
-"""Commands whose ``--out`` is a folder; what they do with one that holds results is staged_folder's test."""
+"""Commands whose ``--out`` is a folder."""
 SUFFIX = {"out": ".mcap", "target": ".uff", "save": ".rrd", "save_view": ".rrd", "picture": ".png"}
 
 
@@ -68,6 +68,25 @@ def test_a_file_that_is_there_is_refused(
     assert "exists already" in told.err
     assert taken.read_bytes() == b"precious"
     assert sorted(Path().iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["demo", "diagnose run.mcap --rig steel-lap-joint", "rehearse steel-sweeps --rig steel-lap-joint"],
+    ids=lambda words: words.split()[0],
+)
+def test_a_folder_with_results_is_refused(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_run(Path("run.mcap"), blocks=2)
+    Path("taken").mkdir()
+    Path("taken/result.json").write_bytes(b"precious")
+    with pytest.raises(SystemExit) as ended:
+        main([*words.split(), "--out", "taken", "--quiet"])
+    assert ended.value.code == 2
+    assert "not empty" in capsys.readouterr().err
+    assert [(path.name, path.read_bytes()) for path in Path("taken").iterdir()] == [("result.json", b"precious")]
 
 
 def test_whoever_writes_can_be_told_to_overwrite() -> None:
