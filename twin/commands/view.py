@@ -85,7 +85,7 @@ def _save(what: Path, out: Path) -> Path:
             return _save_run(_inside(what, recording, result), out, table)
     if left:
         # view.rrd or run.rrd, as the commands call it
-        return _copy(next((path for path in left if path.stem == "view"), left[0]), out)
+        return Path(shutil.copyfile(next((path for path in left if path.stem == "view"), left[0]), out))
     recorded = sorted(what.glob("*.mcap"))
     if len(recorded) == 1:
         return _save_run(recorded[0], out, None)
@@ -101,7 +101,7 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
     from twin.views import save_run, save_table
 
     if recording.suffix.lower() == ".rrd":
-        return _copy(recording, out)
+        return Path(shutil.copyfile(recording, out))
     if recording.suffix.lower() == ".csv":
         save_table(read_table(recording), out)
         return out
@@ -109,11 +109,6 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
         run = read_run(recording)
         begin("reducing and drawing")
         save_run(run, out, rehearsal=rehearsal)
-    return out
-
-
-def _copy(source: Path, out: Path) -> Path:
-    shutil.copyfile(source, out)
     return out
 
 
@@ -139,10 +134,9 @@ def _inside(folder: Path, name: str, source: Path) -> Path:
 
 def _open(view: Path) -> bool:
     """Open the viewer if there is a display; say how to open it elsewhere if not."""
-    from twin.views.rerun_viewer import find_viewer, has_display, open_viewer
+    from twin.views.rerun_viewer import open_viewer, why_no_window
 
-    if not has_display() or find_viewer() is None:
-        why = "no display here" if find_viewer() else "the program 'rerun' is not installed"
+    if why := why_no_window():
         say(f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen")
         return False
     try:

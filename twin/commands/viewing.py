@@ -65,15 +65,13 @@ class WatchOptions:
         """
         if not self.wanted:
             return
-        from twin.views.rerun_viewer import find_viewer, has_display, viewer_url
+        from twin.views.rerun_viewer import viewer_url, why_no_window
 
         if self.view and self.view_to is not None:
             raise InputError("--view", "", "goes not with --view-to", "leave one of them out")
-        if self.view and (find_viewer() is None or not has_display()):
-            raise InputError(
-                "--view", "", "no display here" if find_viewer() else "the program 'rerun' is not installed",
-                "send to a viewer elsewhere with --view-to, or keep the view with --save-view FILE.rrd",
-            )  # fmt: skip
+        if self.view and (why := why_no_window()):
+            advice = "send to a viewer elsewhere with --view-to, or keep the view with --save-view FILE.rrd"
+            raise InputError("--view", "", why, advice)
         if self.view_to is not None:
             viewer_url(self.view_to)
         if self.save_view is not None:
