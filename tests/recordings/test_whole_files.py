@@ -10,6 +10,7 @@ import pytest
 from recording_builders import CHANNELS, INFO, block_at
 
 from recordings import InputError, RunWriter, check_writable, read_run, whole_file
+from recordings.whole import whole_files
 
 
 def test_it_appears_at_the_end_and_keeps_its_suffix(tmp_path: Path) -> None:
@@ -99,3 +100,22 @@ def test_an_overwritten_recording_stands_until_the_new_one_is_whole(tmp_path: Pa
     with RunWriter(tmp_path / "new.mcap", info=INFO, channels=CHANNELS) as writer:
         writer.abandon()
     assert [each.name for each in tmp_path.iterdir()] == ["run.mcap"]
+
+
+def write_both(table: Path, chart: Path, *, over: int) -> None:
+    with whole_files(table, None, chart) as parts:
+        for place in parts:
+            if place is not None:
+                place.write_text("new")
+        assert not chart.exists()
+        assert 1 / over
+
+
+def test_files_of_one_command_take_their_names_together(tmp_path: Path) -> None:
+    table, chart = tmp_path / "table.csv", tmp_path / "chart.png"
+    table.write_text("old")
+    with pytest.raises(ZeroDivisionError):
+        write_both(table, chart, over=0)
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("table.csv", "old")]
+    write_both(table, chart, over=1)
+    assert {path.read_text() for path in (table, chart)} == {"new"}
