@@ -28,7 +28,7 @@ PATIENCE_s = 60.0
 def try_kill(folder: Path, *, seed: int, program: Sequence[str]) -> Outcome:
     """``kill -9`` after a second or two; `lost` are the samples made by then that the recovered file does not hold.
 
-    `program` is what acquires; it takes ``--instruments``, ``--out`` and ``--seconds``.
+    `program` is what acquires; it takes ``--instruments``, ``--out``, ``--seconds`` and ``--quiet``.
     """
     out = folder / "run.mcap"
     with _acquiring(program, folder, out) as (process, tone):
@@ -70,7 +70,8 @@ def _acquiring(
     program: Sequence[str], folder: Path, out: Path, *, bound_by_rights: bool = False
 ) -> Iterator[tuple[subprocess.Popen[str], Tone]]:
     """The program at work on a tone."""
-    arguments = ["--instruments", str(folder / "instruments.toml"), "--out", str(out), "--seconds", str(PATIENCE_s)]
+    arguments = ["--instruments", str(folder / "instruments.toml"), "--out", str(out)]
+    arguments += ["--seconds", str(PATIENCE_s), "--quiet"]
     # Root may write everywhere, unless that is taken away; setpriv is on every Linux.
     as_root = bound_by_rights and os.geteuid() == 0
     prefix = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if as_root else []

@@ -49,19 +49,23 @@ class Beside:
         OSError
             If the folder of `path` cannot be written.
         """
-        parent, name = self._path.parent, self._path.name[:NAME_LENGTH]
-        for left in parent.glob(f".{glob.escape(name)}.*{SUFFIX}"):
-            with contextlib.suppress(OSError):
-                os.close(_lock(left))  # nobody holds it: its maker has died
-                shutil.rmtree(left)
+        self.sweep()
+        prefix = f".{self._path.name[:NAME_LENGTH]}."
         while self._lock < 0:
-            self._folder = Path(tempfile.mkdtemp(prefix=f".{name}.", suffix=SUFFIX, dir=parent))
+            self._folder = Path(tempfile.mkdtemp(prefix=prefix, suffix=SUFFIX, dir=self._path.parent))
             with contextlib.suppress(FileNotFoundError, BlockingIOError):  # another took it for a dead one's
                 self._lock = _lock(self._folder)
         assert self._folder is not None
         if not self._stays:
             _passing.add(self._folder.resolve())
         return self._folder / self._path.name
+
+    def sweep(self) -> None:
+        """Remove what killed programs have left beside `path`."""
+        for left in self._path.parent.glob(f".{glob.escape(self._path.name[:NAME_LENGTH])}.*{SUFFIX}"):
+            with contextlib.suppress(OSError):
+                os.close(_lock(left))  # nobody holds it: its maker has died
+                shutil.rmtree(left)
 
     def remove(self) -> None:
         """Remove it with what is still in it; doing it twice does no harm."""

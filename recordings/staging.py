@@ -51,6 +51,7 @@ def staged_folder(
             out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise _refusal(out, error) from error
+        Beside(out.absolute()).sweep()
         yield out
         return
     top = out.absolute()

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from recordings.errors import InputError
 
@@ -36,7 +36,15 @@ _TOKEN = re.compile(
 """Strings and comments, in which everything is allowed, and what is counted outside them."""
 _TOO_LONG = {"dots": f"a key of more than {DOTS_LIMIT} dots", "digits": f"a number of over {DIGITS_LIMIT} digits"}
 
-Name = Annotated[str, Field(min_length=1, max_length=64)]
+
+def _seen(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("has a character that cannot be seen")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_seen)]
+"""Of a rig, a part, a channel: a word that is shown in many places, and steers none of them."""
 
 
 class Table(BaseModel):

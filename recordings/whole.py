@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from recordings.beside import Beside
 from recordings.errors import InputError
 
-__all__ = ["check_writable", "made_folder", "refuse_existing", "whole_file"]
+__all__ = ["check_writable", "made_folder", "refuse_existing", "whole_file", "whole_files"]
 
 
 @contextmanager
@@ -32,7 +32,20 @@ def whole_file(path: Path) -> Iterator[Path]:
         beside.remove()
 
 
-def check_writable(*paths: Path | None, overwrite: bool = True) -> None:
+@contextmanager
+def whole_files(*paths: Path | None) -> Iterator[list[Path | None]]:
+    """Places for several files, which take their names together if the block ends well; None for None.
+
+    Raises
+    ------
+    InputError
+        As from :func:`whole_file`.
+    """
+    with ExitStack() as stack:
+        yield [None if path is None else stack.enter_context(whole_file(path)) for path in paths]
+
+
+def check_writable(*paths: Path | None, overwrite: bool) -> None:
     """Refuse, before a long computation, what :func:`whole_file` could not write after it.
 
     Raises

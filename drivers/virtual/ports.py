@@ -167,11 +167,18 @@ class PtyPort:
             self._open_files = max(1, self._open_files)
 
     def _discard(self) -> None:
-        """What a client has not read is not for the next one."""
+        """What a client has not read is not for the next one.
+
+        It is read, not flushed: a flush forgets what the terminal holds, but not what is still on its way there.
+        """
         with contextlib.suppress(OSError):
-            slave = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
-            termios.tcflush(slave, termios.TCIFLUSH)
-            os.close(slave)
+            slave = os.open(self._name, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            try:
+                _make_raw(slave)
+                while os.read(slave, CHUNK_BYTES):
+                    pass
+            finally:
+                os.close(slave)
         self._openings.take()  # one's own among them
         self._open_files = 0
 

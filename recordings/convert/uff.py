@@ -8,7 +8,6 @@ hold (spectra, sound pressure, geometry) are kept as attachments ``uff/<number>.
 from __future__ import annotations
 
 import re
-import tempfile
 import warnings
 from collections import defaultdict
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ import numpy as np
 import pyuff
 from numpy.typing import NDArray
 
+from recordings.beside import temporary_folder
 from recordings.convert.blocks import TIME_STEP_NS, blocks_of, device_from_rows, to_float32
 from recordings.convert.uff_fields import channel_of, fields_of, quantity_of, start_ns_of, text_pairs
 from recordings.errors import InputError
@@ -48,8 +48,8 @@ class _Piece:
 
 def write_uff(run: Run, path: Path) -> list[str]:
     """Write the samples of a run; the result names what universal files have no place for."""
-    with path.open("xb") as target, tempfile.TemporaryDirectory() as folder:
-        one = Path(folder) / "one.uff"
+    with path.open("xb") as target, temporary_folder("twin-uff") as folder:
+        one = folder / "one.uff"
         for node, channel in enumerate(run.channels.values(), start=1):
             for piece in _pieces(run, channel):
                 try:

@@ -15,27 +15,31 @@ from pathlib import Path
 SERVER = """
 import json, signal, sys
 sys.path[:0] = sys.argv[2:]
-from drivers.virtual import Addresses, Protection, VirtualRig
+from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
 from drivers.virtual.tone import Tone
 stopping = []
 signal.signal(signal.SIGTERM, lambda *_: stopping.append(1))
-rig = VirtualRig(
-    Tone(("force", "acc1", "acc2"), sample_rate_Hz=5120.0),
-    Addresses(serial="auto", tcp="127.0.0.1:0", can="unixbus:" + sys.argv[1] + "/bus", can_channels=("acc2",)),
-    speed=None, protection=Protection(watchdog_s=1.0),
-)
-print(json.dumps(rig.ready), flush=True)
+bus = "unixbus:" + sys.argv[1] + "/bus"
+rig = {rig}
+print(json.dumps([rig.ready, rig.instruments_toml]), flush=True)
 rig.serve(lambda: bool(stopping))
 """
+EVERY_LINE = """VirtualRig(
+    Tone(("force", "acc1", "acc2"), sample_rate_Hz=5120.0),
+    Addresses(serial="auto", tcp="127.0.0.1:0", can=bus, can_channels=("acc2",)),
+    speed=None, protection=Protection(watchdog_s=1.0),
+)"""
+"""A tone on every kind of line, as fast as its clients take it."""
 
 
 @dataclass(frozen=True)
 class Apart:
-    """Where the instruments are, and the process they live in."""
+    """Where the instruments are, those lines that they have, and the process they live in."""
 
     serial: str
     tcp: str
     can: str
+    instruments_toml: str
     process: subprocess.Popen[str]
 
     @property
@@ -46,15 +50,15 @@ class Apart:
 
 
 @contextmanager
-def served_apart(folder: Path) -> Iterator[Apart]:
-    """A server of a tone on every kind of line, as fast as its clients take it."""
-    arguments = [sys.executable, "-c", SERVER, str(folder), *sys.path]
+def served_apart(folder: Path, rig: str = EVERY_LINE) -> Iterator[Apart]:
+    """A server of `rig`, an expression in which `bus` is the address of a bus in the folder."""
+    arguments = [sys.executable, "-c", SERVER.format(rig=rig), str(folder), *sys.path]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
-            ready = json.loads(process.stdout.readline())
-            where = {key: value for entry in ready for key, value in entry.items()}
-            yield Apart(where["serial"], where["tcp"], where["can"], process)
+            ready, instruments = json.loads(process.stdout.readline())
+            where = {"serial": ""} | {key: value for entry in ready for key, value in entry.items()}
+            yield Apart(where["serial"], where["tcp"], where["can"], instruments, process)
             assert process.poll() is None, "the server has died"
         finally:
             process.send_signal(signal.SIGTERM)

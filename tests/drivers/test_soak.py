@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -18,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from served_apart import served_apart
 
 from drivers.virtual.tone import Tone
 from recordings.messages import decode_block
@@ -27,22 +27,11 @@ CHANNELS = ("force", "acc1", "acc2", "acc3")
 RATE_Hz = 25600.0
 PHASE_BOUND_degrees = 0.1
 """Between a channel on the line and one on the bus, at 1 kHz."""
-SERVER = """
-import signal, sys
-from pathlib import Path
-from drivers.virtual import Addresses, VirtualRig, parse_fault
-from drivers.virtual.tone import Tone
-signal.signal(signal.SIGTERM, lambda *_: stopping.append(1))
-stopping = []
-rig = VirtualRig(
-    Tone({channels!r}, sample_rate_Hz={rate!r}),
-    Addresses(tcp="127.0.0.1:0", can="unixbus:" + sys.argv[1] + "/bus", can_channels=("acc2", "acc3")),
+RIG = f"""VirtualRig(
+    Tone({CHANNELS!r}, sample_rate_Hz={RATE_Hz!r}),
+    Addresses(tcp="127.0.0.1:0", can=bus, can_channels=("acc2", "acc3")),
     speed=1.0, faults=[parse_fault("clock:device=can,ppm=30,offset_s=2")],
-)
-Path(sys.argv[1], "part").write_text(rig.instruments_toml)
-Path(sys.argv[1], "part").rename(Path(sys.argv[1], "instruments.toml"))
-rig.serve(lambda: bool(stopping))
-"""
+)"""
 
 
 @dataclass
@@ -62,35 +51,23 @@ def usage(pid: int) -> Usage:
 
 def acquire(folder: Path, seconds: float) -> tuple[dict, list[Usage]]:
     """What `twin acquire` told of that many seconds, and what it used meanwhile."""
-    instruments = folder / "instruments.toml"
-    code = SERVER.format(channels=CHANNELS, rate=RATE_Hz)
-    with subprocess.Popen([sys.executable, "-c", code, str(folder)]) as server:
-        try:
-            give_up = time.monotonic() + 60
-            while not instruments.exists():
-                assert server.poll() is None
-                assert time.monotonic() < give_up
-                time.sleep(0.05)
-            arguments = ["acquire", "--instruments", str(instruments), "--seconds", str(seconds)]
-            arguments += ["--out", str(folder / "run.mcap"), "--json"]
-            used = []
-            with subprocess.Popen([sys.executable, "-m", "twin", *arguments], stdout=subprocess.PIPE) as client:
-                try:
-                    while client.poll() is None:
-                        used.append(usage(client.pid))
-                        assert used[-1].at_s - used[0].at_s < 1.2 * seconds + 60, "it does not end"
-                        time.sleep(max(0.5, seconds / 200))
-                finally:
-                    client.kill()
-                assert client.stdout is not None
-                told = json.loads(client.stdout.read())
-                assert client.returncode == 0, told
-        finally:
-            server.send_signal(signal.SIGTERM)
+    used: list[Usage] = []
+    with served_apart(folder, RIG) as served:
+        instruments = folder / "instruments.toml"
+        instruments.write_text(served.instruments_toml)
+        arguments = ["acquire", "--instruments", str(instruments), "--seconds", str(seconds)]
+        arguments += ["--out", str(folder / "run.mcap"), "--json"]
+        with subprocess.Popen([sys.executable, "-m", "twin", *arguments], stdout=subprocess.PIPE) as client:
             try:
-                server.wait(60)
-            except subprocess.TimeoutExpired:
-                server.kill()
+                while client.poll() is None:
+                    used.append(usage(client.pid))
+                    assert used[-1].at_s - used[0].at_s < 1.2 * seconds + 60, "it does not end"
+                    time.sleep(max(0.5, seconds / 200))
+            finally:
+                client.kill()
+            assert client.stdout is not None
+            told = json.loads(client.stdout.read())
+            assert client.returncode == 0, told
     return told, used
 
 

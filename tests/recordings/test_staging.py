@@ -16,8 +16,8 @@ from recordings.whole import whole_file
 RESULTS = ("result.json", "*.toml")
 
 
-def write(out: Path, *names: str, overwrite: bool = False) -> None:
-    with staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
+def write(out: Path, *names: str, overwrite: bool = False, recovers: bool = False) -> None:
+    with staged_folder(out, results=RESULTS, overwrite=overwrite, recovers=recovers) as folder:
         for name in names:
             (folder / name).write_text("new")
 
@@ -58,7 +58,8 @@ def test_an_error_leaves_everything_as_it_was(tmp_path: Path) -> None:
     assert names(tmp_path) == ["a"]
 
 
-def test_a_killed_program_leaves_the_old_one_and_the_next_removes_its_rest(tmp_path: Path) -> None:
+@pytest.mark.parametrize("recovers", [False, True])
+def test_a_killed_program_leaves_the_old_one_and_the_next_removes_its_rest(recovers: bool, tmp_path: Path) -> None:
     out = tmp_path / "a"
     write(out, "result.json")
     pid = os.fork()
@@ -69,7 +70,9 @@ def test_a_killed_program_leaves_the_old_one_and_the_next_removes_its_rest(tmp_p
     os.waitpid(pid, 0)
     assert (out / "result.json").read_text() == "new"
     assert len(names(tmp_path)) == 2
-    write(out, "next.toml", overwrite=True)
+    if recovers:
+        (out / "result.json").unlink()
+    write(out, "next.toml", overwrite=True, recovers=recovers)
     assert names(out) == ["next.toml"]
     assert names(tmp_path) == ["a"]
 

@@ -10,6 +10,7 @@ import pytest
 from recording_builders import CHANNELS, INFO, block_at
 
 from recordings import InputError, RunWriter, check_writable, read_run, whole_file
+from recordings.whole import whole_files
 
 
 def test_it_appears_at_the_end_and_keeps_its_suffix(tmp_path: Path) -> None:
@@ -39,11 +40,11 @@ def test_what_the_system_refuses_is_told_of_the_file_that_was_asked_for(tmp_path
 
 
 def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path):
-    check_writable(None, tmp_path / "fine.csv")
+    check_writable(None, tmp_path / "fine.csv", overwrite=True)
     assert list(tmp_path.iterdir()) == []
     for path in (tmp_path, tmp_path / "missing" / "x.csv", Path("/proc/none")):
         with pytest.raises(InputError):
-            check_writable(path)
+            check_writable(path, overwrite=True)
 
 
 def test_what_is_there_is_refused_unless_it_may_be_overwritten(tmp_path: Path) -> None:
@@ -78,7 +79,7 @@ def test_what_a_killed_program_left_is_removed_by_the_next_and_what_a_living_one
     (tmp_path / ".table.csv.planted.part").symlink_to(precious)
     with whole_file(path) as part:
         assert not left.exists()
-        check_writable(path)
+        check_writable(path, overwrite=True)
         assert part.parent.exists()
         part.write_text("whole")
     assert path.read_text() == "whole"
@@ -99,3 +100,22 @@ def test_an_overwritten_recording_stands_until_the_new_one_is_whole(tmp_path: Pa
     with RunWriter(tmp_path / "new.mcap", info=INFO, channels=CHANNELS) as writer:
         writer.abandon()
     assert [each.name for each in tmp_path.iterdir()] == ["run.mcap"]
+
+
+def write_both(table: Path, chart: Path, *, over: int) -> None:
+    with whole_files(table, None, chart) as parts:
+        for place in parts:
+            if place is not None:
+                place.write_text("new")
+        assert not chart.exists()
+        assert 1 / over
+
+
+def test_files_of_one_command_take_their_names_together(tmp_path: Path) -> None:
+    table, chart = tmp_path / "table.csv", tmp_path / "chart.png"
+    table.write_text("old")
+    with pytest.raises(ZeroDivisionError):
+        write_both(table, chart, over=0)
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("table.csv", "old")]
+    write_both(table, chart, over=1)
+    assert {path.read_text() for path in (table, chart)} == {"new"}

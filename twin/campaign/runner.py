@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.campaign.case import CasePlan, CaseResult, run_case
 from twin.diagnose.parallel_map import become_helper, undisturbed
 from twin.joint.registry import loaded_files
@@ -103,10 +104,8 @@ def read_results(folder: Path) -> list[CaseResult]:
 
 
 def _write(result: CaseResult, folder: Path) -> None:
-    path = folder / CASES / f"{result.plan.name}.json"
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(result.to_dict(), indent=1, default=float) + "\n", encoding="utf-8")
-    part.replace(path)
+    with whole_file(folder / CASES / f"{result.plan.name}.json") as part:
+        part.write_text(json.dumps(result.to_dict(), indent=1, default=float) + "\n", encoding="utf-8")
 
 
 @contextmanager

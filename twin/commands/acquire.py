@@ -14,7 +14,16 @@ import click
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, next_step, print_json, progress_bar, say, stage
+from twin.commands.output import (
+    console,
+    json_option,
+    next_step,
+    overwrite_option,
+    print_json,
+    progress_bar,
+    say,
+    stage,
+)
 from twin.commands.own_code import laws_option
 from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
@@ -33,7 +42,7 @@ if TYPE_CHECKING:
 @click.option("--rig", "rig_name", metavar="RIG", help="What is assumed of the rig, attached to the recording.")
 @click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
 @click.option("--seconds", type=FiniteRange(min=0, min_open=True), help="Without a procedure: how long.")
-@click.option("--overwrite", is_flag=True, help="Replace an existing recording.")
+@overwrite_option
 @view_options
 @laws_option
 @json_option
@@ -68,7 +77,7 @@ def command(
         attachments["procedure.toml"] = dump_procedure(procedure)
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
     refuse_existing(out, overwrite=overwrite)
-    watch.check()
+    watch.check(overwrite=overwrite)
     branches = _branches(rig_name, preload, procedure) if watch.wanted else []
     with open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
+from recordings.staging import staged_folder
 from twin.commands.numbers import FiniteRange
 from twin.commands.output import console, json_option, print_json, print_tables, progress_bar, say, stage, write_json
 from twin.commands.own_code import causes_option, laws_option
@@ -91,9 +92,10 @@ def command(
             raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error
     summary = summarise(results)
     data = summary.to_dict()
-    write_json(data, out / SUMMARY)
-    confusion_figure(summary).savefig(out / CONFUSION, dpi=110, facecolor="white")
-    detection_figure(summary).savefig(out / DETECTION, dpi=110, facecolor="white")
+    with staged_folder(out, results=(SUMMARY, CONFUSION, DETECTION), overwrite=True) as folder:
+        write_json(data, folder / SUMMARY)
+        confusion_figure(summary).savefig(folder / CONFUSION, dpi=110, facecolor="white")
+        detection_figure(summary).savefig(folder / DETECTION, dpi=110, facecolor="white")
     if as_json:
         print_json(data)
     else:

@@ -10,7 +10,7 @@ import click
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import json_option, print_json, say, working
+from twin.commands.output import json_option, overwrite_option, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.convert import Format
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command(name="convert")
 @click.argument("source", metavar="IN", type=click.Path(path_type=Path))
 @click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
-@click.option("--overwrite", is_flag=True, help="Replace OUT if it exists.")
+@overwrite_option
 @click.option("--frf", is_flag=True, help="Write frequency responses instead of samples; OUT is .uff or .unv.")
 @click.option("--sweep", metavar="NAME", help="With --frf: of this sweep only.  All if left out.")
 @click.option(

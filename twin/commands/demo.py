@@ -83,8 +83,7 @@ def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dic
     from twin.rigs import load_rig, save_rig
 
     nominal = load_rig(RIG)
-    with temporary_folder("twin-demo") as temporary:
-        folder = temporary
+    with temporary_folder("twin-demo") as folder:
         # The truth lies where the client does not look, and comes to the results when all is said.
         case = draw_demo_case(nominal, seed=seed, cause=cause)
         save_rig(case.rig, folder / TRUTH)

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import asdict, dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.beside import temporary_folder
 from recordings.errors import InputError
-from twin.commands.output import console, json_option, print_json, progress_bar, say, stage
+from twin.commands.output import json_option, print_json, progress_bar, say, stage
 
 if TYPE_CHECKING:
     from drivers.fault_trials import Outcome
@@ -57,7 +57,6 @@ def command(tries: int, only: str | None, seed: int, as_json: bool) -> int:
     if not trials:
         known = ", ".join(name for name, _ in every)
         raise InputError("--only", "", f"no fault has {only!r} in its name", f"there are {known}")
-    quiet = console.quiet
     rows = []
     with progress_bar() as bar:
         task = bar.add_task("", total=tries * len(trials))
@@ -69,7 +68,6 @@ def command(tries: int, only: str | None, seed: int, as_json: bool) -> int:
                 outcomes.append(_in_a_folder(attempt, seed + number))
                 bar.advance(task)
             rows.append(_count(name, outcomes))
-    console.quiet = quiet  # the acquisitions have their own idea of it
     good = all(row.as_it_should_be for row in rows)
     if as_json:
         print_json({"faults": [asdict(row) for row in rows], "silently_wrong": sum(row.silently_wrong for row in rows)})
@@ -103,10 +101,8 @@ def _acquired(arguments: Sequence[str]) -> dict[str, Any]:
 
 
 def _in_a_folder(attempt: Callable[..., Outcome], seed: int) -> Outcome:
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
-        return attempt(Path(folder), seed=seed)
+    with temporary_folder("twin-faults") as folder:
+        return attempt(folder, seed=seed)
 
 
 def _count(name: str, outcomes: list[Outcome]) -> Row:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from recordings.errors import InputError
-from recordings.whole import check_writable, whole_file
+from recordings.whole import check_writable, whole_files
 from twin.commands.output import (
     json_option,
     next_step,
@@ -91,7 +90,8 @@ def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
 
 def _write(model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode, out: Path, page: Path | None) -> None:
     """Both files appear, or neither."""
-    with whole_file(out) as part, whole_file(page) if page is not None else nullcontext() as page_part:
+    with whole_files(out, page) as (part, page_part):
+        assert part is not None
         model.save(part)
         if page_part is not None:
             model.report(page_part, commands=[typed()])

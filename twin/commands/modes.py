@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
-from recordings.whole import check_writable, whole_file
+from recordings.whole import check_writable, whole_files
 from twin.commands.output import json_option, overwrite_option, print_json, print_tables, working
 
 if TYPE_CHECKING:
@@ -48,10 +48,11 @@ def command(
         }
         for mode in found.fit.modes
     ]
-    if out is not None:
-        _write_table(found, out)
-    if picture is not None:
-        _draw(found, picture)
+    with whole_files(out, picture) as (table, drawn):
+        if table is not None:
+            _write_table(found, table)
+        if drawn is not None:
+            _draw(found, drawn)
     if as_json:
         print_json({
             "run": str(run), "force": force, "channels": list(channels), "modes": modes,
@@ -94,17 +95,13 @@ def _write_table(found: RecordedModes, out: Path) -> None:
         f"{number},{mode.frequency_Hz:.8g},{mode.frequency_std_Hz:.3g}"
         for number, mode in enumerate(found.fit.modes, 1)
     ]
-    text = "\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n"
-    with whole_file(out) as part:
-        part.write_text(text, encoding="utf-8")
+    out.write_text("\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n", encoding="utf-8")
 
 
 def _draw(found: RecordedModes, out: Path) -> None:
     from twin.views.stabilisation import stabilisation_figure
 
-    figure = stabilisation_figure(found.fit, found.response)
-    with whole_file(out) as part:
-        figure.savefig(part, format="png", dpi=150)
+    stabilisation_figure(found.fit, found.response).savefig(out, format="png", dpi=150)
 
 
 def _tell(found: RecordedModes) -> None:

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,7 @@ from rich.progress import (
 from rich.text import Text
 
 from recordings.errors import printable
+from recordings.whole import whole_file
 
 if TYPE_CHECKING:
     from twin.views.table import Table
@@ -64,6 +66,7 @@ overwrite_option = click.option("--overwrite", is_flag=True, help="Replace what 
 
 
 def _set_quiet(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    context.call_on_close(partial(setattr, console, "quiet", console.quiet))  # of the command that called this one
     console.quiet = wanted
 
 
@@ -101,8 +104,9 @@ def print_json(result: Mapping[str, Any]) -> None:
 
 
 def write_json(result: Mapping[str, Any], path: Path) -> None:
-    """Write one JSON object to a file."""
-    path.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    """Write one JSON object to a file, whole or not at all."""
+    with whole_file(path) as part:
+        part.write_text(json.dumps(plain(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def say(*pieces: str | tuple[str, str]) -> None:
@@ -125,7 +129,7 @@ def print_tables(*tables: Table, to: Console | None = None) -> None:
         for place, heading in enumerate(table.head):
             drawn.add_column(heading, justify="right" if place in table.numbers else "left", overflow="fold")
         for row in table.rows:
-            drawn.add_row(*map(printable, row))
+            drawn.add_row(*row)
         out.print(drawn)
 
 

@@ -88,7 +88,7 @@ def command(
     ]  # fmt: skip
     if watch.wanted and len(jobs) > 1:
         raise InputError("--preload", "", "is given more than once", "watch the rehearsal of one preload at a time")
-    watch.check()
+    watch.check(overwrite=overwrite)
     for job in jobs:
         job.prepare()
     several = [str(part) for _, part in parts if len(parts) > 1]

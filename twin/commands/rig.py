@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from recordings.errors import InputError
-from recordings.whole import check_writable, whole_file
+from recordings.whole import check_writable, whole_files
 from twin.commands.output import json_option, overwrite_option, print_json, say, working
 from twin.commands.own_code import causes_option, laws_option
 
@@ -87,14 +87,12 @@ def show(
 
 def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:
     """Write both files that were asked for, or neither."""
-    if picture is None:
-        if view is not None:
+    with whole_files(picture, view) as (drawn, viewed):
+        if viewed is not None:
             from twin.views.rerun_rig import save_rig_view
 
-            save_rig_view(modelled, view)
-        return
-    from twin.views.rig_figure import rig_figure
+            save_rig_view(modelled, viewed)
+        if drawn is not None:
+            from twin.views.rig_figure import rig_figure
 
-    with whole_file(picture) as part:
-        rig_figure(modelled).savefig(part, format=picture.suffix.lower().removeprefix("."), dpi=130)
-        _write(modelled, None, view)
+            rig_figure(modelled).savefig(drawn, format=drawn.suffix.lower().removeprefix("."), dpi=130)

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from recordings.whole import whole_file
+from recordings.whole import check_writable, whole_file
 from twin.commands.numbers import FiniteRange
-from twin.commands.output import say
+from twin.commands.output import overwrite_option, say
 from twin.commands.stopping import ASKED
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ _OPTIONS = [
 
 def address_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Options that say where the instruments listen and how they behave; passed on to :func:`serve_source`."""
-    for option in reversed(_OPTIONS):
+    for option in reversed([*_OPTIONS, overwrite_option]):
         function = option(function)
     return function
 
@@ -98,6 +98,7 @@ def serve_source(
     faults: tuple[str, ...],
     seed: int,
     instruments_out: Path | None,
+    overwrite: bool,
     watchdog: float,
     idle: float,
     drive_limit: float,
@@ -119,6 +120,7 @@ def serve_source(
     """
     from drivers.virtual import Addresses, Protection, VirtualRig, parse_fault
 
+    check_writable(instruments_out, overwrite=overwrite)
     told_to_stop: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:

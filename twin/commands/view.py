@@ -9,9 +9,10 @@ from typing import Any
 
 import click
 
+from recordings.beside import temporary_folder
 from recordings.errors import InputError
-from recordings.whole import check_writable, whole_file
-from twin.commands.output import console, json_option, print_json, say, working
+from recordings.whole import check_writable, whole_files
+from twin.commands.output import console, json_option, overwrite_option, print_json, say, working
 
 RESULT = "result.json"
 LARGEST_RESULT = 200_000_000
@@ -27,8 +28,9 @@ LARGEST_RESULT = 200_000_000
     metavar="FILE.png",
     help="Write a picture of the view, 1920 x 1080, and open nothing; needs no screen.",
 )
+@overwrite_option
 @json_option
-def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) -> None:
+def command(what: Path, save: Path | None, picture: Path | None, overwrite: bool, as_json: bool) -> None:
     """Show RUN, an .mcap or a table (.csv), or DIR, where `twin demo`, `diagnose` or `rehearse` left its results.
 
     The viewer listens on this machine's loopback alone.
@@ -39,21 +41,17 @@ def command(what: Path, save: Path | None, picture: Path | None, as_json: bool) 
         raise click.UsageError(f"--picture: {picture} must end in .png")
     if not what.exists():
         raise InputError(what, "", "no such file or folder")
-    check_writable(picture)
-    made = Path(tempfile.mkdtemp(prefix="twin-view-")) if save is None else None
+    check_writable(save, picture, overwrite=overwrite)
     told: dict[str, Any] = {"opened": False}
-    try:
-        view = _save(what, save or (made or Path()) / f"{what.resolve().stem or 'view'}.rrd")
-        told |= {"view": view, "bytes": view.stat().st_size}
-        if picture is not None:
-            _draw(view, picture)
-            told |= {"view": save, "picture": picture}
-        elif save is None:
-            told["opened"] = _open(view)
-            made = None  # for the viewer, or for who was told where it is
-    finally:
-        if made is not None:
-            shutil.rmtree(made)
+    with temporary_folder("twin-view") as made, whole_files(save, picture) as (saved, drawn):
+        view = _save(what, saved or made / f"{what.resolve().stem or 'view'}.rrd")
+        told |= {"view": save, "bytes": view.stat().st_size}
+        if drawn is not None:
+            _draw(view, drawn)
+            told["picture"] = picture
+        elif save is None:  # it stays for the viewer, or for who is told where it is
+            told["view"] = view.rename(Path(tempfile.mkdtemp(prefix="twin-view-")) / view.name)
+            told["opened"] = _open(told["view"])
     if as_json:
         print_json(told)
         return
@@ -72,7 +70,7 @@ def _draw(view: Path, picture: Path) -> None:
             save_picture(viewer, picture)
     except RuntimeError as error:
         advice = "a graphics driver is needed, in software too: Debian's mesa-vulkan-drivers"
-        raise InputError(picture, "", str(error), advice) from error
+        raise InputError("--picture", "", str(error), advice) from error
 
 
 def _save(what: Path, out: Path) -> Path:
@@ -87,7 +85,7 @@ def _save(what: Path, out: Path) -> Path:
             return _save_run(_inside(what, recording, result), out, table)
     if left:
         # view.rrd or run.rrd, as the commands call it
-        return _copy(next((path for path in left if path.stem == "view"), left[0]), out)
+        return Path(shutil.copyfile(next((path for path in left if path.stem == "view"), left[0]), out))
     recorded = sorted(what.glob("*.mcap"))
     if len(recorded) == 1:
         return _save_run(recorded[0], out, None)
@@ -103,7 +101,7 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
     from twin.views import save_run, save_table
 
     if recording.suffix.lower() == ".rrd":
-        return _copy(recording, out)
+        return Path(shutil.copyfile(recording, out))
     if recording.suffix.lower() == ".csv":
         save_table(read_table(recording), out)
         return out
@@ -111,14 +109,6 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
         run = read_run(recording)
         begin("reducing and drawing")
         save_run(run, out, rehearsal=rehearsal)
-    return out
-
-
-def _copy(source: Path, out: Path) -> Path:
-    if source.resolve() == out.resolve():
-        return out
-    with whole_file(out) as part:
-        shutil.copyfile(source, part)
     return out
 
 
@@ -144,10 +134,9 @@ def _inside(folder: Path, name: str, source: Path) -> Path:
 
 def _open(view: Path) -> bool:
     """Open the viewer if there is a display; say how to open it elsewhere if not."""
-    from twin.views.rerun_viewer import find_viewer, has_display, open_viewer
+    from twin.views.rerun_viewer import open_viewer, why_no_window
 
-    if not has_display() or find_viewer() is None:
-        why = "no display here" if find_viewer() else "the program 'rerun' is not installed"
+    if why := why_no_window():
         say(f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen")
         return False
     try:

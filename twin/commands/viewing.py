@@ -55,31 +55,29 @@ class WatchOptions:
         """Whether anywhere."""
         return self.view or self.view_to is not None or self.save_view is not None
 
-    def check(self) -> None:
-        """Find out what can be wrong, before anything moves.
+    def check(self, *, overwrite: bool) -> None:
+        """Find out what can be wrong, before anything moves; `overwrite` is whether the file may be replaced.
 
         Raises
         ------
         InputError
-            If there is no display, no viewer at the address, or no such folder for the file.
+            If there is no display, no viewer at the address, no such folder for the file, or a file already.
         """
         if not self.wanted:
             return
-        from twin.views.rerun_viewer import find_viewer, has_display, viewer_url
+        from twin.views.rerun_viewer import viewer_url, why_no_window
 
         if self.view and self.view_to is not None:
             raise InputError("--view", "", "goes not with --view-to", "leave one of them out")
-        if self.view and (find_viewer() is None or not has_display()):
-            raise InputError(
-                "--view", "", "no display here" if find_viewer() else "the program 'rerun' is not installed",
-                "send to a viewer elsewhere with --view-to, or keep the view with --save-view FILE.rrd",
-            )  # fmt: skip
+        if self.view and (why := why_no_window()):
+            advice = "send to a viewer elsewhere with --view-to, or keep the view with --save-view FILE.rrd"
+            raise InputError("--view", "", why, advice)
         if self.view_to is not None:
             viewer_url(self.view_to)
         if self.save_view is not None:
             if self.save_view.suffix.lower() != ".rrd":
                 raise InputError("--save-view", "", f"{self.save_view} must end in .rrd")
-            check_writable(self.save_view)
+            check_writable(self.save_view, overwrite=overwrite)
 
 
 class Watch:

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from recordings.errors import InputError
 from recordings.toml_input import Question, parse_toml, read_toml, shipped_or_file
+from recordings.whole import whole_file
 from twin.procedures.kinds import Dwell, Multisine, Procedure, Random, RingDown, SteppedSine, SweptSine
 
 PROCEDURE_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
@@ -59,5 +60,6 @@ def dump_procedure(procedure: Procedure) -> bytes:
 
 
 def save_procedure(procedure: Procedure, path: Path) -> None:
-    """Write `procedure` as a TOML file."""
-    path.write_bytes(dump_procedure(procedure))
+    """Write `procedure` as a TOML file, whole or not at all."""
+    with whole_file(path) as part:
+        part.write_bytes(dump_procedure(procedure))

@@ -7,6 +7,7 @@ import tomli_w
 from recordings.beside import settled
 from recordings.errors import InputError
 from recordings.toml_input import Question, parse_toml, read_toml, shipped_or_file
+from recordings.whole import whole_file
 from twin.rigs.lap_joint import LapJointRig
 from twin.rigs.rig import Rig
 from twin.rigs.structure_rig import StructureRig
@@ -44,7 +45,8 @@ def parse_rig(data: bytes, *, source: str) -> Rig:
 
 def save_rig(rig: Rig, path: Path) -> None:
     """Write `rig` as TOML that `load_rig` reads back equal; its parts' files stay where they are, and are named so."""
-    path.write_bytes(_toml(rig.named_from(settled(path).parent) if isinstance(rig, StructureRig) else rig))
+    with whole_file(path) as part:
+        part.write_bytes(_toml(rig.named_from(settled(path).parent) if isinstance(rig, StructureRig) else rig))
 
 
 def nominal_rig_file(rig: Rig) -> bytes:

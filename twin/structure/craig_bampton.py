@@ -9,8 +9,6 @@ inertia of each static shape as far as the modes leave it out, and modes up to `
 
 import contextlib
 import hashlib
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +19,8 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
+from recordings.errors import InputError
+from recordings.whole import whole_file
 from twin.rigs.matrix_files import PartMatrices
 
 Matrix = NDArray[np.float64]
@@ -274,12 +274,7 @@ def _stored(path: Path, n: int, boundary: Rows) -> Matrix | None:
 
 def _store(path: Path, T: Matrix) -> None:
     """Write the basis; the file appears whole or not at all, and not being able to is no error."""
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError, InputError):
         path.parent.mkdir(exist_ok=True)
-        descriptor, name = tempfile.mkstemp(suffix=".part", dir=path.parent)
-        try:
-            with os.fdopen(descriptor, "wb") as stream:
-                np.savez(stream, T=T)
-            Path(name).replace(path)
-        finally:
-            Path(name).unlink(missing_ok=True)
+        with whole_file(path) as part, part.open("wb") as stream:
+            np.savez(stream, T=T)

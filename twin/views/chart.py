@@ -15,6 +15,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from recordings.errors import printable
+from twin.views.rrd import entity
 from twin.views.style import on_dark, tick_text, ticks
 
 Array = NDArray[Any]
@@ -114,7 +116,7 @@ class Chart:
             y_range=[-HEIGHT - (104 + 46 * self._rows) * self.text, 116 * self.text],
         )
         return rrb.Spatial2DView(
-            origin=self.path, name=name or self.title, background=list(PAPER), visual_bounds=bounds
+            origin=entity(self.path), name=printable(name or self.title), background=list(PAPER), visual_bounds=bounds
         )
 
     def line(
@@ -183,7 +185,7 @@ class Chart:
         self.recording.log(self._entity(name), what, static=not self.growing)
 
     def _entity(self, name: str) -> list[object]:
-        return [*self.path.strip("/").split("/"), *name.split("/")]
+        return [part for part in f"{self.path}/{name}".split("/") if part]
 
     def _place(self, x: Array, y: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -226,9 +228,8 @@ class Chart:
 
 def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] = TEXT) -> Any:
     """Labels hung on points too small to see."""
-    return rr.Points2D(
-        at, labels=texts, show_labels=True, colors=[colour], radii=rr.Radius.ui_points(0.01), draw_order=50
-    )
+    labels, radii = [printable(text) for text in texts], rr.Radius.ui_points(0.01)
+    return rr.Points2D(at, labels=labels, show_labels=True, colors=[colour], radii=radii, draw_order=50)
 
 
 def _dashes(strip: Array) -> list[Array]:

@@ -1,6 +1,5 @@
 """Pictures as matplotlib figures, drawn without a screen; the caller saves or shows them."""
 
-import io
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_responses, law_bands
+from twin.views.drawing import Drawing
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 
@@ -24,7 +24,6 @@ Array = NDArray[Any]
 WIDTH_IN = 9.0
 ATTRIBUTE = {"model": "after"}
 """Of a sweep's comparison, where it is not called like the kind of curve."""
-NOTEBOOK_DPI = 100
 MOST_PANELS = 4
 """Sweeps that get a panel of their own: those with the largest residuals."""
 STYLES: dict[str, dict[str, Any]] = {
@@ -35,15 +34,6 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 SHADE = "#e6e6e6"
 """Of amplitudes that were not measured."""
-
-
-class Drawing(Figure):
-    """A figure that a notebook shows by itself: :mod:`matplotlib.pyplot` need not be imported, nor a backend chosen."""
-
-    def _repr_png_(self) -> bytes:
-        buffer = io.BytesIO()
-        self.savefig(buffer, format="png", dpi=NOTEBOOK_DPI, facecolor="white")
-        return buffer.getvalue()
 
 
 def sweeps_figure(

@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from recordings.errors import printable
 from recordings.run import Event, SampleBlock, Step, StepState
 from twin.procedures import StepResult
 from twin.views.extremes import extremes
@@ -17,8 +18,9 @@ from twin.views.live_ranges import RangeUse
 from twin.views.live_spectrum import LiveSpectrum
 from twin.views.live_sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
-from twin.views.rrd import log_line, log_view, send_layout
+from twin.views.rrd import entity, log_line, log_view, send_layout
 from twin.views.style import level_colour, on_dark, unit_text
+from twin.views.table import markdown_text
 
 Array = NDArray[Any]
 
@@ -82,7 +84,7 @@ class LiveDrawing:
             end=rr.TimeRangeBoundary.cursor_relative(seconds=0.0),
         )
         for i, channel in enumerate(about.channels):
-            path, label = f"/signals/{channel.name}", f"{channel.name}, {unit_text(channel.unit)}"
+            path, label = entity(f"/signals/{channel.name}"), printable(f"{channel.name}, {unit_text(channel.unit)}")
             style = rr.SeriesLines(
                 colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax"
             )
@@ -132,7 +134,7 @@ class LiveDrawing:
             if self._next_index.get(device) != blocks[0].first_index:
                 at, drawn = np.concatenate([at[:1], at]), np.concatenate([[np.nan], drawn])
             column = rr.TimeColumn(TIME, duration=at.astype("timedelta64[ns]"))
-            self._recording.send_columns(f"/signals/{name}", [column], rr.Scalars.columns(scalars=drawn))
+            self._recording.send_columns(entity(f"/signals/{name}"), [column], rr.Scalars.columns(scalars=drawn))
         self._next_index[device] = blocks[-1].first_index + len(blocks[-1])
         for block in blocks:
             self._samples += len(block)
@@ -172,7 +174,7 @@ class LiveDrawing:
             self._not_shown = not_shown
 
     def _tell(self) -> None:
-        lines = [f"# {self._about.title}", "", f"**{self._where}**", ""]
+        lines = [f"# {markdown_text(self._about.title)}", "", f"**{markdown_text(self._where)}**", ""]
         lines += ["| | |", "|---|---|", f"| samples | {self._samples} |", f"| not shown | {self._not_shown} |"]
         if self._last is not None:
             lines += _result_rows(self._last)
@@ -210,10 +212,12 @@ def _grid_ns(count: int, rate_Hz: float) -> Array:
 
 def _result_rows(result: StepResult) -> list[str]:
     """The latest measured step, as rows of a table."""
-    rows = [f"| latest step | {result.sweep}, {result.index + 1} |"]
+    rows = [f"| latest step | {markdown_text(result.sweep)}, {result.index + 1} |"]
     if result.frequency_Hz:
         rows.append(f"| frequency | {result.frequency_Hz:.6g} Hz |")
-    rows.append(f"| {result.target_channel} held | {result.amplitude:.4g} of {result.target_amplitude:.4g} |")
+    rows.append(
+        f"| {markdown_text(result.target_channel)} held | {result.amplitude:.4g} of {result.target_amplitude:.4g} |"
+    )
     rows.append(f"| generator | {result.voltage_V:.3g} V |")
     rows.append(f"| settled in | {result.settle_s:.3g} s |")
     return rows

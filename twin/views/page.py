@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.views.style import AFTER
-from twin.views.table import Table, table_markdown, template
+from twin.views.table import Table, markdown_text, table_markdown, template
 
 DPI = 130
 
@@ -81,10 +81,11 @@ class Page:
 
     def markdown(self) -> str:
         """The page without its pictures, for a text pane."""
-        blocks = [f"# {self.title}", self.answer, self.facts]
+        blocks = [f"# {markdown_text(self.title)}", markdown_text(self.answer), markdown_text(self.facts)]
         for section in self.sections:
-            blocks += [f"## {section.title}", *section.texts, *map(table_markdown, section.tables)]
-            blocks += ["\n".join(f"- {item}" for item in section.items)] if section.items else []
+            blocks += [f"## {markdown_text(section.title)}", *map(markdown_text, section.texts)]
+            blocks += map(table_markdown, section.tables)
+            blocks += ["\n".join(f"- {markdown_text(item)}" for item in section.items)] if section.items else []
         return "\n\n".join(blocks)
 
 

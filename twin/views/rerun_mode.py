@@ -45,7 +45,7 @@ def animate_joint(recording: rr.RecordingStream, motion: Motion, joint: JointMot
     slides = f"slip up to {1e3 * farthest:.3g} µm" if metric else f"slip × {along:.3g}"
     chart = Chart(
         recording,
-        f"/motion/joint/{rr.escape_entity_path_part(joint.name)}",
+        f"/motion/joint/{joint.name}",
         f"{joint.name} enlarged, {motion.title}",
         Axis("position along the joint, m", (float(x[0]) - 0.06 * length, float(x[-1]) + 0.06 * length)),
         Axis(f"{opens}, {slides}", (-0.2, 1.8), bare=True),
@@ -82,7 +82,7 @@ def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion], number:
             loops.append((motion.title, 1e3 * np.real(moved * turned), np.real(force * turned)))
         chart = Chart(
             recording,
-            f"/loops/{rr.escape_entity_path_part(joint)}/{name}",
+            f"/loops/{joint}/{name}",
             title,
             Axis.over(x_label, [x for _, x, _ in loops], margin=0.1),
             Axis.over(y_label, [y for *_, y in loops], margin=0.1),

@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from recordings.errors import printable
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.chart import Axis, Chart, common_range
@@ -16,7 +17,7 @@ from twin.views.curves import SteppedSweep, about_each_resonance, parted, resona
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label
 from twin.views.rerun_backbone import draw_backbone
-from twin.views.rrd import log_line, log_view, recording_file, send_layout
+from twin.views.rrd import entity, log_line, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
 
@@ -99,8 +100,8 @@ def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView
         except KeyError:
             continue
         position, values = _envelope(device.values[name])
-        path = f"/signals/{name}"
-        label = f"{name}, {unit_text(channel.unit)}"
+        path = entity(f"/signals/{name}")
+        label = printable(f"{name}, {unit_text(channel.unit)}")
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         style = rr.SeriesLines(colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax")
         recording.log(path, style, static=True)
@@ -260,7 +261,9 @@ def _harmonics(recording: rr.RecordingStream, run: Run, reduced: Sequence[Steppe
             path, [rr.TimeColumn(TIME, duration=times)], rr.Scalars.columns(scalars=dB[:, number - 1])
         )
     return rrb.TimeSeriesView(
-        origin="/harmonics", name=f"Harmonics of {channel}, dB of its fundamental, step by step", axis_x=_whole_run(run)
+        origin="/harmonics",
+        name=printable(f"Harmonics of {channel}, dB of its fundamental, step by step"),
+        axis_x=_whole_run(run),
     )
 
 

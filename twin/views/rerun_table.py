@@ -14,7 +14,7 @@ from twin.views.chart import Axis, Chart
 from twin.views.receptance import per_force
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
-from twin.views.table import Table, table_markdown
+from twin.views.table import Table, markdown_text, table_markdown
 
 Array = NDArray[Any]
 
@@ -37,7 +37,8 @@ def save_table(table: SweepTable | FrequencyTable, path: Path) -> None:
             about, views = _about_sweeps(table), _sweeps(recording, table)
         else:
             about, views = _about_frequencies(table), [_frequencies(recording, table)]
-        recording.log("about", rr.TextDocument(about, media_type=rr.MediaType.MARKDOWN), static=True)
+        text = f"# {markdown_text(Path(table.path).name)}\n\n{table_markdown(about)}"
+        recording.log("about", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         layout = rrb.Horizontal(
             rrb.TextDocumentView(origin="/about", name="About this table"), rrb.Vertical(*views), column_shares=[1, 3.2]
         )
@@ -95,7 +96,7 @@ def _frequencies(recording: rr.RecordingStream, table: FrequencyTable) -> Any:
     return chart.close()
 
 
-def _about_sweeps(table: SweepTable) -> str:
+def _about_sweeps(table: SweepTable) -> Table:
     unit = unit_text(quantity(table.quantity).unit)
     rows = []
     for level, at in table.sweeps().items():
@@ -104,10 +105,10 @@ def _about_sweeps(table: SweepTable) -> str:
         rows.append((f"{level:g}", str(len(at)), f"{f.min():g} to {f.max():g}", f"{force:.4g}", f"{response:.4g}"))
     head = ("level", "steps", "frequency, Hz", "largest force, N", f"largest response, {unit}")
     caption = f"{len(table)} steps of {len(rows)} sweeps."
-    return f"# {Path(table.path).name}\n\n" + table_markdown(Table(caption=caption, head=head, rows=rows))
+    return Table(caption=caption, head=head, rows=rows)
 
 
-def _about_frequencies(table: FrequencyTable) -> str:
+def _about_frequencies(table: FrequencyTable) -> Table:
     rows = [
         (str(n), f"{f:g}", "" if np.isnan(std) else f"{std:.2g}", state)
         for n, f, std, state in zip(
@@ -116,4 +117,4 @@ def _about_frequencies(table: FrequencyTable) -> str:
     ]
     head = ("mode", "frequency, Hz", "std, Hz", "preload")
     caption = f"{len(table)} natural frequencies."
-    return f"# {Path(table.path).name}\n\n" + table_markdown(Table(caption=caption, head=head, rows=rows))
+    return Table(caption=caption, head=head, rows=rows)

@@ -37,9 +37,12 @@ class Viewer:
     url: str
 
 
-def has_display() -> bool:
-    """Whether a window could be opened here."""
-    return bool(sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+def why_no_window() -> str:
+    """Why no viewer can be opened here; empty if one can."""
+    if find_viewer() is None:
+        return "the program 'rerun' is not installed"
+    has_display = sys.platform in ("darwin", "win32") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+    return "" if has_display else "no display here"
 
 
 def find_viewer() -> str | None:

@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
+from recordings.errors import printable
 from recordings.whole import whole_file
 
 APPLICATION = "twin"
@@ -39,6 +40,11 @@ def recording_file(path: Path) -> Iterator[rr.RecordingStream]:
             recording.disconnect()
 
 
+def entity(path: str) -> str:
+    """The entity of a path whose parts are names as strangers have them."""
+    return "/" + "/".join(rr.escape_entity_path_part(part) for part in path.split("/") if part)
+
+
 def send_layout(recording: rr.RecordingStream, layout: Any, **time: Any) -> None:
     """Arrange a recording's views so, the viewer's own panels out of the way; `time` is for that of time."""
     recording.send_blueprint(
@@ -54,7 +60,7 @@ def send_layout(recording: rr.RecordingStream, layout: Any, **time: Any) -> None
 
 def log_line(recording: rr.RecordingStream, seconds: float, text: str, level: rr.TextLogLevel) -> None:
     """One line, at the recording's present time, which it also tells: the viewer's own column is too narrow for it."""
-    recording.log(EVENTS, rr.TextLog(f"{seconds:.1f} s  {text}", level=level))
+    recording.log(EVENTS, rr.TextLog(f"{seconds:.1f} s  {printable(text)}", level=level))
 
 
 def log_view(timeline: str) -> rrb.TextLogView:

@@ -11,7 +11,7 @@ from recordings.run import Run
 from twin.views.curves import SteppedSweep, largest_receptance
 from twin.views.rehearsal_report import warnings_table
 from twin.views.style import unit_text
-from twin.views.table import Table, table_markdown
+from twin.views.table import Table, markdown_text, table_markdown
 
 
 def run_tables(run: Run, sweeps: Sequence[SteppedSweep]) -> list[Table]:
@@ -60,7 +60,7 @@ def run_markdown(run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[s
     info = run.info
     title = " · ".join(info[key] for key in ("rig", "procedure") if info.get(key)) or "Run"
     known = [key for key in ("source", "stored", "started", "preload_N", "preload_Nm") if key in info]
-    blocks = [f"# {title}", "\n".join(f"- {key}: {info[key]}" for key in known)]
+    blocks = [f"# {markdown_text(title)}", "\n".join(f"- {key}: {markdown_text(info[key])}" for key in known)]
     blocks += map(table_markdown, run_tables(run, reduced))
     if rehearsal is not None:
         warnings = warnings_table(rehearsal)

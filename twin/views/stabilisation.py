@@ -6,12 +6,13 @@ from matplotlib.figure import Figure
 from twin.identify.broadband import BinnedResponse
 from twin.identify.modes import ModalFit
 from twin.identify.modes.stabilisation import stable_poles
+from twin.views.drawing import Drawing
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
 
 def stabilisation_figure(fit: ModalFit, response: BinnedResponse) -> Figure:
     """Measured and fitted responses, and above them the chart; the modes that were taken are marked."""
-    figure = Figure(figsize=(9.0, 6.0), layout="constrained")
+    figure = Drawing(figsize=(9.0, 6.0), layout="constrained")
     chart, curves = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
     stable = set(stable_poles(fit.chart))
     for kind, colour, size, poles in (

@@ -1,13 +1,22 @@
-"""A table of words and numbers: as plain text, as Markdown, and as HTML for notebooks and pages."""
+"""A table of words and numbers: as plain text, as Markdown, and as HTML for notebooks and pages.
 
+Names in it may be strangers': they steer no terminal, and mean nothing in HTML or Markdown.
+"""
+
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import jinja2
 
+from recordings.errors import printable
+
 NARROW = 4
 """Columns that a text pane has room for."""
+_MARK = re.compile(r"[\\`*\[\]<|&~]|(?<!\w)_|_(?!\w)|^[#>]")
+"""What means something in Markdown; an underscore within a word does not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +27,11 @@ class Table:
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     numbers: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "caption", printable(self.caption))
+        object.__setattr__(self, "head", tuple(map(printable, self.head)))
+        object.__setattr__(self, "rows", [tuple(map(printable, row)) for row in self.rows])
 
 
 def table_text(table: Table) -> str:
@@ -37,15 +51,20 @@ def table_text(table: Table) -> str:
 
 def table_markdown(table: Table) -> str:
     """The caption, and below it the table, or a list where it has more columns than a text pane has room for."""
-    if len(table.head) > NARROW:
-        others = table.head[1:]
+    head, *rows = [[markdown_text(cell) for cell in cells] for cells in (table.head, *table.rows)]
+    if len(head) > NARROW:
         lines = [
-            f"- **{first}**: " + "; ".join(f"{name} {cell}" for name, cell in zip(others, rest, strict=True) if cell)
-            for first, *rest in table.rows
+            f"- **{first}**: " + "; ".join(f"{name} {cell}" for name, cell in zip(head[1:], rest, strict=True) if cell)
+            for first, *rest in rows
         ]
     else:
-        lines = [f"| {' | '.join(cells)} |" for cells in (table.head, ["---"] * len(table.head), *table.rows)]
-    return "\n".join([table.caption, "", *lines])
+        lines = [f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows)]
+    return "\n".join([markdown_text(table.caption), "", *lines])
+
+
+def markdown_text(text: str) -> str:
+    """`text` in one line of Markdown that shows it as it is."""
+    return _MARK.sub(r"\\\g<0>", printable(" ".join(text.split())))
 
 
 def table_html(table: Table) -> str:
@@ -55,12 +74,18 @@ def table_html(table: Table) -> str:
 
 @cache
 def template(name: str) -> jinja2.Template:
-    """A template by its file's name; what is filled in is escaped, and what is missing is an error."""
+    """A template by its file's name; what is filled in is made harmless, and what is missing is an error."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("twin.views", ""),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
+        finalize=_harmless,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     return environment.get_template(name)
+
+
+def _harmless(value: Any) -> Any:
+    """A value for a template: what is no markup of ours has no character that steers."""
+    return printable(value) if type(value) is str else value

@@ -55,7 +55,7 @@ def test_cases_of_another_rig_are_refused(tmp_path):
         run_campaign(PLANS, RIG, tmp_path)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", json.dumps({"plan": 3}), '{"plan": {"seed": 1}}'])
+@pytest.mark.parametrize("text", ["", "[]", "{}", json.dumps({"plan": 3}), '{"plan": {"seed": 1}}', "[" * 200_000])
 def test_a_damaged_case_is_named(tmp_path, text):
     (_with_cases(tmp_path) / "cases" / "added-mass-1-1.json").write_text(text)
     with pytest.raises(InputError, match=r"added-mass-1-1\.json.*delete it"):

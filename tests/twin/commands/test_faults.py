@@ -28,12 +28,20 @@ def counted(*arguments: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, d
     return int(ended.value.code or 0), {row["fault"]: row for row in told["faults"]}
 
 
-@pytest.mark.parametrize("words", ["no fault", "flipped", "dropped", "doubled", "out of order", "stuck", "overload"])
+@pytest.mark.parametrize(
+    "words", ["no fault", "flipped", "dropped", "doubled", "out of order", "stuck", "overload", "disk"]
+)
 def test_each_is_noticed_and_nothing_is_silently_wrong(words, capsys):
     status, rows = counted("--tries", "1", "--only", words, capsys=capsys)
     assert status == 0, rows
     assert sum(row["silently_wrong"] for row in rows.values()) == 0
     assert sum(row["stored"] for row in rows.values()) > 20_000
+
+
+def test_it_is_quiet_when_told_to_be(capsys):
+    with pytest.raises(SystemExit):
+        main(["faults", "--tries", "1", "--only", "vanishes", "--quiet"])
+    assert capsys.readouterr().err == ""
 
 
 def test_a_killed_acquisition_loses_at_most_half_a_second(capsys):

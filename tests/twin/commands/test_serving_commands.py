@@ -12,30 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from two_steps import TWO_STEPS
 
 from recordings import read_run
 from twin.cli import main
 from twin.commands.serve import JointMeter
 from twin.rigs import Effect, load_rig
-
-SWEEP = """
-procedure = "stepped-sine"
-target_channel = "force"
-control = "force"
-amplitudes = [1.5]
-sample_rate = 1024.0
-[grid]
-start = 40.0
-stop = 42.0
-step = 1.0
-[settle]
-tolerance = 0.01
-maximum = 30.0
-[measure]
-seconds = 0.5
-[limits]
-voltage = 10.0
-"""
 
 
 @contextmanager
@@ -63,7 +45,7 @@ def twin(*arguments: str) -> subprocess.CompletedProcess[str]:
 def acquired(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short sweep of the steel rig over a pseudo-terminal and CAN, as fast as it goes."""
     folder = tmp_path_factory.mktemp("acquired")
-    (folder / "sweep.toml").write_text(SWEEP)
+    (folder / "sweep.toml").write_text(TWO_STEPS)
     arguments = ["--serial", "auto", "--can", f"unixbus:{folder}/bus", "--speed", "fast"]
     file = str(folder / "instruments.toml")
     with running("serve", "--rig", "steel-lap-joint", *arguments, "--instruments-out", file) as (server, addresses):
@@ -78,7 +60,7 @@ def acquired(tmp_path_factory: pytest.TempPathFactory) -> Path:
         server.send_signal(signal.SIGINT)
         assert server.wait(60) == 0
     assert result["state"] == "done"
-    assert result["steps"] == 3
+    assert result["steps"] == 2
     assert result["events"] == {}
     return run
 
@@ -94,7 +76,7 @@ def test_a_sweep_over_serial_and_can_is_recorded_whole(acquired):
     assert not any(device.gaps for device in run.devices.values())
     samples = run.devices["daq"].values["force"][-512:]
     spectrum = np.abs(np.fft.rfft(samples * np.hanning(512)))
-    assert np.argmax(spectrum) * 2.0 == pytest.approx(42.0, abs=2.0)
+    assert np.argmax(spectrum) * 2.0 == pytest.approx(41.0, abs=2.0)
     assert samples.max() == pytest.approx(1.5, rel=0.05)
 
 

@@ -13,6 +13,7 @@ from recordings import InputError, Run
 from twin.diagnose.result import Diagnosis
 from twin.views import rerun_run, save_diagnosis, save_run
 from twin.views.curves import stepped_sweeps
+from twin.views.table import markdown_text
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +109,7 @@ def test_the_law_goes_by_opening_and_slip(diagnosis_file: Path) -> None:
 def test_the_answer_and_the_animation_are_there(diagnosis: Diagnosis, diagnosis_file: Path) -> None:
     found = columns(diagnosis_file)
     (text,) = found["/answer"]["TextDocument:text"][0]
-    assert diagnosis.sentence in text
+    assert markdown_text(diagnosis.sentence) in text
     assert "5.40 %" in text
     frames = found["/motion/rig/upper"]["LineStrips3D:strips"]
     heights = [strips[-1][-1][1] for strips in frames]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
@@ -141,9 +141,9 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
     def twin() -> SampleSource:
         return open_twin(extended, proposal.procedure, preload=preload, seed=1, source=extended.name)
 
-    with tempfile.TemporaryDirectory(prefix="twin-next-test-") as folder:
-        first = rehearse(proposal.procedure, twin(), Path(folder) / "first.mcap", nominal=nominal)
-        better = rehearse_until_clear(first, twin, Path(folder) / "better.mcap", nominal=nominal, rounds=ROUNDS)
+    with temporary_folder("twin-next-test") as folder:
+        first = rehearse(proposal.procedure, twin(), folder / "first.mcap", nominal=nominal)
+        better = rehearse_until_clear(first, twin, folder / "better.mcap", nominal=nominal, rounds=ROUNDS)
     return better or first
 
 
