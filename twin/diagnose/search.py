@@ -196,7 +196,10 @@ def _fitted_rivals(
     """
     fits: list[FittedModel] = []
     promising = _promising(scores)
-    imitated = [_at_full_size(evidence, rival) for rival in promising if rival.cause.tried_at_full_size]
+    # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
+    names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
+    labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
+    imitated = [_at_full_size(evidence, rival) for rival in labels]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report)
