@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.joint_law import LayerLaw, choose_knots, packed_laws, spline_basis
+from twin.identify.joint_law import LayerLaw, choose_knots, curve_precision, packed_laws, spline_basis
 from twin.joint import Saturating
 
 KNOTS = np.geomspace(5e-8, 8e-6, 20)
@@ -101,3 +101,15 @@ def test_without_steps_there_are_knots_too():
         knots = choose_knots(nothing, 20)
         assert np.all(np.diff(knots) > 0)
         assert np.all(np.isfinite(LayerLaw.zero(knots, knots).softening_basis(knots)))
+
+
+def test_the_prior_of_a_curve_is_one_random_function_however_many_knots_show_it():
+    """Standard deviations of its values where the amplitude is half of, and nearly, the largest."""
+    spread = []
+    for count in (30, 60, 120):
+        knots = choose_knots(np.array([1e-6]), count)
+        covariance = np.linalg.inv(curve_precision(knots, 3.0))
+        at = np.array([np.interp(np.log(x * knots[-1]), np.log(knots), np.arange(count)) for x in (0.5, 0.95)])
+        spread.append(np.sqrt(np.diag(covariance))[np.rint(at).astype(int)])
+    np.testing.assert_allclose(spread[0], spread[2], rtol=0.15)
+    np.testing.assert_allclose(spread[1], spread[2], rtol=0.08)
