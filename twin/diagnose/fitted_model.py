@@ -146,8 +146,8 @@ class FitProblem:
     def rougher(self, roughness: tuple[float, float]) -> Array:
         """What another roughness of the joints' laws adds to the precision (n, n)."""
         more = np.zeros_like(self.precision)
-        laws = (self._base.law_precision(self.start, size) for size in (roughness, self.errors.roughness))
-        more[: self.count, : self.count] = next(laws) - next(laws)
+        then, now = (self._base.law_precision(self.start, size) for size in (roughness, self.errors.roughness))
+        more[: self.count, : self.count] = then - now
         return more
 
     @property

@@ -252,7 +252,7 @@ class ForwardModel:
         for turn in range(HARMONIC_TURNS):
             if turn < 2:  # the second time with the loss that the slips' harmonics leave
                 at_harmonics = [self.at_harmonic(h, baseline, found) for h in ODD]
-                ports = np.arange(self.moving[-1] + 1)[self.nonlinear_ports]
+                ports = self.moving[2 * p :]
                 found = replace(found, ripples=np.stack([R[:, ports, ports] for R, *_ in at_harmonics], axis=2))
                 secant = self._secant(found)[:, :p].real
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
@@ -321,13 +321,9 @@ class ForwardModel:
         )  # fmt: skip
 
     def forced_harmonics(self, balance: Balance, orders: Sequence[int]) -> Array:
-        """Harmonics (h, s, m) of the nonlinear forces; a static part counts as none."""
-        motion = balance.motion[:, 2 * len(self.points) :]
-        if not motion.shape[1]:
-            return np.zeros((len(orders), *motion.shape), complex)
+        """Harmonics (h, s, m) of the nonlinear forces at a balance."""
         omega = self.clock(self.evidence.steps.omega, self.step_times)
-        found = self.local_at(balance).harmonics(motion, max(orders), omega)
-        return np.stack([found[:, :, h - 1] if h else np.zeros_like(motion) for h in orders])
+        return self.local_at(balance).harmonics_of(orders, balance.motion[:, 2 * len(self.points) :], omega)
 
     def _secant(self, balance: Balance) -> Array:
         """The law's stiffness (s, 2 p) at the points, without what harmonics add to the openings'."""

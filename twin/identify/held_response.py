@@ -223,6 +223,8 @@ class HeldRig:
 
     def _linear_ripples(self, count: int) -> Array:
         """What the nonlinear forces slip into before the law takes anything off, (c, f, m, 3)."""
+        if not self._rig.modification.nonlinear:
+            return np.zeros((count, len(self.omega), 0, len(RIPPLES)), complex)
         own = slice(2 * self.points, None)
         among = [np.diagonal(self._at_harmonic(h)[:, own, own], axis1=1, axis2=2) for h in RIPPLES]
         return np.tile(np.stack(among, axis=2), (count, 1, 1, 1))
@@ -264,13 +266,8 @@ class HeldRig:
     def _driven_by_forces(
         self, around: Array, motion: Array, rows: Array, ripples: Array, orders: Sequence[int]
     ) -> Array:
-        """Harmonics (s, h, n) of the ports' motion by those of the nonlinear forces; a static part counts as none."""
-        forces = self._forces(rows, ripples)
-        if not forces.forces:
-            return np.zeros(around.shape[:3], complex)
-        found = forces.harmonics(motion, max(orders), self.omega[rows])
-        found[:, :, 0] = 0.0
-        pushed = np.stack([found[:, :, max(h - 1, 0)] for h in orders], axis=1)
+        """Harmonics (s, h, n) of the ports' motion by those of the nonlinear forces."""
+        pushed = self._forces(rows, ripples).harmonics_of(orders, motion, self.omega[rows]).swapaxes(0, 1)
         return -np.asarray((around[:, :, :, 2 * self.points :] @ pushed[..., None])[..., 0])
 
     def _free(self, h: int = 1) -> Array:

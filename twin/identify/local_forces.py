@@ -301,6 +301,13 @@ class LocalForces:
         ]
         return np.stack(values, axis=1) * _turned(motion, count)
 
+    def harmonics_of(self, orders: Sequence[int], motion: Array, omega: Array) -> Array:
+        """Harmonics (h, s, n) of some orders as in :meth:`harmonics`; a static part counts as none."""
+        if not self.forces:
+            return np.zeros((len(orders), *motion.shape), complex)
+        found = self.harmonics(motion, max(orders), omega)
+        return np.stack([found[:, :, h - 1] if h else np.zeros_like(motion) for h in orders])
+
     def harmonic_changes(self, here: Array, motion: Array, count: int, omega: Array, log_motion: Array) -> Array:
         """Changes (s, n, count, u) of :meth:`harmonics`, now `here`, with log motion (s, n, u)."""
         by_size = (self.harmonics(motion * (1 + DIFFERENCE), count, omega) - here) / DIFFERENCE
