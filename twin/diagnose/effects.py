@@ -89,7 +89,7 @@ def with_effects(evidence: MeasuredData, *, source: str = "rig") -> MeasuredData
     if not evidence.broadband:
         return evidence
     evidence = replace(evidence, linear=None)
-    baseline, _ = fit_base(evidence.without_steps())
+    baseline = fit_base(evidence.without_steps()).baseline
     return rebinned(evidence, ModelModification(), baseline)
 
 

@@ -30,6 +30,8 @@ Report = Callable[[str], None]
 
 RIVALS = 6
 """Most causes that are fitted in one turn."""
+BEGINNINGS = 2
+"""Most places or thresholds from which each of them is begun: its likelihood may have several maxima."""
 FOLLOWS = 3e-4
 """Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
 BEHIND = 4.0
@@ -108,8 +110,8 @@ def search_causes(
         Told what is being done.
     """
     report("fitting moduli, damping and the joint's law")
-    start, _ = fit_base(evidence)
-    base = fit_with_errors(evidence, None, start, ())
+    start = fit_base(evidence)
+    base = fit_with_errors(evidence, None, start.baseline, (), errors=start.errors)
     harmonics = base_harmonics = _harmonics(evidence, base)
     model, stages = base, []
     while True:
@@ -237,15 +239,23 @@ def _raced(
         work = [(start.baseline, start.hypotheses, start.levels[number]) for start in field]
         fits = parallel_map(_fit_at, (evidence, harmonics), work)
         least = BEHIND * min(fit.solution.cost for fit in fits)
-        field = [
-            _Begun(fit.baseline, fit.hypotheses, start.levels)
-            for fit, start in zip(fits, field, strict=True)
-            if fit.solution.cost <= least
-        ]
+        both = sorted(zip(fits, field, strict=True), key=lambda pair: pair[0].solution.cost)
+        field = []
+        for fit, start in both:
+            if fit.solution.cost <= least and not any(_same(fit.hypotheses, other.hypotheses) for other in field):
+                field.append(_Begun(fit.baseline, fit.hypotheses, start.levels))
     work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in field]
     fits = parallel_map(partial(_fit_last, tolerances=tolerances), (evidence, harmonics), work)
     best = max(fits, key=lambda fit: fit.log_evidence)
     return fits if best.errors.is_sound else [*fits, _once_more(evidence, harmonics, best, tolerances)]
+
+
+def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
+    """Whether two fits, perhaps from different beginnings, have come to the same causes with the same sizes."""
+    return all(
+        a.key == b.key and all(abs(a.values[name] - b.values[name]) <= std for name, std in a.std.items())
+        for a, b in zip(one, other, strict=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -311,10 +321,14 @@ def _with_own_law(
 
 
 def _promising(scores: Sequence[Score]) -> list[CauseHypothesis]:
-    """The best scored causes at their best place; none where no cause promises to be more probable than none."""
-    best = _best_of_each(scores)
+    """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
     least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, WORTH_A_FIT * max((s.log_bayes for s in scores), default=0.0))
-    return [score.hypothesis for score in best.values() if score.log_bayes > least][:RIVALS]
+    found: dict[str, list[CauseHypothesis]] = {}
+    for score in scores:
+        key = score.hypothesis.key
+        if score.log_bayes > least and (key in found or len(found) < RIVALS):
+            found.setdefault(key, []).append(score.hypothesis)
+    return [hypothesis for each in found.values() for hypothesis in each[:BEGINNINGS]]
 
 
 def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:

@@ -90,7 +90,7 @@ def settle(
             opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
             own, growth, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
         )  # fmt: skip
-        worst[s] = np.max(np.abs(gap))
+        worst[s] = _largest(gap)
         share = 1.0
         for _ in range(turns):
             if not worst[s] > settled:
@@ -102,12 +102,22 @@ def settle(
                 opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
                 own, growth, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
             )  # fmt: skip
-            left = np.max(np.abs(new_gap))
+            left = _largest(new_gap)
             if left < worst[s] or share <= shortest:
-                log_a[s], z[s], k[s], step[:] = trial, new_z, new_k, new_step
+                for i in range(n):
+                    log_a[s, i], z[s, i], k[s, i], step[i] = trial[i], new_z[i], new_k[i], new_step[i]
                 worst[s], share = left, 1.0
             else:
                 share /= 4.0
+
+
+@COMPILED
+def _largest(gap: Array) -> float:
+    largest = 0.0
+    for value in gap:
+        if not abs(value) <= largest:  # what is not a number counts as the largest
+            largest = abs(value)
+    return largest
 
 
 @COMPILED

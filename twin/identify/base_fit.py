@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
 
-__all__ = ["REWEIGHTED", "baseline_bounds", "fit_base", "law_from_steps", "starting_baseline"]
+__all__ = ["REWEIGHTED", "BaseFit", "baseline_bounds", "fit_base", "law_from_steps", "starting_baseline"]
 
 Array = NDArray[Any]
 
@@ -38,8 +39,30 @@ REWEIGHTED = 4
 """Most fits with one model error, each with the weights at the last one's end, until they gain nothing."""
 TOLERANCE = 0.3
 """Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
+COARSE_TOLERANCE = 2.0
+"""The same while the model errors are not yet the last ones."""
+NOT_FOLLOWED = 10.0
+"""Cost per number from which on no smaller model error is tried: residuals of three deviations are not the noise's, and
+a model that lacks something only comes to some corner of its limits by being asked for more."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
+
+
+@dataclass(frozen=True)
+class BaseFit:
+    """A fit of the base family.
+
+    Attributes
+    ----------
+    baseline : BaselineParameters
+    solution : Solution
+    errors : ErrorModel
+        With which it was fitted last: those asked for, or the first ones with which it no longer follows the data.
+    """
+
+    baseline: BaselineParameters
+    solution: Solution
+    errors: ErrorModel
 
 
 def starting_baseline(
@@ -142,8 +165,8 @@ def fit_base(
     errors: ErrorModel = SOUND,
     iterations: int = 30,
     held_at_zero: Sequence[int] = (),
-) -> tuple[BaselineParameters, Solution]:
-    """Fit base parameters and law, through model errors from large ones down to `errors`.
+) -> BaseFit:
+    """Fit base parameters and law, through model errors from large ones down to `errors` or as far as they can follow.
 
     Parameters
     ----------
@@ -160,6 +183,7 @@ def fit_base(
         baseline = baseline.with_vector(vector)
     bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
     for level in continuation(errors):
+        tolerance = TOLERANCE if level is errors else COARSE_TOLERANCE
         for _ in range(REWEIGHTED):
             here = ResidualModel(evidence, errors=level).linearisation(baseline)
             residual_model = ResidualModel(evidence, errors=level, held=here)
@@ -173,9 +197,12 @@ def fit_base(
                 return prediction.residual, prediction.jacobian
 
             solution = minimise(
-                evaluate, baseline.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations
-            )
+                evaluate, baseline.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations,
+                tolerance=tolerance / 10,
+            )  # fmt: skip
             baseline = baseline.with_vector(solution.x)
-            if solution.gained_little(TOLERANCE):
+            if solution.gained_little(tolerance):
                 break
-    return baseline, solution
+        if solution.cost > NOT_FOLLOWED * len(solution.residual):
+            break
+    return BaseFit(baseline, solution, level)

@@ -71,9 +71,10 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
         Told what is being done.
     """
     report("fitting moduli, damping and the joint's law")
-    free, free_solution = fit_base(evidence)
-    held = _held(free)
-    model, solution = fit_base(evidence, start=free, held_at_zero=held)
+    free = fit_base(evidence)
+    held = _held(free.baseline)
+    identified = fit_base(evidence, start=free.baseline, held_at_zero=held)
+    model, solution = identified.baseline, identified.solution
     dof = max(1, len(solution.residual) - len(solution.x) + len(held))
     polynomials, residual = None, {}
     residual_model = ResidualModel(evidence)
@@ -82,15 +83,15 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
         base = (model.base, solution.covariance)
         if evidence.broadband:
             report("fitting the broadband runs alone")
-            linear, linear_solution = fit_base(evidence.without_steps())
-            base = (linear.base, linear_solution.covariance)
+            linear = fit_base(evidence.without_steps())
+            base = (linear.baseline.base, linear.solution.covariance)
         if len(evidence.rig.joints) == 1:
             report("identifying the papers' polynomials")
             polynomials = polynomials_by_level(residual_model, *base)
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
-        linear=_linear(free, free_solution, model),
+        linear=_linear(free.baseline, free.solution, model),
         baseline=model,
         solution=solution,
         chi2_per_dof=solution.chi2 / dof,

@@ -242,10 +242,11 @@ class LocalForces:
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven))[0])
         log_a = _log(start)
-        rig = (
+        arrays = (
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, more,
         )  # fmt: skip
+        rig = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)

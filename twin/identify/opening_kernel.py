@@ -73,14 +73,18 @@ def balance(
                         longest = max(longest, abs(taken[h, i]))
                 unsettled[s] = longest / size
                 # Nor is any step larger than half the motion itself to be trusted.
-                taken *= min(1.0, 0.5 / max(unsettled[s], 1e-300))
-                base[:, :] = X[s]
+                most = min(1.0, 0.5 / max(unsettled[s], 1e-300))
+                for h in range(H):
+                    for i in range(p):
+                        base[h, i], taken[h, i] = X[s, h, i], most * taken[h, i]
                 nearest, share = left, 1.0
             else:
                 share /= 2.0
             if turn == turns:
                 break
-            X[s] = base - share * taken
+            for h in range(H):
+                for i in range(p):
+                    X[s, h, i] = base[h, i] - share * taken[h, i]
             if unsettled[s] < balanced:
                 # The last step is taken too: differences between close balances are meaningful.
                 _open(fundamental[s], X[s], orders, cosines, sines, around)

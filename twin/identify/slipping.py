@@ -100,7 +100,7 @@ def slipping_harmonics(amplitude: Any, k: float, slip_force: float, compliance: 
     ndarray, (s, 4)
     """
     a = np.atleast_1d(np.asarray(amplitude, float))
-    C = np.ascontiguousarray(np.broadcast_to(compliance, (len(a), len(RIPPLES))), complex)
+    C = np.array(np.broadcast_to(compliance, (len(a), len(RIPPLES))), complex, order="C")
     out = np.empty((len(a), 1 + len(RIPPLES)), complex)
     _in_series(a, float(k), float(slip_force), common_spring(C), C, out)
     return out

@@ -34,7 +34,7 @@ def fitted_recordings(campaign):
     evidence = gather_data(
         [read_run(campaign / name) for name in ("sweeps.mcap", "random.mcap")], load_rig("steel-lap-joint")
     )
-    baseline = fit_base(evidence)[0]
+    baseline = fit_base(evidence).baseline
     return evidence, harmonic_residuals(ResidualModel(evidence), baseline), baseline
 
 

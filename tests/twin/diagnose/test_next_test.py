@@ -37,7 +37,7 @@ def learnt(campaign):
 
 @pytest.fixture(scope="module")
 def baseline(learnt):
-    return fit_base(learnt[1])[0]
+    return fit_base(learnt[1]).baseline
 
 
 @pytest.fixture(scope="module")

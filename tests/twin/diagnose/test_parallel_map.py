@@ -131,7 +131,7 @@ def test_helpers_that_are_starting_hear_no_interrupt(tmp_path):
 @pytest.fixture(scope="module")
 def fitted(campaign):
     evidence = gather_data([read_run(campaign / "sweeps.mcap")], load_rig("steel-lap-joint"))
-    return evidence, fit_base(evidence)[0]
+    return evidence, fit_base(evidence).baseline
 
 
 def test_a_fit_elsewhere_is_the_fit_here(fitted):

@@ -48,6 +48,11 @@ def at_rest(build, dense, base, rng=None):
     return replace(data, H=data.H * np.exp(own))
 
 
+def _fitted(evidence, **options):
+    fit = fit_base(evidence, **options)
+    return fit.baseline, fit.solution
+
+
 def wrong_stiffness(rng, dense, errors, count):
     """Of each mode at each frequency, as a sound rig's model has it."""
     return dense.modal_stiffness(circular(rng, errors.stiffness, (count, DAMPED_MODES)))
@@ -104,9 +109,9 @@ def balanced(build, steel_model, steel_dense, nominal):
 
 def fitted(evidence):
     """Free, then without what a rig file has no place for, as `twin identify` does it."""
-    free, solution = fit_base(evidence, errors=SOFTENED)
+    free, solution = _fitted(evidence, errors=SOFTENED)
     elsewhere = np.r_[free.blocks["loss_E"], free.blocks["frequency_discrepancy"]]
-    baseline, held = fit_base(evidence, start=free, errors=SOFTENED, held_at_zero=elsewhere)
+    baseline, held = _fitted(evidence, start=free, errors=SOFTENED, held_at_zero=elsewhere)
     assert np.abs(baseline.vector[elsewhere]).max() < base_fit.HELD_PRECISION**-0.5
     assert held.chi2 < 1.5 * solution.chi2 < len(solution.residual)
     return baseline
@@ -259,7 +264,7 @@ def test_the_law_read_off_the_steps_is_near_enough_to_begin_from(swept):
 
 def test_exact_evidence_leaves_nothing_and_returns_law_and_moduli(swept):
     data = swept()
-    baseline, solution = fit_base(data.evidence)
+    baseline, solution = _fitted(data.evidence)
     opening, slip = (np.geomspace(0.05, 1, 30) * data.motion[:, part].max() for part in (slice(3), slice(3, 6)))
     true = true_law()
     E, loss = baseline.base.E - baseline.laws[0].softening_at(opening), baseline.laws[0].loss_at(slip)
@@ -277,7 +282,7 @@ def test_stated_deviations_of_moduli_and_law_cover_their_errors(swept):
     pulls, misfit = [], []
     for _ in range(6):
         data = swept(rng, base=replace(usual, frequency_discrepancy=FREQUENCY_STD * rng.standard_normal(5)))
-        baseline, solution = fit_base(data.evidence)
+        baseline, solution = _fitted(data.evidence)
         opening, slip = (np.array([0.12, 0.35, 0.65, 0.95]) * data.motion[:, p].max() for p in (slice(3), slice(3, 6)))
         pulls.append(data.pulls(baseline, solution, opening, slip))
         # What the fit took up: the data's part of the information.
@@ -295,7 +300,7 @@ def test_a_layer_gives_no_energy_away_whatever_the_noise(swept):
     nothing = np.array([1e-9, 1e-5])
     linear = LayerLaw.zero(nothing, nothing)
     data = swept(np.random.default_rng(5), law=linear)
-    baseline, solution = fit_base(data.evidence)
+    baseline, solution = _fitted(data.evidence)
     assert np.all(baseline.laws[0].loss >= 0.0)
     std = np.sqrt(np.diag(solution.covariance)[baseline.softening(0)])
     assert np.all(np.abs(baseline.laws[0].softening) < 4 * std)
@@ -306,7 +311,7 @@ def test_a_layer_keeps_some_stiffness_whatever_the_data_ask_for(swept, monkeypat
     """They ask for more than half of E'."""
     monkeypatch.setattr(base_fit, "MOST_SOFTENED", 0.3)
     data = swept()
-    baseline, _ = fit_base(data.evidence)
+    baseline, _ = _fitted(data.evidence)
     assert np.max(true_law().softening_at(data.motion[:, :3])) > 0.5 * data.base.E
     # The limit counts from the E' at which the last fit began.
     assert 0.29 < np.max(baseline.laws[0].softening) / baseline.base.E < 0.36

@@ -145,7 +145,8 @@ def test_sensitivities_are_derivatives_for_both(evidence, base):
 
 def test_both_joints_moduli_and_laws_come_back(evidence, base, swept):
     """From what is assumed of them, without noise; as far as the points moved."""
-    baseline, solution = fit_base(evidence)
+    fit = fit_base(evidence)
+    baseline, solution = fit.baseline, fit.solution
     assert solution.chi2 < 0.02 * len(solution.residual)
     std = baseline.blocks.unpack(np.sqrt(np.diag(solution.covariance)))
     assert np.all(np.abs(np.log(baseline.base.E / base.E)) < np.maximum(2 * std["log_E"], 3e-3))
@@ -160,7 +161,8 @@ def test_both_joints_moduli_and_laws_come_back(evidence, base, swept):
     # A rig file has no place for these.
     blocks = baseline.blocks
     without = np.r_[blocks["loss_E"], blocks["frequency_discrepancy"]]
-    baseline, solution = fit_base(evidence, start=baseline, held_at_zero=without)
+    fit = fit_base(evidence, start=baseline, held_at_zero=without)
+    baseline, solution = fit.baseline, fit.solution
     written = updated_rig(evidence, baseline, solution)
     for joint, E in zip(written.joints, baseline.base.E, strict=True):
         assert joint.preload[evidence.preload].normal_modulus == pytest.approx(E)
