@@ -1,10 +1,9 @@
 """Run many cases on all cores or on a cluster; each result is on disk as soon as it is there."""
 
 import json
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,8 +11,7 @@ from pathlib import Path
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.campaign.case import CasePlan, CaseResult, run_case
-from twin.diagnose.parallel_map import become_helper, undisturbed
-from twin.joint.registry import loaded_files
+from twin.diagnose.parallel_map import spawned_processes, undisturbed
 from twin.rigs import Rig
 
 CASES, RECORDINGS = "cases", "recordings"
@@ -114,19 +112,8 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
         with _dask(scheduler) as executor:
             yield executor
         return
-    # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
-    context = multiprocessing.get_context("spawn")
-    others = multiprocessing.active_children()
-    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=become_helper, initargs=(loaded_files(),))
-    try:
+    with spawned_processes(workers) as executor:
         yield executor
-    except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            if process not in others:
-                process.terminate()
-        raise
-    executor.shutdown()
 
 
 @contextmanager

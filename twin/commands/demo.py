@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,17 +84,19 @@ def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dic
     from twin.rigs import load_rig, save_rig
 
     nominal = load_rig(RIG)
-    with temporary_folder("twin-demo") as folder:
+    with temporary_folder("twin-demo") as folder, ExitStack() as helpers:
         # The truth lies where the client does not look, and comes to the results when all is said.
         case = draw_demo_case(nominal, seed=seed, cause=cause)
         save_rig(case.rig, folder / TRUTH)
         with ServedRig(folder / TRUTH, folder=folder, seed=seed) as served:
-            import twin.diagnose  # takes long, while the instruments start
             import twin.views  # noqa: F401
+            from twin.diagnose import in_processes, usual_processes  # takes long, while the instruments start
 
+            # The helpers compile what a diagnosis needs while the rig is being measured.
+            helpers.enter_context(in_processes(usual_processes()))
             served.wait_ready()
             runs = _measure(served.instruments, nominal, out, stages)
-    found = _diagnose(runs, nominal, out, stages)
+        found = _diagnose(runs, nominal, out, stages)
     return _report(found, case, seed, out, stages)
 
 
@@ -186,12 +189,11 @@ def _addresses(instruments: Path) -> str:
 
 def _diagnose(runs: dict[str, Run], nominal: Rig, out: Path, stages: Stages) -> Diagnosis:
     from twin.demo import HELD_OUT
-    from twin.diagnose import diagnose, in_processes, usual_processes
+    from twin.diagnose import diagnose
 
     stages.begin("diagnose", "Identifying the rig from the recordings, and looking for what its model gets wrong")
     learn = [run for name, run in runs.items() if name != HELD_OUT]
-    with in_processes(usual_processes()):
-        return diagnose(learn, nominal, held_out=[runs[HELD_OUT]], out=out, report=stages.turn)
+    return diagnose(learn, nominal, held_out=[runs[HELD_OUT]], out=out, report=stages.turn)
 
 
 def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 
 from twin.joint.registry import load_laws, loaded_files
 
-__all__ = ["become_helper", "in_processes", "parallel_map", "undisturbed", "usual_processes"]
+__all__ = ["become_helper", "in_processes", "parallel_map", "spawned_processes", "undisturbed", "usual_processes"]
 
 Found = TypeVar("Found")
 
@@ -73,20 +73,30 @@ def in_processes(number: int) -> Iterator[None]:
     if number < 2:
         yield
         return
-    # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        number - 1, mp_context=context, initializer=become_helper, initargs=(loaded_files(),)
-    ) as pool:
+    with spawned_processes(number - 1) as pool:
         with undisturbed():
             for _ in range(number - 1):
-                pool.submit(_wake)  # they import while the recordings are being read
+                pool.submit(_wake)  # while the recordings are being made or read
         token = _team.set(_Team(pool, number - 1))
         try:
             yield
         finally:
             _team.reset(token)
-            pool.shutdown(wait=False, cancel_futures=True)
+
+
+@contextmanager
+def spawned_processes(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes for work to be submitted to, which end with the block, whatever they are doing."""
+    # Spawned, not forked: numba's and BLAS's threads do not survive a fork.
+    context, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=become_helper, initargs=(loaded_files(),))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            if process not in others:
+                process.terminate()
 
 
 def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequence[tuple[Any, ...]]) -> list[Found]:
@@ -137,8 +147,11 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 
 
 def _wake() -> None:
-    """What a fit needs, imported ahead of the first one."""
+    """What a fit needs, imported and compiled ahead of the first one."""
     import twin.diagnose.search  # noqa: F401
+    from twin.identify.compiling import compile_kernels
+
+    compile_kernels()
 
 
 @contextmanager

@@ -34,8 +34,9 @@ BEGINNINGS = 2
 """Most places or thresholds from which each of them is begun: its likelihood may have several maxima."""
 FOLLOWS = 3e-4
 """Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
-BEHIND = 4.0
-"""Cost over the best rival's, at one model error, from which on a fit ends early."""
+BEHIND = 2.0
+"""Cost over the best rival's, at one model error, from which on a fit ends early.  In seven learning cases (masses,
+slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02."""
 HELD_LEVELS = 3
 """Model errors through which a cause that the law can imitate keeps its size: with larger ones the data tell the law,
 but no threshold, which would drift to where it is never met."""

@@ -246,13 +246,13 @@ class LocalForces:
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
             around.to_reference, around.amplitude, more,
         )  # fmt: skip
-        rig = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
+        rig: tuple[Any, ...] = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
         if len(sliders) == len(self.forces):
             z, k = np.empty((2, *around.driven.shape), complex)
             worst = np.empty(len(omega))
             kinds = self._as_arrays(sliders, omega)
-            settle(*rig, *kinds, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST, DIFFERENCE)
+            settle(*rig, *kinds, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST, DIFFERENCE)  # type: ignore[call-arg]
             return Balance(z, k, more, worst, self.ripples)
         now = _Turn.of(log_a)
         self._turn(rig, omega, log_a, np.arange(len(omega)), now)

@@ -196,11 +196,12 @@ def balance_openings(
             share = (slap.factor - 1) / (slap.factor + 1)
             lost[number] = share, slap.gap_m, force_at(slap.gap_m, tables[number])[0]
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
-    arrays = (
+    arrays: tuple[Any, ...] = (
         a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus[openings.joint],
         orders, np.cos(angle), np.sin(angle), tables[openings.joint], lost[openings.joint],
     )  # fmt: skip
-    balance(*(np.ascontiguousarray(v) for v in arrays), X, force, more, unsettled, TURNS, BALANCED, SHORTEST)
+    arrays = tuple(np.ascontiguousarray(array) for array in arrays)  # one layout, one compilation
+    balance(*arrays, X, force, more, unsettled, TURNS, BALANCED, SHORTEST)  # type: ignore[call-arg]
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
 

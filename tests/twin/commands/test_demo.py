@@ -131,7 +131,10 @@ def test_an_interrupted_demonstration_stops_its_instruments(tmp_path, installed_
         assert process.stderr is not None
         assert process.stderr.read().strip().endswith("twin: interrupted")
     assert children
-    assert not any(Path(f"/proc/{child}").exists() for child in children)
+    give_up = time.monotonic() + 5
+    while any(Path(f"/proc/{child}").exists() for child in children):  # those of Python's own pools notice it
+        assert time.monotonic() < give_up
+        time.sleep(0.05)
     assert check_run(out / "run.mcap").sound  # what was measured until then
     assert not (out / "result.json").exists()
 
