@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 REPORT, RESULT = "report.html", "result.json"
 RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd")
 HELD_OUT = "--held-out"
+LONGEST_s = 600.0
+"""Several times what a diagnosis of three sweeps takes on two slow cores."""
 MOST_LIMITS = 3
 """Of what a sound rig could hide, in the answer; the report has them all."""
 
@@ -62,6 +64,11 @@ class _HeldOutRuns(click.Command):
     help="Runs kept for the gain: all words up to the next option.",
 )  # fmt: skip
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for result, report and pictures.")
+@click.option(
+    "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
+    show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
+)  # fmt: skip
+@click.option("--thorough", is_flag=True, help="Fit more rivals, from more beginnings and for longer.")
 @overwrite_option
 @causes_option
 @laws_option
@@ -72,6 +79,8 @@ def command(
     preloads: tuple[str, ...],
     held_out: tuple[Path, ...],
     out: Path,
+    time_limit_s: float,
+    thorough: bool,
     overwrite: bool,
     as_json: bool,
 ) -> int:
@@ -94,8 +103,9 @@ def command(
     rig = load_rig(rig_name)
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
-            runs, held_out=held_out, preload=preloads, out=folder, processes=usual_processes(), report=begin
-        )
+            runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s, thorough=thorough,
+            processes=usual_processes(), report=begin,
+        )  # fmt: skip
         data = found.save_model(folder)
         write_json(data, folder / RESULT)
         begin("writing the report and the pictures")

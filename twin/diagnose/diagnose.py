@@ -22,6 +22,7 @@ from twin.diagnose.missing import find_missing_force
 from twin.diagnose.model_evidence import Tolerances, unexplained
 from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
+from twin.diagnose.racing import THOROUGH, USUAL
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Report, search_causes
 from twin.diagnose.set_aside import set_aside
@@ -33,6 +34,7 @@ from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, common_preload
 from twin.identify.residual_model import ResidualModel
 from twin.identify.rms import rms
+from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 
@@ -54,6 +56,7 @@ def diagnose(
     out: Path | None = None,
     causes: Mapping[str, Cause] = CAUSES,
     most: int = 3,
+    thorough: bool = False,
     report: Report = lambda text: None,
 ) -> Diagnosis:
     """Say what a rig's model gets wrong.
@@ -78,6 +81,8 @@ def diagnose(
         What may be named, apart from what the samples themselves show.
     most
         Largest number of causes in one model.
+    thorough
+        Whether more rivals are fitted, from more beginnings and for longer.
     report
         Told what is being done.
 
@@ -111,7 +116,10 @@ def diagnose(
     if unseen is not None and len(evidence.steps):
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
-    search = search_causes(evidence, causes, most=most, report=report)
+    search = search_causes(evidence, causes, most=most, effort=THOROUGH if thorough else USUAL, report=report)
+    if not search.complete:
+        beside = f" beside {search.model.name}" if search.model.hypotheses else ""
+        notes = (f"the time limit ended the search: what else there may be{beside} is not known", *notes)
     posterior = posterior_of(search, sound.sidebands)
     verdict = decide(posterior, findings)
     report("measuring the gain on what was held out")
@@ -125,7 +133,7 @@ def diagnose(
         extended = "extended.toml"
         model = updated_rig_file(evidence, replace(search, model=after))
         save_rig(model, out / extended)
-        if verdict == "ambiguous":
+        if verdict == "ambiguous" and not time_is_up():
             models = (search.model, *rivals_of(posterior))
             next_test = plan_next_test(runs, search.evidence, models, model, out, report=report)
     causes_named = named_causes(search, posterior, findings, verdict)
@@ -135,7 +143,7 @@ def diagnose(
     left = still_left = _misfit(evidence, search.base, search.base_harmonics, search.stages[0].tolerances)
     if search.model is not search.base:
         still_left = _misfit(search.evidence, after, search.harmonics, search.stages[-1].tolerances)
-    missing = find_missing_force(evidence, report=report) if verdict == "unknown" else None
+    missing = find_missing_force(evidence, report=report) if verdict == "unknown" and not time_is_up() else None
     return Diagnosis(
         verdict=verdict,
         misfit=Misfit(

@@ -22,6 +22,7 @@ from operator import is_
 from pathlib import Path
 from typing import Any, TypeVar
 
+from twin.identify.time_limit import end_of_time, time_limit
 from twin.joint.registry import load_laws, loaded_files
 
 __all__ = ["become_helper", "in_processes", "parallel_map", "spawned_processes", "undisturbed", "usual_processes"]
@@ -113,6 +114,7 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
     if team is None or len(each) < 2:
         return [work(*common, *arguments) for arguments in each]
     number, packed = team.pack(common)
+    end_s = end_of_time()
     todo = iter(range(len(each)))
     found: dict[int, Found] = {}
 
@@ -123,9 +125,10 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
     def elsewhere() -> None:
         for index in todo:
             try:
-                found[index] = team.pool.submit(_work, work, number, packed, each[index]).result()
+                found[index] = team.pool.submit(_work, work, number, packed, each[index], end_s).result()
             except BrokenProcessPool:  # one was killed, perhaps for want of memory
-                found[index] = work(*common, *each[index])
+                with time_limit(end_s):
+                    found[index] = work(*common, *each[index])
 
     with ThreadPoolExecutor(team.processes) as waiting:
         others = [waiting.submit(elsewhere) for _ in range(team.processes)]
@@ -138,12 +141,13 @@ def parallel_map(work: Callable[..., Found], common: tuple[Any, ...], each: Sequ
     return [found[index] for index in range(len(each))]
 
 
-def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tuple[Any, ...]) -> Found:
+def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tuple[Any, ...], end_s: float) -> Found:
     if number not in _known:
         if len(_known) == REMEMBERED:
             del _known[min(_known)]
         _known[number] = pickle.loads(packed)
-    return work(*_known[number], *arguments)
+    with time_limit(end_s):
+        return work(*_known[number], *arguments)
 
 
 def _wake() -> None:

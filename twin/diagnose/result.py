@@ -176,6 +176,8 @@ class Diagnosis:
             return "No cause on the list was named."
         if self.verdict == "none":
             return "The model agrees with the data to within their noise; nothing needs to be named."
+        if self.verdict == "unknown" and not self.search.complete:
+            return "The time limit ended the search before it came to an answer."
         if self.verdict == "unknown":
             return f"Something is missing from the model, and no cause on the list explains it{self._hint()}."
         what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)

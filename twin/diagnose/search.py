@@ -4,44 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
-from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, TEMPERATURE, log_weight
+from twin.diagnose.racing import USUAL, Begun, Effort, once_more, race
 from twin.diagnose.score import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
-from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, ErrorModel, continuation
+from twin.identify.error_model import SOUND, continuation
 from twin.identify.harmonics import harmonic_residuals
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.rebinning import rebinned
 from twin.identify.residual_model import ResidualModel
+from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Report", "Search", "Stage", "search_causes"]
 
 Report = Callable[[str], None]
 
-RIVALS = 6
-"""Most causes that are fitted in one turn."""
-BEGINNINGS = 2
-"""Most places or thresholds from which each of them is begun: its likelihood may have several maxima."""
 FOLLOWS = 3e-4
 """Error of stiffness up to which a model follows the data: beyond, a resonance is a good part of its width away."""
-BEHIND = 2.0
-"""Cost over the best rival's, at one model error, from which on a fit ends early.  In seven learning cases (masses,
-slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02."""
 HELD_LEVELS = 3
 """Model errors through which a cause that the law can imitate keeps its size: with larger ones the data tell the law,
 but no threshold, which would drift to where it is never met."""
-WORTH_A_FIT = 0.2
-"""Least expected gain of log evidence over the best one's: fits gain up to four times what the first order promises."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +52,8 @@ class Stage:
         Log evidence of the more probable of both with errors of any size.
     tolerances : Tolerances
         What a sound rig may have of every cause.
+    complete : bool
+        Whether the time allowed for all of it; nothing is accepted otherwise.
     """
 
     before: FittedModel
@@ -70,6 +62,7 @@ class Stage:
     accepted: bool
     unknown: float
     tolerances: Tolerances
+    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -97,16 +90,28 @@ class Search:
     harmonics: HarmonicResiduals | None
     base_harmonics: HarmonicResiduals | None
 
+    @property
+    def complete(self) -> bool:
+        """Whether the time allowed for all of it."""
+        return self.stages[-1].complete
+
 
 def search_causes(
-    evidence: MeasuredData, causes: Mapping[str, Cause], *, most: int = 3, report: Report = lambda text: None
+    evidence: MeasuredData,
+    causes: Mapping[str, Cause],
+    *,
+    most: int = 3,
+    effort: Effort = USUAL,
+    report: Report = lambda text: None,
 ) -> Search:
-    """Select up to `most` causes.
+    """Select up to `most` causes, as far as the time allows.
 
     Parameters
     ----------
     causes
         What may be named.
+    effort
+        How much is tried for each.
     report
         Told what is being done.
     """
@@ -119,23 +124,24 @@ def search_causes(
         left = {name: cause for name, cause in causes.items() if name not in {h.cause.name for h in model.hypotheses}}
         report("scoring causes" if not model.hypotheses else f"scoring causes beside {model.name}")
         start_of_rivals = _following(evidence, harmonics, model)
-        scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, left)
+        scores, tolerances = score_causes(evidence, harmonics, start_of_rivals, {} if time_is_up() else left)
         before = _weighed(evidence, harmonics, model, tolerances)
         rivals: tuple[FittedModel, ...] = ()
         if len(model.hypotheses) < most:
-            rivals = _fitted_rivals(evidence, harmonics, start_of_rivals, scores, tolerances, report)
-        accepted = bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
+            rivals = _fitted_rivals(evidence, harmonics, start_of_rivals, scores, tolerances, report, effort)
+        complete = not time_is_up()
+        accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
         best = rivals[0] if accepted else before
         problem = FitProblem(evidence, harmonics, best.baseline, best.hypotheses, errors=best.errors)
         unknown = infer_errors(problem, tolerances, free=True)[1]
-        stages.append(Stage(before, tuple(scores), rivals, accepted, unknown, tolerances))
+        stages.append(Stage(before, tuple(scores), rivals, accepted, unknown, tolerances, complete))
         if not accepted:
             break
         report(f"reducing the recordings anew, with {best.name}")
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
         model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses)
         if not model.errors.is_sound:
-            again = _once_more(evidence, harmonics, model, None)
+            again = once_more(evidence, harmonics, model, None)
             model = max(model, again, key=lambda fit: fit.log_evidence)
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
 
@@ -192,23 +198,24 @@ def _fitted_rivals(
     scores: Sequence[Score],
     tolerances: Tolerances,
     report: Report,
+    effort: Effort,
 ) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
     Where none of them is as exact as sound rigs' models are, fits begin from elsewhere, too.
     """
     fits: list[FittedModel] = []
-    promising = _promising(scores)
+    promising = _promising(scores, effort)
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
     labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
     imitated = [_at_full_size(evidence, rival) for rival in labels]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
-        fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report)
+        fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report, effort)
     if not any(fit.errors.is_sound for fit in fits) and (promising or not model.errors.is_sound):
-        rivals = _elsewhere(evidence, scores, promising)
-        fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report)
+        rivals = _elsewhere(evidence, scores, promising, effort)
+        fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report, effort)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
@@ -219,117 +226,29 @@ def _begun_and_raced(
     evidence: MeasuredData,
     harmonics: HarmonicResiduals | None,
     model: FittedModel,
-    begin: Callable[..., _Begun],
+    begin: Callable[..., Begun],
     rivals: Sequence[CauseHypothesis],
     tolerances: Tolerances,
     report: Report,
+    effort: Effort,
 ) -> list[FittedModel]:
-    if not rivals:
+    if not rivals or time_is_up():
         return []
     report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
     begun = [begin(evidence, harmonics, model, rival) for rival in rivals]
-    return _raced(evidence, harmonics, begun, tolerances)
+    return race(evidence, harmonics, begun, tolerances, effort=effort)
 
 
-def _raced(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, begun: list[_Begun], tolerances: Tolerances
-) -> list[FittedModel]:
-    """Fits through smaller and smaller model errors; one that costs several times the best one's ends early."""
-    field = begun
-    for number in range(len(field[0].levels) - 1):
-        work = [(start.baseline, start.hypotheses, start.levels[number]) for start in field]
-        fits = parallel_map(_fit_at, (evidence, harmonics), work)
-        least = BEHIND * min(fit.solution.cost for fit in fits)
-        both = sorted(zip(fits, field, strict=True), key=lambda pair: pair[0].solution.cost)
-        field = []
-        for fit, start in both:
-            if fit.solution.cost <= least and not any(_same(fit.hypotheses, other.hypotheses) for other in field):
-                field.append(_Begun(fit.baseline, fit.hypotheses, start.levels))
-    work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in field]
-    fits = parallel_map(partial(_fit_last, tolerances=tolerances), (evidence, harmonics), work)
-    best = max(fits, key=lambda fit: fit.log_evidence)
-    return fits if best.errors.is_sound else [*fits, _once_more(evidence, harmonics, best, tolerances)]
-
-
-def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
-    """Whether two fits, perhaps from different beginnings, have come to the same causes with the same sizes."""
-    return all(
-        a.key == b.key and all(abs(a.values[name] - b.values[name]) <= std for name, std in a.std.items())
-        for a, b in zip(one, other, strict=True)
-    )
-
-
-@dataclass(frozen=True)
-class _Begun:
-    """Where a fit is, and the model errors on its way."""
-
-    baseline: BaselineParameters
-    hypotheses: tuple[CauseHypothesis, ...]
-    levels: tuple[ErrorModel, ...]
-
-
-def _fit_at(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    errors: ErrorModel,
-) -> FittedModel:
-    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    return fit_model(evidence, harmonics, start, hypotheses, errors=errors, iterations=8, tolerance=2.0)
-
-
-def _fit_last(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    errors: ErrorModel,
-    tolerances: Tolerances | None,
-) -> FittedModel:
-    start = _with_own_law(evidence, harmonics, start, hypotheses, errors)
-    return fit_with_errors(evidence, harmonics, start, hypotheses, errors=errors, tolerances=tolerances)
-
-
-def _once_more(
-    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: Tolerances | None
-) -> FittedModel:
-    """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
-    start, hypotheses = fit.baseline, fit.hypotheses
-    for level in continuation(SOUND)[:-1]:
-        loose = _fit_at(evidence, harmonics, start, hypotheses, level)
-        start, hypotheses = loose.baseline, loose.hypotheses
-    return _fit_last(evidence, harmonics, start, hypotheses, SOUND, tolerances)
-
-
-def _with_own_law(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    start: BaselineParameters,
-    hypotheses: tuple[CauseHypothesis, ...],
-    errors: ErrorModel,
-) -> BaselineParameters:
-    """The start with the law that the steps ask for beside these causes, where that fits better.
-
-    Sharp resonances make a law that was found beside another model a trap.
-    """
-    if not (len(evidence.steps) and evidence.rig.joints):
-        return start
-    residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics, errors=errors)
-    own = law_from_steps(residual_model, start.base)
-    now, then = (residual_model.evaluate(trial, sensitivities=False).chi2 for trial in (start, own))
-    return own if then < now else start
-
-
-def _promising(scores: Sequence[Score]) -> list[CauseHypothesis]:
+def _promising(scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
     """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
-    least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, WORTH_A_FIT * max((s.log_bayes for s in scores), default=0.0))
+    best = max((score.log_bayes for score in scores), default=0.0)
+    least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, effort.worth_a_fit * best)
     found: dict[str, list[CauseHypothesis]] = {}
     for score in scores:
         key = score.hypothesis.key
-        if score.log_bayes > least and (key in found or len(found) < RIVALS):
+        if score.log_bayes > least and (key in found or len(found) < effort.rivals):
             found.setdefault(key, []).append(score.hypothesis)
-    return [hypothesis for each in found.values() for hypothesis in each[:BEGINNINGS]]
+    return [hypothesis for each in found.values() for hypothesis in each[: effort.beginnings]]
 
 
 def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
@@ -341,7 +260,7 @@ def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:
 
 
 def _elsewhere(
-    evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis]
+    evidence: MeasuredData, scores: Sequence[Score], promising: Sequence[CauseHypothesis], effort: Effort
 ) -> list[CauseHypothesis]:
     """Further beginnings: causes that go by the amplitude, for the law imitates what they do at first, and by time."""
     best = _best_of_each(scores)
@@ -352,7 +271,7 @@ def _elsewhere(
             found.append(_at_full_size(evidence, score.hypothesis))
         elif not full and key in keys and (modification.nonlinear or modification.opening):
             found.append(score.hypothesis)
-    return found[:RIVALS]
+    return found[: effort.rivals]
 
 
 def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseHypothesis:
@@ -367,15 +286,15 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
 
 def _beside_the_law(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
-) -> _Begun:
+) -> Begun:
     """The model with one more cause, from what was fitted without it."""
     levels = [level for level in continuation(SOUND) if level.steps.stiffness <= model.errors.steps.stiffness]
-    return _Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (SOUND,))
+    return Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (SOUND,))
 
 
 def _beside_no_law(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
-) -> _Begun:
+) -> Begun:
     """The same from nominal moduli and the law that the steps ask for beside the cause, whose size is held at first.
 
     What base family and law were without the cause may lead nowhere.
@@ -387,4 +306,4 @@ def _beside_no_law(
         start = law_from_steps(residual_model, linear)
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
         linear = fit.baseline.base
-    return _Begun(fit.baseline, hypotheses, levels[HELD_LEVELS:])
+    return Begun(fit.baseline, hypotheses, levels[HELD_LEVELS:])

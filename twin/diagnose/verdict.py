@@ -58,6 +58,8 @@ def posterior_of(search: Search, sidebands: Sidebands | None = None) -> Posterio
     evidence = search.evidence
     chosen = [stage for stage in search.stages if stage.accepted]
     stage = chosen[-1] if chosen else search.stages[-1]
+    if not stage.complete:
+        return Posterior((stage.before,), np.zeros(1), 1.0)
     models = (stage.before, *stage.rivals)
     weights = [log_weight(evidence, model) for model in models]
     best = models[int(np.argmax(weights))]

@@ -9,10 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.time_limit import time_is_up
+
 __all__ = ["Solution", "minimise", "not_held_back"]
 
 Array = NDArray[Any]
-Ending = Literal["settled", "stuck", "out of iterations", "not finite"]
+Ending = Literal["settled", "stuck", "out of iterations", "out of time", "not finite"]
 
 PROBED, SHARPEST = 0.1, 0.75
 """Part of a step at which the residual's curvature is looked at, and twice the largest turn it may make of a step."""
@@ -40,7 +42,7 @@ class Solution:
         Cost after each iteration.
     ended : str
         ``settled`` where nothing is left to gain; else why it stopped: ``stuck`` where no step that was tried lowers
-        the cost, ``out of iterations``, or ``not finite`` where the residual is not at the start.
+        the cost, ``out of iterations`` or ``out of time``, or ``not finite`` where the residual is not at the start.
     """
 
     x: Array
@@ -119,6 +121,9 @@ def minimise(
     damping, bends = 1e-3, False
     ended: Ending = "out of iterations"
     for _ in range(iterations):
+        if time_is_up():
+            ended = "out of time"
+            break
         A = J.T @ J + precision
         gradient = J.T @ residual - precision @ (x - mean)
         # A parameter that its limit holds back takes no part: the others' steps would else count on its moving.

@@ -5,6 +5,7 @@ What each of these needs is imported when it is asked for: a rig is loaded, and 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -177,6 +178,8 @@ class LabRig(Shown):
         held_out: Runs = (),
         preload: str | Sequence[str] | None = None,
         out: str | Path | None = None,
+        time_limit_s: float = float("inf"),
+        thorough: bool = False,
         processes: int = 1,
         report: Report = _silent,
     ) -> DiagnosedRecordings | DiagnosedTables:
@@ -192,6 +195,10 @@ class LabRig(Shown):
             State of the joint: of the recordings, or of tables that do not say it, one for all or one each.
         out
             Folder for the extended model of recordings and, where the answer is ambiguous, the next procedure.
+        time_limit_s
+            After which fits end where they are, and the answer says so.
+        thorough
+            Whether more rivals are fitted to recordings, from more beginnings and for longer.
         processes
             How many fit causes to recordings side by side.  With more than one a script must guard its main part by
             ``if __name__ == "__main__"``.
@@ -203,19 +210,22 @@ class LabRig(Shown):
         InputError
             If the runs cannot be read, do not fit the rig, or are recordings and tables at once.
         """
+        end_s = time.monotonic() + time_limit_s
         learnt, kept = _listed(runs), _listed(held_out)
         paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
         preloads = [preload] if isinstance(preload, str) else list(preload or [])
         if _are_tables(paths):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
+            from twin.identify.time_limit import time_limit
             from twin.lab.diagnosed import DiagnosedTables
             from twin.lab.tables import diagnose_tables
 
-            found = diagnose_tables(
-                paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
-                report=report,
-            )  # fmt: skip
+            with time_limit(end_s):
+                found = diagnose_tables(
+                    paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
+                    report=report,
+                )  # fmt: skip
             return DiagnosedTables(found)
         rig = self._lap_joint("a diagnosis of recordings")
         if len(preloads) > 1:
@@ -226,12 +236,13 @@ class LabRig(Shown):
             known_preload(rig, name)
         report("reading")
         from twin.diagnose import diagnose, in_processes
+        from twin.identify.time_limit import time_limit
         from twin.lab.diagnosed import DiagnosedRecordings
 
-        with in_processes(processes):
+        with in_processes(processes), time_limit(end_s):
             result = diagnose(
                 as_runs(learnt), rig, preload=preloads[0] if preloads else None, held_out=as_runs(kept),
-                source=self.source, out=None if out is None else Path(out), report=report,
+                source=self.source, out=None if out is None else Path(out), thorough=thorough, report=report,
             )  # fmt: skip
         return DiagnosedRecordings(result)
 

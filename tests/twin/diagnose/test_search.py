@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import pytest
@@ -12,6 +13,7 @@ from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE
 from twin.diagnose.search import search_causes
 from twin.diagnose.verdict import decide, posterior_of
 from twin.identify.measured_data import gather_data
+from twin.identify.time_limit import time_limit
 from twin.rigs import load_rig
 
 NAMES, CHANNEL = ("channel-gain", "added-mass"), "acc1"
@@ -43,6 +45,14 @@ def test_a_clean_rig_costs_no_fit_and_has_nothing_named(searched):
     assert found.model.hypotheses == ()
     assert max(score.log_bayes for score in stage.scores) < -LOG_ODDS_OF_A_CAUSE
     assert decide(posterior_of(found), []) == "none"
+
+
+def test_where_the_time_is_up_nothing_is_named_and_something_may_be(searched):
+    with time_limit(time.monotonic()):
+        found = searched(1.03)
+    assert not found.complete
+    assert found.model.hypotheses == ()
+    assert decide(posterior_of(found), []) == "unknown"
 
 
 @pytest.mark.slow

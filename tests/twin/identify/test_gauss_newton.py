@@ -1,10 +1,13 @@
 """The minimiser against closed forms and against SciPy's trust-region solver, with priors, limits and failed steps."""
 
+import time
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 from twin.identify.gauss_newton import minimise
+from twin.identify.time_limit import time_limit
 
 t = np.linspace(0.0, 4.0, 60)
 
@@ -224,3 +227,11 @@ def test_a_step_that_fails_costs_no_derivatives():
     np.testing.assert_allclose(found.x, [1.0, 1.0], rtol=1e-3)
     # The start, each step that was taken, and the first that failed: before it none was expected to.
     assert len(counted) <= len(found.history) + 1
+
+
+def test_a_search_whose_time_is_up_ends_where_it_is():
+    A, y, mean, precision = line(2)
+    with time_limit(time.monotonic()):
+        found = minimise(lambda x: (y - A @ x, A), np.ones(4), mean=mean, precision=precision)
+    assert found.ended == "out of time"
+    np.testing.assert_array_equal(found.x, np.ones(4))
