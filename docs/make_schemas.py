@@ -13,6 +13,7 @@ from typing import Annotated, Any
 from pydantic import Field, TypeAdapter
 
 from drivers.instruments import Instruments
+from recordings.importing.mapping import Mapping
 from twin.procedures.kinds import Procedure
 from twin.rigs.beam import BeamRig
 from twin.rigs.lap_joint import LapJointRig
@@ -26,6 +27,7 @@ FILES: dict[str, tuple[str, Any]] = {
     "rig-beam": ("A beam alone", BeamRig),
     "rig-modal": ("One measured mode", ModalRig),
     "procedure": ("A procedure", Annotated[Procedure, Field(discriminator="procedure")]),
+    "mapping": ("What twin import cannot know of a foreign file", Mapping),
     "instruments": ("Where the instruments are, and what hangs on their channels", Instruments),
 }
 """Title and model by the schema's name."""

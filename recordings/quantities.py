@@ -30,6 +30,10 @@ __all__ = [
 
 GROUP = "twin.quantities"
 STANDARD_GRAVITY = 9.80665
+INCH, FOOT = 0.0254, 0.3048
+POUND_FORCE = 0.45359237 * STANDARD_GRAVITY
+"""By definition, in SI units."""
+_SPELT = str.maketrans({"²": "2", "^": "", "*": "", "·": "", "µ": "u", "μ": "u", " ": ""})
 NO_CODE = 255
 """On the bus, of what is none of the table's."""
 
@@ -47,7 +51,8 @@ class Quantity:
     code
         On the CAN bus, 0 to 254; from 128 on for quantities from outside.
     spellings
-        Other labels of units in lower case, with the factor to `unit`.
+        Other labels of units as :func:`quantity_of_unit` compares them, with the factor to `unit`; in lower case but
+        where milli and mega would be the same then.
     reads
         What of a structure's motion it is: the displacement of a place or the strain of a beam's surface; empty for
         what is no motion.
@@ -87,28 +92,41 @@ class Quantity:
 
 QUANTITIES = (
     Quantity(
-        name="force", unit="N", code=0, spellings={"kn": 1e3}, drives=True, uff=13, letter="f",
+        name="force", unit="N", code=0, drives=True, uff=13, letter="f",
+        spellings={
+            "newton": 1.0, "newtons": 1.0, "mN": 1e-3, "kn": 1e3, "MN": 1e6, "lbf": POUND_FORCE, "lb": POUND_FORCE,
+            "lbs": POUND_FORCE, "ozf": POUND_FORCE / 16, "kip": 1e3 * POUND_FORCE, "kgf": STANDARD_GRAVITY,
+            "kp": STANDARD_GRAVITY, "dyn": 1e-5,
+        },
     ),
     Quantity(
         name="acceleration", unit="m/s^2", code=1, derivative=2, uff=12, letter="a", per_force="accelerance",
-        spellings={"m/s2": 1.0, "m/s²": 1.0, "m/s**2": 1.0, "g": STANDARD_GRAVITY}, column="acceleration_m_per_s2",
+        spellings={
+            "m/s/s": 1.0, "mm/s2": 1e-3, "cm/s2": 1e-2, "in/s2": INCH, "ft/s2": FOOT, "g": STANDARD_GRAVITY,
+            "gn": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY,
+        },
+        column="acceleration_m_per_s2",
         reads="displacement", pictured="mm", factor=1e3,
     ),
     Quantity(
         name="velocity", unit="m/s", code=2, derivative=1, uff=11, letter="v", per_force="mobility",
-        spellings={"mm/s": 1e-3}, column="velocity_m_per_s", reads="displacement", pictured="mm", factor=1e3,
+        spellings={"um/s": 1e-6, "mm/s": 1e-3, "cm/s": 1e-2, "in/s": INCH, "ips": INCH, "ft/s": FOOT},
+        column="velocity_m_per_s", reads="displacement", pictured="mm", factor=1e3,
     ),
     Quantity(
         name="displacement", unit="m", code=3, derivative=0, uff=8, letter="d", per_force="receptance",
-        spellings={"mm": 1e-3}, column="displacement_m", reads="displacement", pictured="mm", factor=1e3,
+        spellings={
+            "nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "in": INCH, "inch": INCH, "mil": 1e-3 * INCH, "ft": FOOT,
+        },
+        column="displacement_m", reads="displacement", pictured="mm", factor=1e3,
     ),
-    Quantity(name="voltage", unit="V", code=4, spellings={"mv": 1e-3}),
-    Quantity(name="current", unit="A", code=5),
-    Quantity(name="temperature", unit="degC", code=6, spellings={"°c": 1.0}, slow=True, uff=5),
+    Quantity(name="voltage", unit="V", code=4, spellings={"uv": 1e-6, "mv": 1e-3, "volt": 1.0, "volts": 1.0}),
+    Quantity(name="current", unit="A", code=5, spellings={"ma": 1e-3}),
+    Quantity(name="temperature", unit="degC", code=6, spellings={"°c": 1.0, "celsius": 1.0}, slow=True, uff=5),
     Quantity(name="preload", unit="N", code=7, slow=True),
     Quantity(
         name="strain", unit="m/m", code=8, reads="strain", pictured="µm/m", factor=1e6, uff=3,
-        spellings={"µm/m": 1e-6, "um/m": 1e-6, "microstrain": 1e-6, "strain": 1.0},
+        spellings={"um/m": 1e-6, "microstrain": 1e-6, "ue": 1e-6, "uε": 1e-6, "strain": 1.0},
     ),
 )  # fmt: skip
 """In the order of their codes."""
@@ -175,11 +193,16 @@ def quantity_of_code(code: int) -> str:
 
 
 def quantity_of_unit(label: str) -> tuple[str, float] | None:
-    """The first quantity that a unit's label means, and the factor to its unit; None if there is none."""
-    spelt = label.strip().lower()
-    for one in known_quantities().values():
-        if spelt == one.unit.lower():
-            return one.name, 1.0
-        if spelt in one.spellings:
-            return one.name, one.spellings[spelt]
+    """The first quantity that a unit's label means, and the factor to its unit; None if there is none.
+
+    ``m/s^2``, ``m/s²``, ``m/s**2`` and ``m_per_s2`` are one, and so are small and capital letters wherever that leaves
+    no doubt.
+    """
+    spelt = label.strip().replace("_per_", "/").replace(" per ", "/").translate(_SPELT)
+    for each in (spelt, spelt.lower()):
+        for one in known_quantities().values():
+            if each in (own := one.unit.translate(_SPELT), own.lower()):
+                return one.name, 1.0
+            if each in one.spellings:
+                return one.name, one.spellings[each]
     return None

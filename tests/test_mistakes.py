@@ -20,6 +20,7 @@ GOOD = {
     "faults": ["--only", "gremlins"],  # a good one would take long
     "replay": ["cut.mcap", "--serial", "auto"],
     "check": ["frequencies.csv"],
+    "import": ["table.csv", "--out", "new.mcap"],
     "convert": ["cut.mcap", "new.uff"],
     "modes": ["cut.mcap"],
     "identify": ["cut.mcap", "--rig", "steel-lap-joint", "--out", "new.toml"],
@@ -33,7 +34,7 @@ GOOD = {
 }
 """Command lines that would be understood, in the folder of `folder`."""
 LONG = "x" * 5000
-READ = {"runs", "run", "loops", "source", "what", "instruments", "drive", "held_out"}
+READ = {"files", "mapping", "runs", "run", "loops", "source", "what", "instruments", "drive", "held_out"}
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}
 """Parameters that name something shipped, or a file."""
@@ -50,6 +51,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / f"text.{suffix}").write_text("Dear diary,\n\ttoday = nothing [was] measured\n")
     (tmp_path / "cut.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(60))
     (tmp_path / "frequencies.csv").write_text("mode,frequency_Hz\n1,26.5\n")
+    (tmp_path / "table.csv").write_text("Time [s],Force [N]\n0.0,1.0\n0.1,2.0\n")
     (tmp_path / "drive.csv").write_text("frequency_Hz,force_N\n26.0,1.0\n")
     (tmp_path / "instruments.toml").write_text('[[device]]\nname = "daq"\naddress = "serial:/dev/none"\n')
     monkeypatch.chdir(tmp_path)

@@ -29,6 +29,7 @@ SUMMARIES = {
     "replay": "Serve a recorded run through the virtual instruments.",
     "faults": "Try every fault on virtual instruments; count what was noticed, lost, silently wrong.",
     "check": "Validate a recording against the contract; recover what a damaged file holds.",
+    "import": "Make a recording of other programs' files: CSV, MAT, HDF5, WAV, TDMS, Parquet, UFF.",
     "convert": "Convert between MCAP and other formats, chosen by suffix.",
     "modes": "Natural frequencies and damping from a broadband recording, without a model.",
     "identify": "Identify E', G' and the joint's nonlinear law from recordings.",

@@ -21,11 +21,14 @@ from recordings.errors import InputError
 from recordings.reader import open_input
 from recordings.run import DeviceSamples, Run
 
-__all__ = ["read_mat", "write_mat"]
+__all__ = ["load_arrays", "read_mat", "write_mat"]
 
 SIZE_LIMIT_BYTES = 2 << 30
 """Of the file, and of what it holds after decompression; a MATLAB 5 variable cannot be larger."""
-_CLASSES = {"char": 4, "single": 4, "double": 8, "int64": 8}
+_CLASSES = {
+    "char": 4, "single": 4, "double": 8, "logical": 1,
+    **{f"{sign}int{bits}": bits // 8 for sign in ("", "u") for bits in (8, 16, 32, 64)},
+}  # fmt: skip
 
 
 def write_mat(run: Run, path: Path) -> list[str]:
@@ -56,7 +59,7 @@ def read_mat(path: Path) -> Run:
     InputError
         If it is not in this form, or larger than `SIZE_LIMIT_BYTES`.
     """
-    arrays = _load(path)
+    arrays = load_arrays(path)
     try:
         text = arrays["metadata"]
         description = parse_description(json.loads("".join(np.atleast_1d(text).astype(str).ravel().tolist())))
@@ -88,7 +91,7 @@ def read_mat(path: Path) -> Run:
     return description.run(str(path), devices)
 
 
-def _load(path: Path) -> dict[str, Any]:
+def load_arrays(path: Path) -> dict[str, Any]:
     """The variables of a file; only plain arrays are let through to scipy's reader."""
     with open_input(path) as stream:
         try:

@@ -20,8 +20,8 @@ _FLAGS, _DIMENSIONS, _NAME = 6, 5, 1
 _COMPLEX = 0x800
 _NUMBERS = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13))
 _TEXT = frozenset((1, 2, 4, 16, 17, 18))
-_CLASSES = {4: _TEXT, 6: _NUMBERS, 7: _NUMBERS, 14: _NUMBERS}
-"""Text, double, single and int64, by number, and the types of data that may stand behind them."""
+_CLASSES = {4: _TEXT, **dict.fromkeys(range(6, 16), _NUMBERS)}
+"""Text, double, single and whole numbers, by number, and the types of data that may stand behind them."""
 _OTHERS = {1: "cell", 2: "struct", 3: "object", 5: "sparse", 16: "function", 17: "opaque"}
 _PIECE_BYTES = 1 << 20
 _HEAD_LIMIT_BYTES = 4096

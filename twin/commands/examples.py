@@ -23,6 +23,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
     "faults": ("twin faults --tries 20", "twin faults --only 'on the bus' --json"),
     "check": ("twin check run.mcap", "twin check cut.mcap --recover whole.mcap"),
+    "import": (
+        "twin import bench.csv --out run.mcap",
+        "twin import force.wav response.wav --out run.mcap --mapping bench.toml",
+    ),
     "convert": (
         "twin convert run.mcap run.uff",
         "twin convert analyser.uff run.mcap",
