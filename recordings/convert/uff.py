@@ -179,6 +179,8 @@ def _load(path: Path) -> tuple[bytes, list[dict[str, Any]]]:
 def _split(path: Path, data: bytes, count: int) -> list[bytes]:
     """The bytes of each data set with its tags, found as pyuff finds them."""
     tags = [match.start() for match in _TAG.finditer(data)]
+    if len(tags) % 2:
+        raise InputError(path, f"data set {len(tags) // 2 + 1}", "has no end: the file is cut")
     if len(tags) // 2 != count:
         raise InputError(path, "", "its data sets are not delimited as they should be")
     return [data[start:stop] + b"    -1\n" for start, stop in zip(tags[::2], tags[1::2], strict=False)]

@@ -99,11 +99,9 @@ def _coarse(signal: Array, rate_Hz: float) -> tuple[Array, Array] | None:
         peak = int(np.argmax(lines))
         found[at] = peak * rate_Hz / padded
         shares[at] = lines[max(peak - 8, 0) : peak + 9].sum() / max(lines.sum(), 1e-300)
-    return (
-        ((starts + length / 2) / rate_Hz, np.asarray(np.maximum(found, rate_Hz / length)))
-        if np.median(shares) > SINE
-        else None
-    )
+    if np.median(shares) <= SINE:
+        return None
+    return (starts + length / 2) / np.float64(rate_Hz), np.maximum(found, rate_Hz / length)
 
 
 def _joined(parts: Sequence[Part]) -> list[Part]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +26,12 @@ def read_tdms(path: Path) -> list[Signal]:
         If nptdms is missing, or the file is damaged or claims too much.
     """
     nptdms = extra("nptdms", path)
-    with open_input(path):
-        size = path.stat().st_size
+    extra("nptdms.log", path).log_manager.set_level(logging.CRITICAL)  # what it warns of is refused here
+    size = path.stat().st_size
     try:
-        with nptdms.TdmsFile.open(path) as file:
+        with open_input(path) as stream, nptdms.TdmsFile.open(stream) as file:
+            if file.file_status.incomplete_final_segment:
+                raise InputError(path, "", "ends within its last segment: it is cut", "copy it again")
             channels = [channel for group in file.groups() for channel in group.channels()]
             claimed = sum(len(channel) for channel in channels)
             if claimed > size:

@@ -23,12 +23,11 @@ def read_sound(path: Path) -> list[Signal]:
     InputError
         If it is no WAV file that scipy reads.
     """
-    with open_input(path):
-        check_size(path, "", path.stat().st_size)
+    check_size(path, "", path.stat().st_size)
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
+        with open_input(path) as stream, warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # of chunks that are not samples
-            rate, samples = scipy.io.wavfile.read(path)
+            rate, samples = scipy.io.wavfile.read(stream)
     except Exception as error:  # scipy lets through whatever a broken file provokes
         raise InputError(path, "", f"not a WAV file that scipy can read: {str(error)[:120]}") from error
     full = 1.0
