@@ -74,7 +74,7 @@ def find_dwells(signals: Sequence[Array], rate_Hz: float, *, followed: int) -> t
         if coarse is None:
             continue
         stretches = _joined(straight_parts(*track(signal, rate_Hz, *coarse)))
-        dwells = [_dwell(signals, each, rate_Hz) for each in stretches]
+        dwells = [_dwell(signals, place, each, rate_Hz) for each in stretches]
         if dwells and sum(each.end - each.begin for each in dwells) > COVERED * len(signal):
             return _closed(dwells), place
     return None
@@ -134,15 +134,15 @@ def _put_together(parts: Sequence[Part]) -> list[Part]:
     return steps
 
 
-def _dwell(signals: Sequence[Array], part: Part, rate_Hz: float) -> Dwell:
-    """A step to the sample: as far as all signals keep to their sines, and from when on they are settled."""
+def _dwell(signals: Sequence[Array], followed: int, part: Part, rate_Hz: float) -> Dwell:
+    """A step to the sample: from where the followed signal keeps to its sine, and from when on all are settled."""
     first, last, frequency = round(part.begin_s * rate_Hz), round(part.end_s * rate_Hz), part.frequency_Hz
     period = rate_Hz / frequency
     models = [_Model(signal, first, last, frequency / rate_Hz) for signal in signals]
     begin, end = float(first), float(last)
     while end + period <= len(signals[0]) and all(each.holds(int(end), int(end + period)) for each in models):
         end += period
-    while begin - period >= 0 and all(each.holds(int(begin - period), int(begin)) for each in models):
+    while begin - period >= 0 and models[followed].holds(int(begin - period), int(begin)):
         begin -= period
     edges = np.linspace(begin, end, BLOCKS + 1)
     parts = [[each.phasor(int(a), int(b)) for a, b in itertools.pairwise(edges)] for each in models]
@@ -151,7 +151,7 @@ def _dwell(signals: Sequence[Array], part: Part, rate_Hz: float) -> Dwell:
     start = edges[min(settled, BLOCKS // 2)]
     return Dwell(
         begin=int(begin), settled=int(start), end=int(end), frequency_Hz=frequency,
-        size=float(abs(parts[0][-1])), still=still,
+        size=float(abs(parts[followed][-1])), still=still,
     )  # fmt: skip
 
 
