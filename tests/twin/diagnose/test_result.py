@@ -8,7 +8,6 @@ from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.result import Diagnosis, Misfit, NamedCause
 from twin.identify.error_model import SOUND
 
-
 MASS = NamedCause(
     cause="added-mass", summary="a mass sits there", probability=0.6, confused_with=(), parameters={}, in_model=True
 )
