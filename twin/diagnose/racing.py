@@ -86,7 +86,7 @@ def race(
     work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in field]
     fits = parallel_map(partial(_fit_last, tolerances=tolerances), (evidence, harmonics), work)
     best = max(fits, key=lambda fit: fit.log_evidence)
-    return fits if best.errors.is_sound else [*fits, once_more(evidence, harmonics, best, tolerances)]
+    return fits if best.errors.is_usual else [*fits, once_more(evidence, harmonics, best, tolerances)]
 
 
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
