@@ -32,7 +32,8 @@ class Effort:
         Most places or thresholds from which each of them is begun: its likelihood may have several maxima.
     behind : float
         Cost over the best rival's, at one model error, from which on a fit ends early.  In seven learning cases
-        (masses, slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02.
+        (masses, slaps, sliders, stiffness, with the demonstration's seeds from 101 on) the truth's was at most 1.02;
+        twice as much would do there, but not where a fit begins far from its maximum.
     worth_a_fit : float
         Least expected gain of log evidence over the best one's: fits gain up to four times what the first order
         promises.
@@ -44,7 +45,7 @@ class Effort:
     worth_a_fit: float
 
 
-USUAL = Effort(rivals=6, beginnings=2, behind=2.0, worth_a_fit=0.2)
+USUAL = Effort(rivals=6, beginnings=2, behind=4.0, worth_a_fit=0.2)
 THOROUGH = Effort(rivals=12, beginnings=4, behind=8.0, worth_a_fit=0.02)
 
 

@@ -117,7 +117,7 @@ def search_causes(
     """
     report("fitting moduli, damping and the joint's law")
     start = fit_base(evidence)
-    base = fit_with_errors(evidence, None, start.baseline, (), errors=start.errors)
+    base = fit_with_errors(evidence, None, start.baseline, ())
     harmonics = base_harmonics = _harmonics(evidence, base)
     model, stages = base, []
     while True:
