@@ -20,6 +20,10 @@ from twin.identify.whitening import HarmonicResiduals
 __all__ = ["THOROUGH", "USUAL", "Begun", "Effort", "once_more", "race"]
 
 
+CLOSE = 0.1
+"""Standard deviations within which two fits have come to the same; fits that are not yet exact leave up to one."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effort:
     """How much a search tries.
@@ -93,7 +97,7 @@ def race(
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
     """Whether two fits, perhaps from different beginnings, have come to the same causes with the same sizes."""
     return all(
-        a.key == b.key and all(abs(a.values[name] - b.values[name]) <= std for name, std in a.std.items())
+        a.key == b.key and all(abs(a.values[name] - b.values[name]) <= CLOSE * std for name, std in a.std.items())
         for a, b in zip(one, other, strict=True)
     )
 
