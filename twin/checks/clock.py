@@ -20,6 +20,9 @@ __all__ = ["look_at_clock"]
 
 Array = NDArray[Any]
 
+SCATTER = 0.05
+"""Of the logarithm of the sines' frequencies over the commands, beyond which they are no sines: noise has 1."""
+
 
 def look_at_clock(run: Run, *, force: str) -> list[Finding]:
     """One finding at most: whatever the clock is wrong by shows in all that follows."""
@@ -64,7 +67,10 @@ def _frequencies(run: Run, force: str, stretches: Sequence[Stretch]) -> Finding 
     known = np.isfinite(actual)
     if not known.any():
         return None
-    ratio = float(np.median(actual[known] / commanded[known]))
+    ratios = actual[known] / commanded[known]
+    if np.subtract(*np.percentile(np.log(ratios), [75, 25])) > SCATTER:
+        return None
+    ratio = float(np.median(ratios))
     sweep = stretches[0].step.sweep
     expected = f"sines at the steps' frequencies in sweep {sweep}"
     if abs(ratio - 1) > RATE_ERROR:

@@ -23,7 +23,7 @@ STEADY = 0.05
 
 
 def amplitudes_over_target(run: Run, channels: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Median and scatter of the logarithm of each channel's amplitude over the steps' target; inf where there is none."""
+    """Median and scatter of the logarithm of each channel's amplitude over the steps' target; inf without a target."""
     measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.target_amplitude > 0]
     return {name: _spread(run, name, measured) for name in channels}
 

@@ -36,14 +36,13 @@ def look_at_order(
     channels: tuple[str, ...],
 ) -> list[Finding]:
     """At most one finding: another order of the channels that fits several times better than the file's."""
-    kinds = [output.quantity for output in expected.model.outputs]
     if len(channels) >= MOST_CHANNELS:
         return []
     best = None
     if noise:
         best = _by_noise(run, noise[0], expected, force=force, channels=channels)
     elif sines and len(channels) > 1:
-        best = _by_sines(sines, expected, channels, kinds)
+        best = _by_sines(sines, expected, force=force, channels=channels)
     if best is None:
         return []
     order, misfits = best
@@ -85,7 +84,7 @@ def _by_noise(
 
 
 def _by_sines(
-    sines: Sequence[SineResponse], expected: ExpectedResponse, channels: tuple[str, ...], kinds: Sequence[str]
+    sines: Sequence[SineResponse], expected: ExpectedResponse, *, force: str, channels: tuple[str, ...]
 ) -> tuple[tuple[str, ...], tuple[float, float]] | None:
     """By the ratios of the channels' responses, which near a resonance are its shape's."""
     logs = [np.log(np.abs(one.H)) - np.log(np.abs(expected.H(one.frequency_Hz))) for one in sines if one.H.all()]
@@ -97,12 +96,13 @@ def _by_sines(
     def cost(order: tuple[int, ...]) -> float:
         return float(np.ptp(np.median(measured - nominal[:, list(order)], axis=0)))
 
+    kinds = [output.quantity for output in expected.model.outputs]
     same = tuple(range(len(channels)))
     orders = [order for order in permutations(same) if all(kinds[i] == kinds[j] for i, j in enumerate(order))]
     best = min(orders, key=cost)
     if best == same or cost(same) < SHAPE or CLEARER * cost(best) > cost(same):
         return None
-    return ("", *(channels[j] for j in best)), (cost(same), cost(best))
+    return (force, *(channels[j] for j in best)), (cost(same), cost(best))
 
 
 def look_at_directions(runs: Sequence[tuple[Run, Agreement]], *, force: str, channels: Sequence[str]) -> list[Finding]:
@@ -111,21 +111,16 @@ def look_at_directions(runs: Sequence[tuple[Run, Agreement]], *, force: str, cha
     A single turned response is told: to name it is a diagnosis' business.  Where all of several are turned it is the
     force that is, or their cabling, and where runs differ no one model can hold.
     """
-    if not runs:
-        return []
-    turned = np.array([agreement.turned for _, agreement in runs])
+    turned = {tuple(agreement.turned) for _, agreement in runs}
     findings = []
-    for (run, _), row in zip(runs, turned, strict=True):
-        names = [channel for channel, one in zip(channels, row, strict=True) if one]
+    for run, agreement in runs[: 1 if len(turned) == 1 else None]:
+        names = [channel for channel, one in zip(channels, agreement.turned, strict=True) if one]
         if not names:
             continue
         whole = len(names) == len(channels) > 1
-        differ = any(not np.array_equal(row, other) for other in turned)
         found = f"{', '.join(names)} turned" + (f", or {force} alone" if whole else "")
-        found += ", and not in every run" if differ else ""
-        channel = force if whole else names[0]
-        action = "stopped" if whole or differ else "told"
-        findings.append(
-            Finding(run.path, channel, "direction", "the direction that the rig's model has", found, action)
-        )
+        found += ", and not in every run" if len(turned) > 1 else ""
+        action: Action = "stopped" if whole or len(turned) > 1 else "told"
+        expected = "the direction that the rig's model has"
+        findings.append(Finding(run.path, force if whole else names[0], "direction", expected, found, action))
     return findings

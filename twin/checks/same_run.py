@@ -18,29 +18,26 @@ def without_repeats(
     runs: Sequence[Run], held_out: Sequence[Run], *, force: str
 ) -> tuple[list[Run], list[Run], list[Finding]]:
     """Both kinds of runs without sweeps that came before; one that is held out must be none of those learnt from."""
-    seen: dict[str, tuple[str, str]] = {}
+    seen: dict[str, str] = {}
     findings: list[Finding] = []
     learnt = [_without(run, seen, findings, force=force, stop=False) for run in runs]
     kept = [_without(run, seen, findings, force=force, stop=True) for run in held_out]
     return [run for run in learnt if run.steps], [run for run in kept if run.steps], findings
 
 
-def _without(run: Run, seen: dict[str, tuple[str, str]], findings: list[Finding], *, force: str, stop: bool) -> Run:
-    repeated = set()
-    for sweep in sweeps(run):
-        if not sweep.stretches:
-            continue
+def _without(run: Run, seen: dict[str, str], findings: list[Finding], *, force: str, stop: bool) -> Run:
+    repeated: dict[str, str] = {}
+    for sweep in (one for one in sweeps(run) if one.stretches):
         digest = _digest(run, sweep, force)
-        if digest not in seen:
-            seen[digest] = (run.path, sweep.name)
-            continue
-        first = seen[digest]
-        repeated.add(sweep.name)
-        where = f"{first[1]} of {Path(first[0]).name}"
-        expected = "a sweep that no fit has seen" if stop else "each sweep once"
-        found = f"sweep {sweep.name} is {where} again, sample by sample"
-        findings.append(Finding(run.path, "", "same", expected, found, "stopped" if stop else "set aside"))
-    return replace(run, steps=tuple(step for step in run.steps if step.sweep not in repeated)) if repeated else run
+        if digest in seen:
+            repeated[sweep.name] = seen[digest]
+        seen.setdefault(digest, f"{sweep.name} of {Path(run.path).name}")
+    if not repeated:
+        return run
+    found = f"sweep {', '.join(repeated)} is {', '.join(repeated.values())} again, sample by sample"
+    expected = "sweeps that no fit has seen" if stop else "each sweep once"
+    findings.append(Finding(run.path, "", "same", expected, found, "stopped" if stop else "set aside"))
+    return replace(run, steps=tuple(step for step in run.steps if step.sweep not in repeated))
 
 
 def _digest(run: Run, sweep: Sweep, force: str) -> str:

@@ -7,12 +7,17 @@ from collections.abc import Container, Sequence
 
 import numpy as np
 
+from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
 from twin.checks.finding import Finding
 from twin.checks.thresholds import ALIKE, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
 
 __all__ = ["look_at_scale"]
+
+G_OVER_POUNDS = POUND_FORCE_N / STANDARD_GRAVITY
+"""Of the response per force with the one in g and the other in lbf."""
+MODEL = "the response per force of the rig's model"
 
 
 def look_at_scale(
@@ -38,7 +43,7 @@ def look_at_scale(
     findings = []
     level = agreement.level
     if _off(commanded) and (name := name_of(commanded, OF_FORCE)):
-        findings.append(_finding(run, force, commanded, "the steps command", name, stop=True))
+        findings.append(_finding(run, force, commanded, "the force that the steps command", name, stop=True))
         level = level * commanded
     sure = bool(np.all(agreement.shape < SHAPE))
     logs = np.log(level)
@@ -47,7 +52,7 @@ def look_at_scale(
     for channel, factor in zip(channels, level.tolist(), strict=True):
         if _off(factor) and channel not in known:
             name = name_of(factor, OF_RESPONSE)
-            findings.append(_finding(run, channel, factor, "the rig's model", name, stop=sure and bool(name)))
+            findings.append(_finding(run, channel, factor, MODEL, name, stop=sure and bool(name)))
     return findings
 
 
@@ -57,19 +62,15 @@ def _off(factor: float) -> bool:
 
 def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, stop: bool) -> Finding:
     """All responses are off alike: they, or the force, or both."""
-    both = factor * 9.80665 / POUND_FORCE_N
-    names = {
-        ", ".join(channels): name_of(factor, OF_RESPONSE),
-        force: name_of(1 / factor, OF_FORCE),
-        "": "force in lbf and responses in g?" if abs(math.log(both)) < ALIKE / 2 else "",
-    }
-    order = ["", *list(names)[:2]] if names[""] else list(names)[:2]
-    channel = next((one for one in order if names[one]), force)
-    told = 1 / factor if channel == force else factor
-    return _finding(run, channel, told, "the rig's model", names[channel], stop=stop and bool(names[channel]))
+    if abs(math.log(factor / G_OVER_POUNDS)) < ALIKE / 2:
+        return _finding(run, "", factor, MODEL, f"{force} in lbf and responses in g?", stop=stop)
+    responses, of_force = name_of(factor, OF_RESPONSE), name_of(1 / factor, OF_FORCE)
+    if of_force and not responses:
+        return _finding(run, force, 1 / factor, "the force that the responses tell", of_force, stop=stop)
+    name = f"{responses} Or {force}, {of_force}" if responses and of_force else responses
+    return _finding(run, ", ".join(channels), factor, MODEL, name, stop=stop and bool(name))
 
 
-def _finding(run: str, channel: str, factor: float, says: str, name: str, *, stop: bool) -> Finding:
-    found = f"{factor:.3g} times that" + (f", {name}" if name else ", which is no unit's factor")
-    what = "the response per force" if says == "the rig's model" else "the force"
-    return Finding(run, channel, "unit", f"{what} that {says} has", found, "stopped" if stop else "told")
+def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
+    found = f"{factor:.3g} times {whose}" + (f", {name}" if name else ", which is no unit's factor")
+    return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stop else "told")
