@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from recordings.run import Channel, DeviceSamples, Run, Step
 
-__all__ = ["filled", "fitted", "mixed", "relabelled", "retimed", "scaled", "stepped", "swapped", "thinned"]
+__all__ = ["copied", "filled", "fitted", "relabelled", "retimed", "scaled", "stepped", "swapped", "thinned"]
 
 Samples = NDArray[np.float32]
 
@@ -44,10 +44,9 @@ def swapped(run: Run, one: str, two: str) -> Run:
     return fitted(run, lambda device: {"values": {n: device.values[names.get(n, n)] for n in device.values}})
 
 
-def mixed(run: Run, other: Run, channel: str) -> Run:
-    """With one channel's samples from another run."""
-    foreign = other.device_of(channel).values[channel]
-    return filled(run, channel, lambda x: np.resize(foreign, len(x)))
+def copied(run: Run, channel: str, source: str) -> Run:
+    """With one channel's samples those of another."""
+    return filled(run, channel, lambda x: run.device_of(source).values[source].copy())
 
 
 def relabelled(run: Run, channel: str, **fields: Any) -> Run:

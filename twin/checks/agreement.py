@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from twin.checks.expected import ExpectedResponse
 from twin.checks.responses import NoiseResponse, SineResponse
-from twin.checks.thresholds import UNRELATED
+from twin.checks.thresholds import TURNED, UNRELATED
 
 __all__ = ["Agreement", "agreement_of", "clear_lines", "misfit"]
 
@@ -112,5 +112,5 @@ def _along(H: Array, P: Array) -> tuple[Array, Array]:
     """Signed level and shape over many lines."""
     ratio = H / P
     level = np.exp(np.median(np.log(np.abs(ratio)), axis=0))
-    sign = np.where(np.mean(ratio.real > 0, axis=0) < 0.5, -1.0, 1.0)
+    sign = np.where(np.mean(ratio.real > 0, axis=0) < TURNED, -1.0, 1.0)
     return sign * level, np.array([misfit(one, two) for one, two in zip(H.T, P.T, strict=True)])

@@ -14,7 +14,6 @@ Action = Literal["stopped", "set aside", "told"]
 
 REMEDIES = {
     "aliasing": "record with an anti-aliasing filter, or at a higher rate",
-    "channel": "",
     "clock": "correct the file's time stamps or its sample rates",
     "dead": "check cable and supply",
     "direction": "correct the channel's direction in the recording or in the rig file",
@@ -24,7 +23,7 @@ REMEDIES = {
     "quantity": "correct the recording's label, or the rig file's sensor",
     "range": "correct the channel's range in the recording",
     "rig": "give the --rig that was recorded",
-    "same": "give each run once, and hold out one that no fit sees",
+    "same": "give each run and each channel once, and hold out what no fit sees",
     "specimen": "take the runs of each specimen by themselves",
     "step": "correct the frequencies of the steps",
     "swapped": "give each channel the name that the rig has for it",

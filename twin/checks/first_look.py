@@ -19,7 +19,7 @@ from twin.checks.held import amplitudes_over_target, look_at_target
 from twin.checks.order import look_at_directions, look_at_order
 from twin.checks.responses import noise_responses, sine_responses
 from twin.checks.said import look_at_metadata
-from twin.checks.same_run import without_repeats
+from twin.checks.same_run import look_at_copies, without_repeats
 from twin.checks.samples import look_at_samples
 from twin.checks.scale import look_at_scale
 from twin.checks.specimen import look_at_specimens
@@ -90,11 +90,13 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
     force = rig.force_sensor.channel
     learnt, kept = len(runs), [*runs, *held_out]
     common = preload or common_preload(kept, rig)
-    response_outputs(kept, rig)
+    known = [as_known(own_channels(run, rig), rig) for run in kept]
+    response_outputs(known, rig)
     findings = [finding for run in kept for finding in look_at_metadata(run, rig, preload=preload)]
-    looked = [look_at_samples(as_known(own_channels(run, rig), rig), force=force) for run in kept]
+    looked = [look_at_samples(run, force=force) for run in known]
     clean = [run for run, _ in looked]
     findings += [finding for _, found in looked for finding in found]
+    findings += [finding for run in clean for finding in look_at_copies(run)]
     if not any(finding.action == "stopped" for finding in findings):
         findings += [finding for run in clean for finding in look_at_clock(run, force=force)]
     if not any(finding.action == "stopped" for finding in findings):

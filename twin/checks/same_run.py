@@ -1,17 +1,30 @@
-"""Sweeps that are given twice, by their samples."""
+"""Sweeps and channels that are there twice, by their samples."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
+
+import numpy as np
 
 from recordings.run import Run
 from recordings.sweeps import Sweep, sweeps
 from twin.checks.finding import Finding
 
-__all__ = ["without_repeats"]
+__all__ = ["look_at_copies", "without_repeats"]
+
+
+def look_at_copies(run: Run) -> list[Finding]:
+    """Channels with the samples of another one."""
+    samples = {name: x for device in run.devices.values() for name, x in device.values.items() if len(x)}
+    return [
+        Finding(run.path, two, "same", "samples of its own", f"its samples are those of {one}", "stopped")
+        for one, two in combinations(samples, 2)
+        if np.array_equal(samples[one], samples[two]) and np.ptp(samples[one]) > 0
+    ]
 
 
 def without_repeats(
@@ -22,10 +35,10 @@ def without_repeats(
     findings: list[Finding] = []
     learnt = [_without(run, seen, findings, force=force, stop=False) for run in runs]
     kept = [_without(run, seen, findings, force=force, stop=True) for run in held_out]
-    return [run for run in learnt if run.steps], [run for run in kept if run.steps], findings
+    return [run for run in learnt if run], [run for run in kept if run], findings
 
 
-def _without(run: Run, seen: dict[str, str], findings: list[Finding], *, force: str, stop: bool) -> Run:
+def _without(run: Run, seen: dict[str, str], findings: list[Finding], *, force: str, stop: bool) -> Run | None:
     repeated: dict[str, str] = {}
     for sweep in (one for one in sweeps(run) if one.stretches):
         digest = _digest(run, sweep, force)
@@ -37,7 +50,8 @@ def _without(run: Run, seen: dict[str, str], findings: list[Finding], *, force: 
     found = f"sweep {', '.join(repeated)} is {', '.join(repeated.values())} again, sample by sample"
     expected = "sweeps that no fit has seen" if stop else "each sweep once"
     findings.append(Finding(run.path, "", "same", expected, found, "stopped" if stop else "set aside"))
-    return replace(run, steps=tuple(step for step in run.steps if step.sweep not in repeated))
+    steps = tuple(step for step in run.steps if step.sweep not in repeated)
+    return replace(run, steps=steps) if steps else None
 
 
 def _digest(run: Run, sweep: Sweep, force: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
 from twin.checks.finding import Finding
-from twin.checks.thresholds import ALIKE, GAIN, SHAPE
+from twin.checks.thresholds import ABSURD, ALIKE, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
 
 __all__ = ["look_at_scale"]
@@ -52,7 +52,7 @@ def look_at_scale(
     for channel, factor in zip(channels, level.tolist(), strict=True):
         if _off(factor) and channel not in known:
             name = name_of(factor, OF_RESPONSE)
-            findings.append(_finding(run, channel, factor, MODEL, name, stop=sure and bool(name)))
+            findings.append(_finding(run, channel, factor, MODEL, name, stop=sure))
     return findings
 
 
@@ -68,9 +68,10 @@ def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, sto
     if of_force and not responses:
         return _finding(run, force, 1 / factor, "the force that the responses tell", of_force, stop=stop)
     name = f"{responses} Or {force}, {of_force}" if responses and of_force else responses
-    return _finding(run, ", ".join(channels), factor, MODEL, name, stop=stop and bool(name))
+    return _finding(run, ", ".join(channels), factor, MODEL, name, stop=stop)
 
 
 def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
     found = f"{factor:.3g} times {whose}" + (f", {name}" if name else ", which is no unit's factor")
-    return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stop else "told")
+    stops = stop and (bool(name) or abs(math.log(factor)) > math.log(ABSURD))
+    return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")

@@ -35,6 +35,8 @@ ALIASED = 0.1
 
 GAIN = 1.3
 """A level that is off by no more is the diagnosis' business: gains, masses and moduli of usual size reach 1.2."""
+ABSURD = 10.0
+"""A level off by more stops, with a name or without, where the shape is the model's: no rig file is that wrong."""
 NAMED = 0.07
 """Within so much, in logarithm, a factor has the name of a unit; levels of sound recordings scatter by 0.05."""
 ALIKE = 0.08
@@ -42,6 +44,9 @@ ALIKE = 0.08
 SHAPE = 0.5
 """Interquartile range of log response over the model's above which the model is not the recording's; hidden causes
 reach 0.4."""
+TURNED = 0.25
+"""Share of a noise's lines in phase with the model below which a response is turned: sound ones have 0.9, turned ones
+0.1."""
 CLEARER = 3.0
 """Ratio of misfits from which on another order of the channels is the better one."""
 

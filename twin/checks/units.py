@@ -19,6 +19,8 @@ _ANY = {
     math.sqrt(0.5): "a factor of 1 / sqrt 2: rms for peak?",
     2.0: "a factor of 2: peak to peak?",
     0.5: "a factor of 0.5: half of peak to peak, or half the amplification?",
+    100.0: "a factor of 100: a switch of the amplifier?",
+    0.01: "a factor of 0.01: a switch of the amplifier?",
     1e3: "a factor of 1000: milli-units?",
     1e-3: "a factor of 0.001: kilo-units?",
 }
@@ -45,5 +47,5 @@ def name_of(factor: float, names: Mapping[float, str]) -> str:
 
 
 def factor_text(factor: float) -> str:
-    """`` (a factor of 1000)`` for the end of a phrase, rounded as a person would."""
+    """It as the end of a phrase."""
     return f", a factor of {factor:.4g}"

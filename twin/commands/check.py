@@ -50,7 +50,7 @@ def command(runs: tuple[Path, ...], rig_name: str | None, out: Path | None, as_j
     from twin.lab import load_rig
 
     rig = load_rig(rig_name) if rig_name else None
-    with working("checking") as begin:
+    with working(f"checking {', '.join(run.name for run in runs)}") as begin:
         reports = [check_run(run) for run in runs]
         recovered = recover(runs[0], out) if out else None
         whole = all(report.sound for report in reports)

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from faulty_runs import filled, fitted, relabelled, retimed, scaled, stepped, swapped, thinned
+from faulty_runs import copied, filled, fitted, relabelled, retimed, scaled, stepped, swapped, thinned
 
 import twin
 from recordings import InputError, Run, read_run
+from recordings.run import DeviceSamples
 from twin.checks import Finding, FirstLook, first_look
 from twin.cli import main
 from twin.rigs import Effect, load_rig
@@ -116,6 +117,8 @@ def test_clean_recordings_have_nothing_found(clean: Runs) -> None:
         ),
         pytest.param(only("sweeps", noise), "unrelated", "force", "power", id="noise-for-sines"),
         pytest.param(every(noise), "unrelated", "acc1", "coherence", id="noise-for-all"),
+        pytest.param(every(lambda r: scaled(r, acc1=37.0)), "unit", "acc1", "no unit", id="absurd"),
+        pytest.param(only("sweeps", lambda r: copied(r, "acc2", "acc1")), "same", "acc2", "acc1", id="copied-channel"),
         pytest.param(lambda runs: {**runs, "heldout": runs["sweeps"]}, "same", "", "1.5N-up", id="held-out-was-learnt"),
     ],
 )  # fmt: skip
@@ -146,6 +149,16 @@ def test_a_dead_response_is_set_aside(clean: Runs, mistake: Callable[[Runs], Run
     looked = look(mistake(clean)).passed()
     assert {(one.kind, one.channel, one.action) for one in looked.findings} == {(kind, channel, "set aside")}
     assert all(set(run.channels) == {"force", "acc2"} for run in (*looked.runs, *looked.held_out))
+
+
+@pytest.mark.parametrize("gone", [lambda device: {"values": {}}, lambda device: {"values": {"acc1": np.zeros(0)}}])
+def test_a_run_without_samples_of_the_force_is_refused(clean: Runs, gone: Callable[[DeviceSamples], dict]) -> None:
+    with pytest.raises(InputError, match="channel force: not recorded"):
+        look(only("sweeps", lambda r: fitted(r, gone))(clean))
+
+
+def test_a_run_without_steps_is_nothing_to_look_at(clean: Runs) -> None:
+    assert look(only("heldout", lambda r: replace(r, steps=()))(clean)).findings == ()
 
 
 def test_without_any_response_left_it_stops(clean: Runs) -> None:
