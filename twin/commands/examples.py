@@ -22,7 +22,11 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
     "faults": ("twin faults --tries 20", "twin faults --only 'on the bus' --json"),
-    "check": ("twin check run.mcap", "twin check cut.mcap --recover whole.mcap"),
+    "check": (
+        "twin check run.mcap",
+        "twin check random.mcap sweeps.mcap --rig steel-lap-joint",
+        "twin check cut.mcap --recover whole.mcap",
+    ),
     "convert": (
         "twin convert run.mcap run.uff",
         "twin convert analyser.uff run.mcap",
