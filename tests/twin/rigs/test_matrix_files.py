@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.io import mmwrite
 
 from recordings import InputError
-from twin.rigs import matrix_files
+from twin.rigs.matrices import found
 from twin.rigs.matrix_files import read_pairs, read_part_matrices
 
 M = np.diag([2.0, 1.0, 0.0])
@@ -96,10 +96,11 @@ HEAD = "%%MatrixMarket matrix coordinate real general\n% exported\n"
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("K.csv", "1,2\n", "'.csv' is not a suffix of a matrix; use .mtx or .npz"),
-        ("K", "1,2\n", "'' is not a suffix of a matrix; use .mtx or .npz"),
-        ("K.mtx", "1,1,1,1, 3.4\n", "cannot be read as a Matrix Market file: Line 1: Not a Matrix Market file"),
-        ("K.mtx", "", "cannot be read as a Matrix Market file"),
+        ("K.csv", "1,2\n", "'.csv' is not a suffix of a matrix; use .mtx, .npz, .op4, .pch, .sti or .mas"),
+        ("K", "1,2\n", "'' is not a suffix of a matrix; use .mtx, .npz, .op4, .pch, .sti or .mas"),
+        ("K.mtx", "1,1,3.4,0\n", "holds neither 'node, dof, node, dof, value' nor 'row, column, value'; write it with"),
+        ("K.mtx", "", "holds neither 'node, dof, node, dof, value'"),
+        ("K.mtx", HEAD[:30] + "\n", "cannot be read as a Matrix Market file: Line 1: "),
         ("K.mtx", HEAD + "3 3 2\n1 1 1\n", "Truncated file"),
         ("K.mtx", HEAD + "3 3 1\n0 1 1\n", "Row index out of bounds"),
         ("K.mtx", HEAD + "3 3 9000\n1 1 1\n", "says it has 9000 entries, more than the file can hold"),
@@ -160,9 +161,9 @@ def test_a_rigid_part_has_no_stiffness(files, tmp_path):
 def test_large_files(files, tmp_path, monkeypatch):
     huge = tmp_path / "huge.npz"
     with huge.open("wb") as stream:
-        stream.truncate(matrix_files.SIZE_LIMIT_BYTES + 1)
+        stream.truncate(found.SIZE_LIMIT_BYTES + 1)
     assert "larger than 512 MiB, the limit for matrices" in refused(files, stiffness=huge)
-    monkeypatch.setattr(matrix_files, "SIZE_LIMIT_BYTES", 1 << 20)
+    monkeypatch.setattr(found, "SIZE_LIMIT_BYTES", 1 << 20)
     packed = tmp_path / "packed.npz"
     sparse.save_npz(packed, sparse.csr_array(np.ones((400, 400))), compressed=True)
     assert packed.stat().st_size < 1 << 20
@@ -242,7 +243,7 @@ def test_damaged_files_are_read_or_refused(files, tmp_path, data, suffix):
     [
         (NODES, "", "is empty"),
         ("dof,row", "axis,row", "line 1: no column 'dof'; the columns are 'node', 'axis', 'row', 'x_m', 'y_m', 'z_m'"),
-        ("dof,row", "row,row", "line 1: no column 'dof'"),
+        ("dof,row", "row,row", "line 1: column 'row' stands twice"),
         ("7,y,1", "7,y,1,5", "line 3: has 7 values for 6 columns"),
         ("7,y,1", "seven,y,1", "line 3, column node: 'seven' is not a number"),
         ("7,y,1", "7.5,y,1", "line 3, column node: '7.5' is not a whole number from 0 up"),
