@@ -20,6 +20,8 @@ PAIR_LIMIT = 10_000
 NEGATIVE = 1e-12
 """By so much of the largest entry rounding may take a diagonal entry below zero."""
 NORMAL_LENGTH = 1e-3
+SLOWEST_rad_per_s = 1.0
+"""Of a row's own stiffness on its own mass; an element of any part on a bench is thousands of times as fast."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +89,11 @@ def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices
         If a file cannot be read, is too large, or is not what a mass, a stiffness or a table of nodes can be.
     """
     M, K = read_matrix_pair(mass, stiffness)
+    own_mass, own_stiffness = M.matrix.diagonal(), K.matrix.diagonal()
+    if np.all(own_stiffness < own_mass * SLOWEST_rad_per_s**2):
+        slowest = SLOWEST_rad_per_s / (2 * np.pi)
+        reason = f"no row of it would reach {slowest:.3f} Hz with the mass {Path(mass).name}"
+        raise InputError(stiffness, "", reason, "are mass and stiffness exchanged, or not in SI units?")
     table = read_node_table(nodes, order=M.matrix.shape[0])
     rows = table.rows if K.labels is None else labelled_rows(K, table.nodes)
     if rows is None:

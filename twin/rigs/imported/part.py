@@ -105,7 +105,11 @@ def read_part(files: PartFiles, units: str | None) -> ImportedPart:
             "--units says otherwise"
         )
     mass, stiffness = chosen.to_si(M.matrix, K.matrix, rows)
-    doubt = scale.strange(chosen)
+    try:
+        doubt = scale.doubt(chosen)
+    except ValueError as error:
+        remedy = f"are {files.mass.name} and {files.stiffness.name} exchanged, or the units others?"
+        raise InputError(files.stiffness, "", str(error), remedy) from error
     return ImportedPart(
         files, PartMatrices(mass, stiffness, nodes, coordinates * chosen.length_m, rows), chosen, tuple(notes),
         (doubt,) if doubt else (),

@@ -21,8 +21,8 @@ UNLIKELY = 0.5
 """Weight of a decade of size beside a decade of the speed of sound, which differs less from part to part."""
 CLEAR = 0.7
 """Decades by which the best of the units must be better than the next."""
-STRANGE = 1.5
-"""Decades off the usual speed of sound from which the units are doubted."""
+STRANGE, IMPOSSIBLE = 1.5, 4.0
+"""Decades off the usual speed of sound from which the units are doubted, and from which these are no such matrices."""
 
 
 @dataclass(frozen=True)
@@ -87,12 +87,22 @@ class ModelScale:
         first, second = sorted(UNITS.values(), key=self.unlikely)[:2]
         return first if self.unlikely(second) - self.unlikely(first) > CLEAR else None
 
-    def strange(self, units: Units) -> str:
-        """Why these units are doubted; empty if they are not."""
+    def doubt(self, units: Units) -> str:
+        """Why these units are doubted; empty if they are not.
+
+        Raises
+        ------
+        ValueError
+            If no unit explains these matrices.
+        """
         sound = self.sound * units.length_m / units.time_s
-        if not sound > 0 or abs(np.log10(sound / SOUND_m_per_s)) < STRANGE:
+        off = abs(np.log10(sound / SOUND_m_per_s)) if sound > 0 else 0.0
+        if off < STRANGE:
             return ""
-        return f"in {units.name} sound would run at {sound:.2g} m/s, which is no solid's: check units and matrices"
+        told = f"in {units.name} sound would run at {sound:.2g} m/s, which is no solid's"
+        if off > IMPOSSIBLE:
+            raise ValueError(told)
+        return f"{told}: check units and matrices"
 
 
 def model_scale(M: csr_array, K: csr_array, coordinates: Array, rows: Rows) -> ModelScale:
