@@ -26,9 +26,6 @@ def command() -> None:
     """Look at a rig before anything is measured with it, or make one from another program's matrices."""
 
 
-command.add_command(import_command)
-
-
 @command.command("show")
 @click.argument("rig", metavar="RIG")
 @click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
@@ -87,6 +84,9 @@ def show(
     for path in (picture, save):
         if path is not None:
             say(f"wrote {path}")
+
+
+command.add_command(import_command)
 
 
 def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:

@@ -60,7 +60,7 @@ def test_two_parts_are_joined_where_their_nodes_face_each_other(capsys, tmp_path
     free = rig.model_copy(update={"joint": [joint], "support": [], "sensor": rig.sensor[:1]}).in_folder(tmp_path)
     bare = shipped.model_copy(update={"sensor": shipped.sensor[:1]}).in_folder(PLATE.parent)
     ours, theirs = (modelled_rig(one).modes.frequency_Hz[:6] for one in (free, bare))
-    np.testing.assert_allclose(ours, theirs, rtol=0.02)  # the areas differ: triangles here, Simpson's rule there
+    np.testing.assert_allclose(ours, theirs, rtol=0.025)  # the areas differ: triangles here, Simpson's rule there
 
 
 def test_a_soft_place_is_driven_and_nodes_without_places_are_told(capsys, tmp_path):
