@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 import tomllib
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ from typing import Annotated, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from recordings.errors import InputError
+from recordings.toml_fields import nearest, told_apart
 
 __all__ = [
     "Name",
@@ -69,7 +71,11 @@ def shipped_or_file(name_or_path: str | Path, shipped: Mapping[str, Path], what:
     """
     path = shipped.get(str(name_or_path), Path(name_or_path))
     if not path.exists() and path.suffix != ".toml":
-        raise InputError(path, "", f"neither a file nor a shipped {what}", f"shipped {what}s: {', '.join(shipped)}")
+        meant = nearest(str(name_or_path), shipped)
+        remedy = f"perhaps {meant!r} is meant; " if meant else ""
+        raise InputError(
+            path, "", f"neither a file nor a shipped {what}", f"{remedy}shipped {what}s: {', '.join(shipped)}"
+        )
     return path
 
 
@@ -102,17 +108,22 @@ def parse_toml(data: bytes, model: type[Model], *, source: str | Path) -> Model:
     if len(data) > SIZE_LIMIT_BYTES:
         raise InputError(source, "", f"larger than {SIZE_LIMIT_BYTES} bytes, the limit for TOML input")
     try:
-        text = data.decode("utf-8")
+        text = data.decode(_encoding(data))
         _check_limits(text, source)
         table = tomllib.loads(text)
     except UnicodeDecodeError as error:
-        raise InputError(source, f"byte {error.start}", "not UTF-8 text") from error
+        raise InputError(source, f"byte {error.start}", "not UTF-8 text", "save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
         raise InputError(source, "", f"not valid TOML: {error}") from error
     try:
         return model.model_validate(table)
     except ValidationError as error:
-        raise _first_error(error, source) from error
+        raise _first_error(error, source, table, model) from error
+
+
+def _encoding(data: bytes) -> str:
+    """As a byte-order mark says, which editors on Windows write; UTF-8, which TOML is, without one."""
+    return "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
 
 
 def _check_limits(text: str, source: str | Path) -> None:
@@ -131,14 +142,11 @@ def _check_limits(text: str, source: str | Path) -> None:
             raise InputError(source, f"line {text.count(chr(10), 0, token.start()) + 1}", told)
 
 
-def _first_error(error: ValidationError, source: str | Path) -> InputError:
-    """The first of pydantic's complaints as one line, with the number of further ones."""
+def _first_error(
+    error: ValidationError, source: str | Path, table: Mapping[str, object], model: type[BaseModel]
+) -> InputError:
+    """What explains most of pydantic's complaints as one line, with the number of further ones."""
     details = error.errors()
-    first = details[0]
-    place = ".".join(str(part) for part in first["loc"])
-    reason = first["msg"].removeprefix("Value error, ")
-    value = first.get("input")
-    if isinstance(value, (int, float, str, bool)) and first["type"] != "missing":
-        reason += f" (got {value!r:.60})"
+    place, reason = told_apart(details, table, model)
     more = f"and {len(details) - 1} more problem(s) in this file" if len(details) > 1 else ""
     return InputError(source, place, reason, more)

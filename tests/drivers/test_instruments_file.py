@@ -45,7 +45,7 @@ DAQ = '[[device]]\nname = "daq"\naddress = "/dev/ttyUSB0"\ngenerator = true\n'
         (DAQ.replace("/dev/ttyUSB0", "can:virtual:0"), "", "no generator"),
         (DAQ + '[[device.channel]]\nsource = "ai0"\nsensitivity = 0\n', "sensitivity", "of 0"),
         (DAQ + '[[device]]\nname = "m"\naddress = "can:virtual:0"\nkind = "meter"\n', "device.1", "serial line or TCP"),
-        (DAQ + "bauds = 9600\n", "bauds", "not permitted"),
+        (DAQ + "bauds = 9600\n", "bauds", "no such field"),
         (DAQ.replace("daq", "d q"), "name", "pattern"),
     ],
 )

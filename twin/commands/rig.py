@@ -44,15 +44,12 @@ def show(
     """
     from twin.bench import check_effects
     from twin.rigs import known_preload, load_rig
-    from twin.rigs.kinds import kind_of
     from twin.structure.modelled_rig import modelled_rig
     from twin.structure.plausibility import implausible
 
     check_writable(save, picture, overwrite=overwrite)
     if picture is not None and picture.suffix.lower() not in PICTURES:
         raise InputError(picture, "", f"{picture.suffix!r} is no picture's suffix", f"one of {', '.join(PICTURES)}")
-    if kind_of(rig) is not None:
-        raise InputError(rig, "kind", "has no parts and sensors to show", "give a rig of format 1 or 2")
     loaded = load_rig(rig)
     with working(f"assembling {loaded.name}"):
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)

@@ -8,19 +8,12 @@ from recordings.toml_input import Question, read_toml, shipped_or_file
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.rig import Rig
-from twin.rigs.store import RIG_FILES, load_rig, save_rig
+from twin.rigs.store import FILES, load_rig, save_rig
 
 AnyRig = Rig | BeamRig | ModalRig
 
 KINDS: dict[object, type[BeamRig] | type[ModalRig]] = {"beam": BeamRig, "modal": ModalRig}
 """Rigs that have no structure with drive and sensors, by the ``kind`` that their file names."""
-
-FILES = RIG_FILES | {
-    path.stem: path
-    for folder in ("beam_rigs", "modal_rigs")
-    for path in sorted((Path(__file__).parent / folder).glob("*.toml"))
-}
-"""The shipped rigs by name."""
 
 
 class _Kind(Question):

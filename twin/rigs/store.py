@@ -13,16 +13,30 @@ from twin.rigs.rig import Rig
 from twin.rigs.structure_rig import StructureRig
 
 RIG_FILES = {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
-"""The shipped rigs by name."""
+"""The shipped structures by name."""
+
+FILES = RIG_FILES | {
+    path.stem: path
+    for folder in ("beam_rigs", "modal_rigs")
+    for path in sorted((Path(__file__).parent / folder).glob("*.toml"))
+}
+"""All shipped rigs by name."""
+
+NO_STRUCTURES: dict[object, tuple[str, str]] = {
+    "beam": ("a beam alone", "'twin diagnose FREQUENCIES.csv --rig' takes it"),
+    "modal": ("one measured mode", "'twin identify SWEEPS.csv --rig' and 'twin diagnose' take it"),
+}
+"""Kinds of rigs that have no structure with drive and sensors: what they are, and what they are for."""
 
 ORDER = ("format", "name", "lower", "upper", "part", "support", "joint", "tie", "mesh", "damping", "drive", "sensor")
 """Tables of a rig file in the order in which they are read; all others follow."""
 
 
-class _Format(Question):
-    """Any rig file's first question."""
+class _First(Question):
+    """Any rig file's first questions."""
 
     format: int = 1
+    kind: object = None
 
 
 def load_rig(name_or_path: str | Path) -> Rig:
@@ -31,16 +45,16 @@ def load_rig(name_or_path: str | Path) -> Rig:
     Raises
     ------
     InputError
-        If there is no such rig or file, or it does not describe a rig.
+        If there is no such rig or file, or it does not describe a rig, or one without a structure.
     """
-    path = shipped_or_file(name_or_path, RIG_FILES, "rig")
-    rig = read_toml(path, _class(read_toml(path, _Format).format, path))
+    path = shipped_or_file(name_or_path, FILES, "rig")
+    rig = read_toml(path, _class(read_toml(path, _First), path))
     return rig.in_folder(path.parent) if isinstance(rig, StructureRig) else rig
 
 
 def parse_rig(data: bytes, *, source: str) -> Rig:
     """A rig already in memory, such as the attachment of a recording."""
-    return parse_toml(data, _class(parse_toml(data, _Format, source=source).format, source), source=source)
+    return parse_toml(data, _class(parse_toml(data, _First, source=source), source), source=source)
 
 
 def save_rig(rig: Rig, path: Path) -> None:
@@ -54,11 +68,19 @@ def nominal_rig_file(rig: Rig) -> bytes:
     return _toml(rig.model_copy(update={"effect": []}))
 
 
-def _class(number: int, source: str | Path) -> type[LapJointRig] | type[StructureRig]:
+def _class(first: _First, source: str | Path) -> type[LapJointRig] | type[StructureRig]:
     formats: dict[int, type[LapJointRig] | type[StructureRig]] = {1: LapJointRig, 2: StructureRig}
-    if number not in formats:
-        raise InputError(source, "format", f"{number} is not known", "there are 1 and 2")
-    return formats[number]
+    kind = first.kind if isinstance(first.kind, str) or first.kind is None else ""
+    if kind in NO_STRUCTURES:
+        what, where = NO_STRUCTURES[kind]
+        raise InputError(source, "kind", f"{kind!r} is {what}", f"here a rig of format 1 or 2 is needed; {where}")
+    if kind is not None:
+        reason = f"{kind!r:.60} is no kind of rig"
+        remedy = f"there are {', '.join(map(repr, NO_STRUCTURES))}; a structure has none, but format = 2 and its parts"
+        raise InputError(source, "kind", reason, remedy)
+    if first.format not in formats:
+        raise InputError(source, "format", f"{first.format} is not known", "there are 1 and 2")
+    return formats[first.format]
 
 
 def _toml(rig: Rig) -> bytes:

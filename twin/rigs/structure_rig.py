@@ -82,7 +82,7 @@ class StructureRig(Rig):
     sensor: list[PlacedSensor] = Field(min_length=1, max_length=64)
     _folder: Path | None = PrivateAttr(default=None)
 
-    @field_validator("drive", mode="before")
+    @field_validator("drive", mode="before", json_schema_input_type=PlacedDrive | list[PlacedDrive])
     @classmethod
     def _one_or_more(cls, value: Any) -> Any:
         return value if isinstance(value, list) else [value]

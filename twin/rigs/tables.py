@@ -162,7 +162,7 @@ class NamedLaws(Table):
     opening: list[PointLaw] = Field(default=[], max_length=8)
     slip: list[PointLaw] = Field(default=[], max_length=8)
 
-    @field_validator("opening", "slip", mode="before")
+    @field_validator("opening", "slip", mode="before", json_schema_input_type=PointLaw | list[PointLaw])
     @classmethod
     def _one_or_more(cls, value: Any) -> Any:
         return [value] if isinstance(value, dict) else value

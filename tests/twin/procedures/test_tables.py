@@ -57,7 +57,7 @@ def test_shipped_sweeps_are_the_papers():
         ('procedure = "stepped-sine"\namplitudes = [1]', "", "either 'frequencies' or a 'grid'"),
         ('procedure = "stepped-sine"\nfrequencies = [20, 10]\namplitudes = [1]', "", "must increase"),
         ('procedure = "stepped-sine"\nfrequencies = [20]\namplitudes = [-1]', "amplitudes.0", "greater than"),
-        ('procedure = "stepped-sine"\nfrequencies = [20]\namplitudes = [1]\ndwell = 3', "dwell", "not permitted"),
+        ('procedure = "stepped-sine"\nfrequencies = [20]\namplitudes = [1]\ndwell = 3', "dwell", "no such field"),
         ('procedure = "stepped-sine"\nfrequencies = [900]\namplitudes = [1]', "", "sample_rate 2048 Hz is too low"),
         (
             'procedure = "stepped-sine"\namplitudes = [1]\ngrid = { start = 1, stop = 2 }',

@@ -117,13 +117,13 @@ def changed(place, value):
 
 MISTAKES = [
     # unknown keys and numbers that are none
-    ("wdith", 1.0, ["wdith", "not permitted"]),
-    ("part.0.thicknes", 0.01, ["part.0", "thicknes:", "not permitted"]),
-    ("support.0.stifness", {"y": 1.0}, ["support.0", "stifness", "not permitted"]),
-    ("joint.0.overlap", 0.05, ["joint.0", "overlap", "not permitted"]),
-    ("tie.0.stiffness", 1e6, ["tie.0", "stiffness", "not permitted"]),
-    ("drive.position", 0.05, ["drive.0", "position", "not permitted"]),
-    ("sensor.0.position", 0.05, ["sensor.0", "position", "not permitted"]),
+    ("wdith", 1.0, ["wdith", "no such field"]),
+    ("part.0.thicknes", 0.01, ["part.0", "thicknes:", "no such field"]),
+    ("support.0.stifness", {"y": 1.0}, ["support.0", "stifness", "no such field"]),
+    ("joint.0.overlap", 0.05, ["joint.0", "overlap", "no such field"]),
+    ("tie.0.stiffness", 1e6, ["tie.0", "stiffness", "no such field"]),
+    ("drive.position", 0.05, ["drive.0", "position", "no such field"]),
+    ("sensor.0.position", 0.05, ["sensor.0", "position", "no such field"]),
     ("part.0.width", -0.02, ["part.0", "width", "greater than", "-0.02"]),
     ("part.1.density", 0.0, ["part.1", "density", "greater than"]),
     ("part.1.elements", -3, ["part.1", "elements", "-3"]),
