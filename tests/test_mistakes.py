@@ -10,10 +10,12 @@ import click
 import pytest
 
 from twin.cli import SUMMARIES, main
+from twin.rigs.imported import EXAMPLE
 
 GOOD = {
     "demo": ["--out", "new"],
-    "rig": ["steel-lap-joint", "--picture", "new.png"],
+    "rig show": ["steel-lap-joint", "--picture", "new.png"],
+    "rig import": ["--mass", str(EXAMPLE / "beam.mas"), "--stiffness", str(EXAMPLE / "beam.sti"), "--out", "new.toml"],
     "rehearse": ["steel-sweeps", "--rig", "steel-lap-joint", "--out", "new"],
     "serve": ["--rig", "steel-lap-joint", "--serial", "auto", "--instruments-out", "new.toml"],
     "acquire": ["steel-sweeps", "--instruments", "instruments.toml", "--out", "new.mcap"],
@@ -34,7 +36,10 @@ GOOD = {
 }
 """Command lines that would be understood, in the folder of `folder`."""
 LONG = "x" * 5000
-READ = {"files", "mapping", "runs", "run", "loops", "source", "what", "instruments", "drive", "held_out"}
+READ = {
+    "files", "mapping", "runs", "run", "loops", "source", "what", "instruments", "drive", "held_out", "mass", "stiffness",
+    "nodes",
+}  # fmt: skip
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}
 """Parameters that name something shipped, or a file."""
@@ -61,12 +66,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def mistakes(name: str) -> Iterator[list[str]]:
     """Command lines with one thing wrong each."""
     command = importlib.import_module(f"twin.commands.{name}").command
-    first = []
-    if isinstance(command, click.Group):
-        ((word, command),) = command.commands.items()
-        first = [word]
-    for words in _mistakes(GOOD[name], command.params):
-        yield [*first, *words]
+    if not isinstance(command, click.Group):
+        yield from _mistakes(GOOD[name], command.params)
+        return
+    for word, one in command.commands.items():
+        for words in _mistakes(GOOD[f"{name} {word}"], one.params):
+            yield [word, *words]
 
 
 def _mistakes(good: list[str], parameters: list[click.Parameter]) -> Iterator[list[str]]:

@@ -22,7 +22,7 @@ from twin.commands.stopping import terminable  # noqa: E402
 
 SUMMARIES = {
     "demo": "The main job from end to end: serve, acquire, identify, find a hidden effect, report.",
-    "rig": "Show a rig: drawn, its natural frequencies, what is implausible.",
+    "rig": "Show a rig, or make one from another program's matrices.",
     "rehearse": "Run a procedure on the twin, faster than real time.",
     "serve": "Serve the virtual instruments of a rig over serial, TCP and CAN.",
     "acquire": "Run a procedure against instruments, virtual or real, and record it.",

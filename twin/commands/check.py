@@ -1,7 +1,8 @@
-"""`twin check`: is a recording sound, and what can be got out of it if it is not."""
+"""`twin check`: are recordings sound, do they fit a rig, and what can be got out of one that is damaged."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,43 +19,60 @@ LISTED = 20
 
 
 @click.command(name="check")
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--rig", "rig_name", metavar="RIG", help="A shipped rig's name or a TOML file, which the runs are looked at beside."
+)
 @click.option(
     "--recover", "out", type=click.Path(path_type=Path), help="Write what is still complete to this new file."
 )
 @json_option
-def command(run: Path, out: Path | None, as_json: bool) -> int:
-    """Check RUN, an .mcap, against the recording contract; a .csv is checked as a table of sweeps or of modes.
+def command(runs: tuple[Path, ...], rig_name: str | None, out: Path | None, as_json: bool) -> int:
+    """Check RUNs (.mcap) against the recording contract; a .csv is checked as a table of sweeps or of modes.
 
-    Exit status 0 if it is sound, 1 if it is damaged or breaks the contract, 2 if it is not there or no MCAP file (or
-    a table that cannot be used).
+    With a RIG, sound recordings are looked at beside it, without a fit: units, channels that are swapped, turned or
+    dead, time base, runs that are the same or of another specimen.
+
+    Exit status 0 if all is sound, 1 if a run is damaged, breaks the contract or shows what should stop a fit, 2 if it
+    is not there or no MCAP file (or a table that cannot be used).
     """
-    from dataclasses import asdict
-
-    if run.suffix.lower() == ".csv":
-        if out:
-            raise click.UsageError("--recover is for .mcap files")
-        _check_table(run, as_json)
+    tables = [run for run in runs if run.suffix.lower() == ".csv"]
+    if out and (tables or len(runs) > 1):
+        raise click.UsageError("--recover is for one .mcap file")
+    if tables and (rig_name or len(runs) > 1):
+        raise click.UsageError("a table is checked by itself, without a rig")
+    if tables:
+        _check_table(tables[0], as_json)
         return 0
 
     from recordings.check import check_run
     from recordings.recover import recover
+    from twin.lab import load_rig
 
-    with working(f"checking {run.name}"):
-        report = check_run(run)
-    recovered = None
-    if out:
-        with working(f"recovering {run.name}"):
-            recovered = recover(run, out)
+    rig = load_rig(rig_name) if rig_name else None
+    with working(f"checking {', '.join(run.name for run in runs)}") as begin:
+        reports = [check_run(run) for run in runs]
+        recovered = recover(runs[0], out) if out else None
+        whole = all(report.sound for report in reports)
+        if rig is not None:
+            begin("a first look beside the rig")
+        looked = rig.check(runs) if rig is not None and whole else None
+    sound = whole and not (looked and looked.stopped)
     if as_json:
-        print_json({**asdict(report), "recovered": asdict(recovered) if recovered else None})
-    else:
+        seen = {"findings": [asdict(finding) for finding in looked.findings]} if looked else {}
+        one = asdict(reports[0]) if len(runs) == 1 else {"runs": [asdict(report) for report in reports]}
+        print_json({**one, "sound": sound, "recovered": asdict(recovered) if recovered else None, **seen})
+        return int(not sound)
+    for finding in looked.findings if looked else ():
+        say(f"{finding.action}: {finding.line}")
+    for report in reports:
         _print_report(report)
-        if recovered:
-            _print_recovered(recovered)
-        elif not report.sound:
-            next_step(f"twin check {run} --recover {run.with_name(run.stem + '-whole.mcap')}")
-    return 0 if report.sound else 1
+    if recovered:
+        _print_recovered(recovered)
+    elif not whole:
+        damaged = next(run for run, report in zip(runs, reports, strict=True) if not report.sound)
+        next_step(f"twin check {damaged} --recover {damaged.with_name(damaged.stem + '-whole.mcap')}")
+    return int(not sound)
 
 
 def _check_table(path: Path, as_json: bool) -> None:

@@ -4,7 +4,11 @@ from collections.abc import Mapping
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "demo": ("twin demo", "twin demo --seed 7 --cause added-mass --out demo"),
-    "rig": ("twin rig show steel-lap-joint", "twin rig show my-rig.toml --picture my-rig.png --save my-rig.rrd"),
+    "rig": (
+        "twin rig show steel-lap-joint",
+        "twin rig show my-rig.toml --picture my-rig.png --save my-rig.rrd",
+        "twin rig import --mass beam.mas --stiffness beam.sti --nodes beam.inp --drive 0.1,0,0:+y --out beam.toml",
+    ),
     "rehearse": (
         "twin rehearse steel-sweeps --rig steel-lap-joint --out rehearsal",
         "twin rehearse my-sweep.toml --rig my-rig.toml --preload 120N --preload 540N --out rehearsal",
@@ -22,7 +26,11 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "replay": ("twin replay run.mcap --serial auto --instruments-out instruments.toml",),
     "faults": ("twin faults --tries 20", "twin faults --only 'on the bus' --json"),
-    "check": ("twin check run.mcap", "twin check cut.mcap --recover whole.mcap"),
+    "check": (
+        "twin check run.mcap",
+        "twin check random.mcap sweeps.mcap --rig steel-lap-joint",
+        "twin check cut.mcap --recover whole.mcap",
+    ),
     "import": (
         "twin import bench.csv --out run.mcap",
         "twin import force.wav response.wav --out run.mcap --mapping bench.toml",

@@ -1,4 +1,4 @@
-"""``twin rig show``: any rig drawn, its natural frequencies, and what of it is implausible."""
+"""``twin rig``: any rig drawn, its natural frequencies, what of it is implausible; and rigs from matrices."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
 from twin.commands.output import json_option, overwrite_option, print_json, say, working
 from twin.commands.own_code import causes_option, laws_option
+from twin.commands.rig_import import command as import_command
 
 if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig
@@ -20,9 +21,9 @@ TOLD = 10
 """Natural frequencies that are told at least, as far as there are so many."""
 
 
-@click.group("rig", short_help="Show a rig: drawn, its natural frequencies, what is implausible.")
+@click.group("rig", short_help="Show a rig, or make one from another program's matrices.")
 def command() -> None:
-    """Look at a rig before anything is measured with it."""
+    """Look at a rig before anything is measured with it, or make one from another program's matrices."""
 
 
 @command.command("show")
@@ -80,6 +81,9 @@ def show(
     for path in (picture, save):
         if path is not None:
             say(f"wrote {path}")
+
+
+command.add_command(import_command)
 
 
 def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:

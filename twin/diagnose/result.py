@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 Verdict = Literal["explained", "none", "ambiguous", "unknown"]
+IN_WORDS = {"none": "no cause at all", "unknown": "something that is on no list"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,8 +183,9 @@ class Diagnosis:
             return f"Something is missing from the model, and no cause on the list explains it{self._hint()}."
         what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
         if self.verdict == "ambiguous":
-            rivals = ", ".join(dict.fromkeys(r for c in named for r in c.confused_with))
-            return f"Most likely {what}; these data cannot tell it from {rivals}."
+            own = {" + ".join(c.cause for c in named), *(c.cause for c in named)}
+            rivals = ", ".join(IN_WORDS.get(name, name) for name in self.set_95 if name not in own)
+            return f"Most likely {what or IN_WORDS['none']}; these data cannot tell it from {rivals}."
         return f"The data name {what}."
 
     def _hint(self) -> str:

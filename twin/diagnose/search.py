@@ -117,7 +117,7 @@ def search_causes(
     """
     report("fitting moduli, damping and the joint's law")
     start = fit_base(evidence)
-    base = fit_with_errors(evidence, None, start.baseline, (), errors=start.errors)
+    base = fit_with_errors(evidence, None, start.baseline, ())
     harmonics = base_harmonics = _harmonics(evidence, base)
     model, stages = base, []
     while True:
@@ -140,7 +140,7 @@ def search_causes(
         report(f"reducing the recordings anew, with {best.name}")
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
         model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses)
-        if not model.errors.is_sound:
+        if not model.errors.is_usual:
             again = once_more(evidence, harmonics, model, None)
             model = max(model, again, key=lambda fit: fit.log_evidence)
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
@@ -205,7 +205,7 @@ def _fitted_rivals(
     Where none of them is as exact as sound rigs' models are, fits begin from elsewhere, too.
     """
     fits: list[FittedModel] = []
-    promising = _promising(scores, effort)
+    promising = _promising(evidence, scores, effort)
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
     names = {rival.cause.name for rival in promising if rival.cause.tried_at_full_size}
     labels = [score.hypothesis for score in _best_of_each(scores).values() if score.hypothesis.cause.name in names]
@@ -239,7 +239,7 @@ def _begun_and_raced(
     return race(evidence, harmonics, begun, tolerances, effort=effort)
 
 
-def _promising(scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
+def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
     """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
     best = max((score.log_bayes for score in scores), default=0.0)
     least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, effort.worth_a_fit * best)
@@ -248,7 +248,21 @@ def _promising(scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]
         key = score.hypothesis.key
         if score.log_bayes > least and (key in found or len(found) < effort.rivals):
             found.setdefault(key, []).append(score.hypothesis)
-    return [hypothesis for each in found.values() for hypothesis in each[: effort.beginnings]]
+    return [hypothesis for each in found.values() for hypothesis in _spread(evidence, each, effort.beginnings)]
+
+
+def _spread(evidence: MeasuredData, each: list[CauseHypothesis], count: int) -> list[CauseHypothesis]:
+    """The first, and those farthest from what was chosen before: neighbours would come to the same maximum."""
+    first = each[0]
+    places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location]
+    at = np.array([[(h.values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for h in each])
+    chosen = [0]
+    while len(chosen) < min(count, len(each)):
+        away = np.min(np.abs(at[:, None] - at[chosen]).sum(axis=2), axis=1)
+        if not np.max(away) > 0:
+            break
+        chosen.append(int(np.argmax(away)))
+    return [each[k] for k in chosen]
 
 
 def _best_of_each(scores: Sequence[Score]) -> dict[str, Score]:

@@ -41,28 +41,16 @@ TOLERANCE = 0.3
 """Gain of a fit with new weights, in units of the cost per degree of freedom, at which they are left as they are."""
 COARSE_TOLERANCE = 2.0
 """The same while the model errors are not yet the last ones."""
-NOT_FOLLOWED = 10.0
-"""Cost per number from which on no smaller model error is tried: residuals of three deviations are not the noise's, and
-a model that lacks something only comes to some corner of its limits by being asked for more."""
 HELD_PRECISION = 1e16
 """Of an unknown that is held: so small an uncertainty moves nothing, and the information stays invertible."""
 
 
 @dataclass(frozen=True)
 class BaseFit:
-    """A fit of the base family.
-
-    Attributes
-    ----------
-    baseline : BaselineParameters
-    solution : Solution
-    errors : ErrorModel
-        With which it was fitted last: those asked for, or the first ones with which it no longer follows the data.
-    """
+    """A fit of the base family."""
 
     baseline: BaselineParameters
     solution: Solution
-    errors: ErrorModel
 
 
 def starting_baseline(
@@ -166,7 +154,7 @@ def fit_base(
     iterations: int = 30,
     held_at_zero: Sequence[int] = (),
 ) -> BaseFit:
-    """Fit base parameters and law, through model errors from large ones down to `errors` or as far as they can follow.
+    """Fit base parameters and law, through model errors from large ones down to `errors`.
 
     Parameters
     ----------
@@ -203,6 +191,4 @@ def fit_base(
             baseline = baseline.with_vector(solution.x)
             if solution.gained_little(tolerance):
                 break
-        if solution.cost > NOT_FOLLOWED * len(solution.residual):
-            break
-    return BaseFit(baseline, solution, level)
+    return BaseFit(baseline, solution)

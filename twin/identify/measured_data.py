@@ -25,7 +25,7 @@ from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
 from twin.rigs import Place, Rig, nearest_preload, recorded_preload
 
-__all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data"]
+__all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
 
 Array = NDArray[Any]
 
@@ -204,27 +204,12 @@ def gather_data(
     Raises
     ------
     InputError
-        If the recordings lack the rig's force channel, share no response channel with the rig, or measured nothing;
-        as :func:`common_preload`.
+        If the recordings measured nothing; as :func:`response_outputs` and :func:`common_preload`.
     """
     first = runs[0]
     force = rig.force_sensor.channel
-    present = set.intersection(*(set(run.channels) for run in runs))
-    if force not in present:
-        raise InputError(first.path, f"channel {force}", "not recorded", "the rig names its force channel so")
+    outputs = response_outputs(runs, rig)
     runs = [in_directions_of(run, first, force=force) for run in runs]
-    outputs = tuple(
-        Output(
-            sensor.channel,
-            first.channels[sensor.channel].quantity,
-            rig.place_of(sensor.channel),
-            _sign(first.channels[sensor.channel].direction, rig.place_of(sensor.channel)),
-        )
-        for sensor in rig.response_sensors
-        if sensor.channel in present
-    )
-    if not outputs:
-        raise InputError(first.path, "channels", f"none of the rig's response channels is recorded, only {present}")
     preload = preload or common_preload(runs, rig)
     model = build_linear_model(rig, list(outputs), preload=preload)
     nominal = nominal_parameters(rig, preload)
@@ -256,6 +241,33 @@ def gather_data(
         runs=tuple(runs),
         dropped=sum(_measured_sines(run) for run in runs) - len(states),
     )
+
+
+def response_outputs(runs: Sequence[Run], rig: Rig) -> tuple[Output, ...]:
+    """The rig's response channels that all recordings have, as the first one says of their quantity and direction.
+
+    Raises
+    ------
+    InputError
+        If the recordings lack the rig's force channel, or share no response channel with the rig.
+    """
+    first, force = runs[0], rig.force_sensor.channel
+    present = set.intersection(*(set(run.channels) for run in runs))
+    if force not in present:
+        raise InputError(first.path, f"channel {force}", "not recorded", "the rig names its force channel so")
+    outputs = tuple(
+        Output(
+            sensor.channel,
+            first.channels[sensor.channel].quantity,
+            rig.place_of(sensor.channel),
+            _sign(first.channels[sensor.channel].direction, rig.place_of(sensor.channel)),
+        )
+        for sensor in rig.response_sensors
+        if sensor.channel in present
+    )
+    if not outputs:
+        raise InputError(first.path, "channels", f"none of the rig's response channels is recorded, only {present}")
+    return outputs
 
 
 def reference_output(model: LinearModel) -> int:

@@ -1,13 +1,14 @@
 """What a diagnosis gives: an answer to show, to save and to go on with."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 from matplotlib.figure import Figure
 
 from recordings.whole import made_folder
+from twin.checks import Finding
 from twin.diagnose import Diagnosis
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.extended import updated_rig_file
@@ -20,7 +21,7 @@ from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import Fitted, has_law, shown_models
 from twin.views.figures import law_figure, sweeps_figure
 from twin.views.missing_force import missing_force_figure
-from twin.views.page import Page
+from twin.views.page import Page, Section
 from twin.views.report import diagnosis_page
 from twin.views.table import Table
 from twin.views.table_report import table_figure, table_page, tried_table
@@ -58,9 +59,10 @@ class _Diagnosed(ModelResult):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class DiagnosedRecordings(FitPictures, _Diagnosed):
-    """The diagnosis of recordings."""
+    """The diagnosis of recordings, and what a first look at them saw."""
 
     diagnosis: Diagnosis
+    findings: tuple[Finding, ...] = ()
 
     def tables(self) -> Sequence[Table]:
         """Causes, errors on what was held out, residuals by sweep and channel."""
@@ -81,8 +83,12 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
         return updated_rig_file(found.evidence, replace(found.search, model=accepted))
 
     def page(self) -> Page:
-        """The report."""
-        return diagnosis_page(self.diagnosis)
+        """The report, with what a first look saw before all else."""
+        page = diagnosis_page(self.diagnosis)
+        if not self.findings:
+            return page
+        seen = Section(title="At first look", items=[finding.line for finding in self.findings])
+        return replace(page, sections=[seen, *page.sections])
 
     def save(self, folder: str | Path) -> dict[str, Any]:
         """Write the extended model, and then a file for the rerun viewer, into a folder, made if it is not there.
@@ -125,7 +131,9 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     def to_dict(self) -> dict[str, Any]:
         """As ``twin diagnose --json`` prints it."""
-        return self.diagnosis.to_dict()
+        found = self.diagnosis.to_dict()
+        notes = [*(finding.line for finding in self.findings), *found["notes"]]
+        return {**found, "notes": notes, "findings": [asdict(finding) for finding in self.findings]}
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -6,8 +6,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from recordings import Run
 from twin.bench import open_bench
+from twin.checks import FirstLook
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.sound_data import sound_data
@@ -106,13 +106,14 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
 
 
 def identify_recordings(
-    runs: Sequence[Run], rig: Rig, *, source: str, preload: str | None, report: Report
+    looked: FirstLook, rig: Rig, *, source: str, preload: str | None, report: Report
 ) -> IdentifiedJoint:
-    """Moduli, damping and joint law from recordings; `source` names the rig in errors."""
+    """Moduli, damping and joint law from recordings that passed a first look; `source` names the rig in errors."""
+    runs = looked.runs
     report("reducing the runs to responses")
     sound = sound_data(runs, rig, preload=preload, source=source)
     found = identify_rig(sound.evidence, report=report)
-    warnings = left_out_effects(rig.effect)
+    warnings = [*looked.told, *left_out_effects(rig.effect)]
     warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]
     try:
         open_bench(found.rig)

@@ -22,6 +22,7 @@ from twin.rigs.preloads import known_preload
 from twin.views.table import Table
 
 if TYPE_CHECKING:
+    from twin.checks import FirstLook
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
     from twin.lab.identified_joint import IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
@@ -123,6 +124,28 @@ class LabRig(Shown):
             preload=preload, seed=seed, rounds=rounds, report=report,
         )  # fmt: skip
 
+    def check(self, runs: Runs, *, held_out: Runs = (), preload: str | None = None) -> FirstLook:
+        """Look at recordings, before any fit: units, channels, time base, and what belongs together.
+
+        Parameters
+        ----------
+        runs, held_out
+            Recordings to learn from, and those that no fit is to see.
+        preload
+            State of the joint; what the recordings name if not given.
+
+        Raises
+        ------
+        InputError
+            If the runs cannot be read, or lack the rig's channels.
+        """
+        from twin.checks import first_look
+
+        rig = self._lap_joint("a first look at recordings")
+        if preload is not None:
+            known_preload(rig, preload)
+        return first_look(as_runs(_listed(runs)), rig, held_out=as_runs(_listed(held_out)), preload=preload)
+
     def identify(
         self, runs: Runs, *, preload: str | None = None, report: Report = _silent
     ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
@@ -164,12 +187,11 @@ class LabRig(Shown):
             from twin.lab.identified_moduli import identify_moduli
 
             return identify_moduli(tables[0], rig, source=self.source, preload=preload)
-        if preload is not None:
-            known_preload(rig, preload)
-        report("reading")
+        report("reading, and a first look")
+        looked = self.check(given, preload=preload).passed()
         from twin.lab.identified_joint import identify_recordings
 
-        return identify_recordings(as_runs(given), rig, source=self.source, preload=preload, report=report)
+        return identify_recordings(looked, rig, source=self.source, preload=preload, report=report)
 
     def diagnose(
         self,
@@ -232,19 +254,19 @@ class LabRig(Shown):
             raise InputError(
                 "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
             )
-        for name in preloads:
-            known_preload(rig, name)
-        report("reading")
+        asked_for = preloads[0] if preloads else None
+        report("reading, and a first look")
+        looked = self.check(learnt, held_out=kept, preload=asked_for).passed()
         from twin.diagnose import diagnose, in_processes
         from twin.identify.time_limit import time_limit
         from twin.lab.diagnosed import DiagnosedRecordings
 
         with in_processes(processes), time_limit(end_s):
             result = diagnose(
-                as_runs(learnt), rig, preload=preloads[0] if preloads else None, held_out=as_runs(kept),
-                source=self.source, out=None if out is None else Path(out), thorough=thorough, report=report,
+                looked.runs, rig, preload=asked_for, held_out=looked.held_out, source=self.source,
+                out=None if out is None else Path(out), thorough=thorough, report=report,
             )  # fmt: skip
-        return DiagnosedRecordings(result)
+        return DiagnosedRecordings(result, looked.findings)
 
     def predict(
         self,

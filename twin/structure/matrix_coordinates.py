@@ -49,8 +49,10 @@ class MatrixCoordinates:
 
     def translation(self, node: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
         """The same of its displacement in a direction."""
-        if int(node) not in set(self.matrices.nodes.tolist()):
-            raise ValueError(f"part {self.part.name!r} has no node {node:g}")
+        try:
+            self.matrices.coordinates_of(int(node))
+        except KeyError:
+            raise ValueError(f"part {self.part.name!r} has no node {node:g}") from None
         row = np.zeros(self.size)
         for axis, share in zip(AXES, direction, strict=True):
             found = self.dof(node, axis)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.rigs import Place, Rig
+from twin.rigs.layout import DIRECTIONS
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
@@ -83,8 +84,9 @@ def _damping(m: ModelledRig) -> Iterator[str]:
 
 
 def _masses(m: ModelledRig) -> Iterator[str]:
-    along = m.structure.rigid_translation((1.0, 0.0, 0.0))
-    whole = float(along @ m.structure.M @ along)
+    # a part that its own matrices hold follows a translation only as far as its modes do: the best axis tells most
+    along = [m.structure.rigid_translation(axis) for axis in DIRECTIONS.values()]
+    whole = max(float(motion @ m.structure.M @ motion) for motion in along)
     for sensor in m.rig.sensors:
         if sensor.mass > HEAVY * whole > 0:
             yield f"sensor {sensor.channel!r}: {1e3 * sensor.mass:.3g} g, {sensor.mass / whole:.0%} of the structure"

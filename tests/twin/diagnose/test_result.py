@@ -1,11 +1,27 @@
 """What result.json says of the probability, of what is excluded, and of what the fit had to allow for."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 from twin.diagnose.exclusion import Exclusion
-from twin.diagnose.result import Diagnosis, Misfit
+from twin.diagnose.result import Diagnosis, Misfit, NamedCause
 from twin.identify.error_model import SOUND
+
+MASS = NamedCause(
+    cause="added-mass", summary="a mass sits there", probability=0.6, confused_with=(), parameters={}, in_model=True
+)
+
+
+def test_what_data_cannot_tell_apart_is_said_in_words():
+    found = Diagnosis(
+        verdict="ambiguous", misfit=Misfit(chi2_per_dof=9.0, after=0.9, threshold=2.0, where=()), causes=(MASS,),
+        gain=None, next_test=None, seconds=1.0, evidence=None, search=None, sweeps=(), held_out=(),
+        set_95=("added-mass", "unknown"),
+    )  # fmt: skip
+    assert found.sentence.endswith("these data cannot tell it from something that is on no list.")
+    rivals = replace(found, set_95=("added-mass", "sensor-position", "none"))
+    assert rivals.sentence.endswith("these data cannot tell it from sensor-position, no cause at all.")
 
 
 def test_the_set_the_limits_and_the_model_error_are_as_the_contract_has_them():

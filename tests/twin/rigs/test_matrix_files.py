@@ -1,6 +1,7 @@
 """Parts given by matrices: what other programs write is read, and what cannot be a part is refused in one line."""
 
 import io
+import struct
 import zipfile
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy import sparse
 from scipy.io import mmwrite
 
 from recordings import InputError
-from twin.rigs import matrix_files
+from twin.rigs.matrices import found
 from twin.rigs.matrix_files import read_pairs, read_part_matrices
 
 M = np.diag([2.0, 1.0, 0.0])
@@ -96,10 +97,11 @@ HEAD = "%%MatrixMarket matrix coordinate real general\n% exported\n"
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("K.csv", "1,2\n", "'.csv' is not a suffix of a matrix; use .mtx or .npz"),
-        ("K", "1,2\n", "'' is not a suffix of a matrix; use .mtx or .npz"),
-        ("K.mtx", "1,1,1,1, 3.4\n", "cannot be read as a Matrix Market file: Line 1: Not a Matrix Market file"),
-        ("K.mtx", "", "cannot be read as a Matrix Market file"),
+        ("K.csv", "1,2\n", "'.csv' is not a suffix of a matrix; use .mtx, .npz, .op4, .pch, .sti or .mas"),
+        ("K", "1,2\n", "'' is not a suffix of a matrix; use .mtx, .npz, .op4, .pch, .sti or .mas"),
+        ("K.mtx", "1,1,3.4,0\n", "holds neither 'node, dof, node, dof, value' nor 'row, column, value'; write it with"),
+        ("K.mtx", "", "holds neither 'node, dof, node, dof, value'"),
+        ("K.mtx", HEAD[:30] + "\n", "cannot be read as a Matrix Market file: Line 1: "),
         ("K.mtx", HEAD + "3 3 2\n1 1 1\n", "Truncated file"),
         ("K.mtx", HEAD + "3 3 1\n0 1 1\n", "Row index out of bounds"),
         ("K.mtx", HEAD + "3 3 9000\n1 1 1\n", "says it has 9000 entries, more than the file can hold"),
@@ -160,9 +162,9 @@ def test_a_rigid_part_has_no_stiffness(files, tmp_path):
 def test_large_files(files, tmp_path, monkeypatch):
     huge = tmp_path / "huge.npz"
     with huge.open("wb") as stream:
-        stream.truncate(matrix_files.SIZE_LIMIT_BYTES + 1)
+        stream.truncate(found.SIZE_LIMIT_BYTES + 1)
     assert "larger than 512 MiB, the limit for matrices" in refused(files, stiffness=huge)
-    monkeypatch.setattr(matrix_files, "SIZE_LIMIT_BYTES", 1 << 20)
+    monkeypatch.setattr(found, "SIZE_LIMIT_BYTES", 1 << 20)
     packed = tmp_path / "packed.npz"
     sparse.save_npz(packed, sparse.csr_array(np.ones((400, 400))), compressed=True)
     assert packed.stat().st_size < 1 << 20
@@ -218,15 +220,75 @@ def test_an_array_that_claims_more_than_it_holds(files, tmp_path):
     assert "cannot be read as a sparse matrix" in refused(files, stiffness=tmp_path / "liar.npz")
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data(), suffix=st.sampled_from([".mtx", ".npz"]))
+def good_file(suffix, folder):
+    """A whole file of each format."""
+    if suffix == ".npz":
+        sparse.save_npz(folder / "good.npz", sparse.coo_array(K), compressed=False)
+        return (folder / "good.npz").read_bytes()
+    if suffix == "market.mtx":
+        stream = io.BytesIO()
+        mmwrite(stream, sparse.coo_array(K))
+        return stream.getvalue()
+    return {".op4": OP4, "text.op4": OP4_TEXT, ".pch": DMIG, ".sti": STI, ".mtx": ABAQUS, "sub.mtx": SUBSTRUCTURE}[
+        suffix
+    ]
+
+
+def words(*numbers):
+    """A Fortran record of integers, of four bytes each, and floats, of eight."""
+    body = b"".join(struct.pack("<d" if isinstance(n, float) else "<i", n) for n in numbers)
+    return struct.pack("<i", len(body)) + body + struct.pack("<i", len(body))
+
+
+OP4 = (
+    struct.pack("<5i8si", 24, 3, 3, 6, 2, b"KAA     ", 24) + words(1, 1, 4, 3.0, -2.0)
+    + words(2, 0, 5, 5 * 65536 + 2, 5.0, -3.0) + words(3, 3, 2, 3.5) + words(4, 1, 2, 1.0)
+)  # fmt: skip
+OP4_TEXT = b"""\
+       3       3       6       2KAA     1P,3E23.16
+       1       1       2
+ 3.0000000000000000E+00-2.0000000000000000E+00
+       2       0       5
+  327682
+ 5.0000000000000000E+00-3.0000000000000000E+00
+       3       3       1
+ 3.5000000000000000E+00
+       4       1       1
+ 1.0000000000000000E+00
+"""
+DMIG = b"""\
+DMIG    KAAX    0       6       1       0
+DMIG*   KAAX                          12               1
+*                     12               1 3.000000000D+00
+DMIG    KAAX    12      6               12      6       3.5
+DMIG,KAAX,7,2,,12,1,-2.,
+,7,2,5.0,,12,6,-3.
+"""
+STI = b"1 1 3.0e0\n1 2 -2.0e0\n2 2 5.0e0\n2 3 -3.0e0\n3 3 3.5e0\n"
+ABAQUS = b"** rows\n12,1,12,1,3.0\n12,1,7,2,-2.0\n7,2,7,2,5.0\n7,2,12,6,-3.0\n12,6,12,6,3.5\n"
+SUBSTRUCTURE = (
+    b"*USER ELEMENT,NODES=3,LINEAR\n** ELEMENT NODES\n**12,7,12\n1\n2,2\n3,6\n*MATRIX,TYPE=STIFFNESS\n"
+    b"3.,\n-2.,5.,\n0.,-3.,3.5\n"
+)
+SUFFIXES = ["market.mtx", ".npz", ".op4", "text.op4", ".pch", ".sti", ".mtx", "sub.mtx"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_one_stiffness_in_every_format(files, tmp_path, suffix):
+    path = tmp_path / f"good{suffix}"
+    path.write_bytes(good_file(suffix, tmp_path))
+    (tmp_path / "good.dof").write_text("12.1\n7.2\n12.6\n")
+    part = read_part_matrices(**{**files, "stiffness": path})
+    rows = [part.rows[key] for key in ((12, "x"), (7, "y"), (12, "rz"))]
+    np.testing.assert_array_equal(part.K.toarray()[np.ix_(rows, rows)], K)
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data(), suffix=st.sampled_from(SUFFIXES))
 def test_damaged_files_are_read_or_refused(files, tmp_path, data, suffix):
-    good, path = io.BytesIO(), tmp_path / f"damaged{suffix}"
-    if suffix == ".mtx":
-        mmwrite(good, sparse.coo_array(K))
-    else:
-        sparse.save_npz(good, sparse.coo_array(K), compressed=False)
-    raw = bytearray(good.getvalue())
+    path = tmp_path / f"damaged{suffix}"
+    (tmp_path / "damaged.dof").write_text("12.1\n7.2\n12.6\n")
+    raw = bytearray(good_file(suffix, tmp_path))
     for at, byte in data.draw(st.lists(st.tuples(st.integers(0, len(raw) - 1), st.integers(0, 255)), max_size=4)):
         raw[at] = byte
     path.write_bytes(bytes(raw[: data.draw(st.integers(0, len(raw)))]) if data.draw(st.booleans()) else bytes(raw))
@@ -242,7 +304,7 @@ def test_damaged_files_are_read_or_refused(files, tmp_path, data, suffix):
     [
         (NODES, "", "is empty"),
         ("dof,row", "axis,row", "line 1: no column 'dof'; the columns are 'node', 'axis', 'row', 'x_m', 'y_m', 'z_m'"),
-        ("dof,row", "row,row", "line 1: no column 'dof'"),
+        ("dof,row", "row,row", "line 1: column 'row' stands twice"),
         ("7,y,1", "7,y,1,5", "line 3: has 7 values for 6 columns"),
         ("7,y,1", "seven,y,1", "line 3, column node: 'seven' is not a number"),
         ("7,y,1", "7.5,y,1", "line 3, column node: '7.5' is not a whole number from 0 up"),

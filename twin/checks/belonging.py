@@ -1,0 +1,78 @@
+"""Whether force and responses were recorded together, and whether the excitation reaches beyond half the rate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Run
+from recordings.sweeps import Stretch, sweeps
+from twin.checks.finding import Finding
+from twin.checks.responses import LEAST_SAMPLES, NoiseResponse
+from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
+
+__all__ = ["look_at_aliasing", "look_at_belonging"]
+
+Array = NDArray[Any]
+
+HARMONICS = 5
+"""That a sine's response may have much of."""
+TOP = (0.47, 0.499)
+"""Of the sample rate: where a filter passes nothing."""
+
+
+def look_at_belonging(
+    run: Run, noise: Sequence[NoiseResponse], *, force: str, channels: Sequence[str]
+) -> list[Finding]:
+    """Channels whose noise is not the force's, or whose steps are no sines."""
+    measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
+    findings: list[Finding] = []
+    for number, channel in enumerate(channels):
+        coherence = [float(np.median(one.coherence[:, number])) for one in noise]
+        if coherence and max(coherence) < UNRELATED:
+            found = f"median coherence {max(coherence):.2g}"
+            findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found))
+    for channel in (force, *channels):
+        shares = [share for one in measured if np.isfinite(share := _share(run, channel, one))]
+        if shares and np.median(shares) < NOT_A_SINE:
+            found = f"{np.median(shares):.0%} of its power there"
+            findings.append(_finding(run, channel, "sines at the steps' frequencies", found))
+    return findings
+
+
+def _finding(run: Run, channel: str, expected: str, found: str) -> Finding:
+    return Finding(run.path, channel, "unrelated", expected, found, "stopped")
+
+
+def look_at_aliasing(run: Run, *, force: str) -> list[Finding]:
+    """Whether a noise's force reaches up to half the sample rate, from beyond which more then folds back."""
+    device = run.device_of(force)
+    for sweep in sweeps(run):
+        for stretch in sweep.stretches:
+            samples = run.between(force, stretch.start_ns, stretch.stop_ns).astype(float)
+            if stretch.step.frequency_Hz > 0 or len(samples) < 64 or not np.isfinite(samples).all():
+                continue
+            power = np.abs(np.fft.rfft(np.hanning(len(samples)) * (samples - samples.mean()))) ** 2
+            part = np.fft.rfftfreq(len(samples))
+            top = float(np.mean(power[(part > TOP[0]) & (part < TOP[1])]))
+            if top > ALIASED * float(np.mean(power)):
+                expected = f"no force near half its sample rate of {device.sample_rate_Hz:g} Hz"
+                found = f"{top / float(np.mean(power)):.0%} of its mean density there: no anti-aliasing filter?"
+                return [Finding(run.path, force, "aliasing", expected, found, "told")]
+    return []
+
+
+def _share(run: Run, channel: str, stretch: Stretch) -> float:
+    """Share of a step's power that the step's frequency and its harmonics have; nan where samples are missing."""
+    samples = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    turns = stretch.step.frequency_Hz / run.device_of(channel).sample_rate_Hz
+    if len(samples) < LEAST_SAMPLES or not np.isfinite(samples).all() or np.ptp(samples) == 0:
+        return np.nan
+    orders = np.arange(1, 1 + min(HARMONICS, max(1, int(0.45 / turns))))
+    angle = 2 * np.pi * turns * np.arange(len(samples))[:, None] * orders
+    basis = np.hstack([np.ones((len(samples), 1)), np.cos(angle), np.sin(angle)])
+    left = samples - basis @ np.linalg.lstsq(basis, samples, rcond=None)[0]
+    return float(1 - np.var(left) / np.var(samples))

@@ -1,0 +1,49 @@
+"""What the rig's linear model says that a recording should show; no fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.linear_model import LinearModel, Output, build_linear_model
+from twin.rigs import Rig
+
+__all__ = ["ExpectedResponse"]
+
+Array = NDArray[Any]
+
+REACH = 0.7
+"""Of the highest kept mode's frequency, from which on those left out take part."""
+
+
+@dataclass(frozen=True)
+class ExpectedResponse:
+    """The nominal rig at one preload, with the damping of its file."""
+
+    model: LinearModel
+
+    @classmethod
+    def of(cls, rig: Rig, outputs: Sequence[Output], preload: str) -> ExpectedResponse:
+        """Of the rig's channels, in the order of `outputs`."""
+        return cls(build_linear_model(rig, list(outputs), preload=preload))
+
+    @property
+    def resonances_Hz(self) -> Array:
+        """Natural frequencies, without rigid motions."""
+        omega = np.sort(self.model.basis.omega)
+        return omega[omega > 1e-3 * omega[-1]] / (2 * np.pi)
+
+    @property
+    def reach_Hz(self) -> float:
+        """Up to which frequency the kept modes make the response."""
+        return REACH * float(self.resonances_Hz[-1])
+
+    def H(self, frequency_Hz: Array) -> Array:
+        """Responses per force (f, o), in the channels' units."""
+        ports, omega = self.model.ports, 2 * np.pi * frequency_Hz
+        rows = np.vstack([ports.rows[ports.drive], ports.rows[ports.outputs]])
+        return self.model.basis.receptance(rows, omega)[:, 1:, 0] * self.model.to_quantity(omega)

@@ -1,0 +1,168 @@
+"""All checks in their order: each may rely on what those before it have let pass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from recordings.errors import InputError
+from recordings.run import Run
+from twin.checks.agreement import agreement_of
+from twin.checks.belonging import look_at_aliasing, look_at_belonging
+from twin.checks.clock import look_at_clock
+from twin.checks.expected import ExpectedResponse
+from twin.checks.finding import Finding
+from twin.checks.held import amplitudes_over_target, look_at_target
+from twin.checks.order import look_at_directions, look_at_order
+from twin.checks.responses import noise_responses, sine_responses
+from twin.checks.said import look_at_metadata
+from twin.checks.same_run import look_at_copies, without_repeats
+from twin.checks.samples import look_at_samples
+from twin.checks.scale import look_at_scale
+from twin.checks.specimen import look_at_specimens
+from twin.checks.thresholds import SHAPE
+from twin.diagnose.signals import as_known
+from twin.identify.measured_data import common_preload, response_outputs
+from twin.identify.rig_channels import in_directions_of, own_channels
+from twin.rigs import Rig
+
+__all__ = ["FirstLook", "first_look"]
+
+
+@dataclass(frozen=True)
+class FirstLook:
+    """What was seen, and the runs without what is set aside.
+
+    Attributes
+    ----------
+    runs, held_out : tuple of Run
+        To go on with.
+    findings : tuple of Finding
+        Those that stop first.
+    """
+
+    runs: tuple[Run, ...]
+    held_out: tuple[Run, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def stopped(self) -> bool:
+        """Whether no fit should be begun."""
+        return any(finding.action == "stopped" for finding in self.findings)
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """A line for each finding."""
+        return tuple(finding.line for finding in self.findings)
+
+    def passed(self) -> FirstLook:
+        """Itself, where nothing stops.
+
+        Raises
+        ------
+        InputError
+            For the first finding that stops.
+        """
+        if self.stopped:
+            raise self.findings[0].refusal()
+        return self
+
+
+def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), preload: str | None = None) -> FirstLook:
+    """Look at recordings beside a rig, in a second or two and without a fit.
+
+    Parameters
+    ----------
+    runs, held_out
+        Recordings to learn from, and those that no fit sees.
+    preload
+        State of the rig's joints; what the recordings name if not given.
+
+    Raises
+    ------
+    InputError
+        If the recordings lack the rig's force channel or share no response channel with it, or were made at different
+        preloads.
+    """
+    force = rig.force_sensor.channel
+    learnt, kept = len(runs), [*runs, *held_out]
+    common = preload or common_preload(kept, rig)
+    known = [as_known(own_channels(run, rig), rig) for run in kept]
+    response_outputs(known, rig)
+    findings = [finding for run in kept for finding in look_at_metadata(run, rig, preload=preload)]
+    looked = [look_at_samples(run, force=force) for run in known]
+    clean = [run for run, _ in looked]
+    findings += [finding for _, found in looked for finding in found]
+    findings += [finding for run in clean for finding in look_at_copies(run)]
+    if not any(finding.action == "stopped" for finding in findings):
+        findings += [finding for run in clean for finding in look_at_clock(run, force=force)]
+    if not any(finding.action == "stopped" for finding in findings):
+        first, second, repeated = without_repeats(clean[:learnt], clean[learnt:], force=force)
+        findings += repeated
+        if not any(finding.action == "stopped" for finding in repeated):
+            findings += _against_model(first, second, rig, common, findings)
+            return FirstLook(tuple(first), tuple(second), _in_order(findings))
+    return FirstLook(tuple(clean[:learnt]), tuple(clean[learnt:]), _in_order(findings))
+
+
+def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Those that stop first, then what was set aside, then the rest."""
+    order = ("stopped", "set aside", "told")
+    return tuple(sorted(findings, key=lambda finding: order.index(finding.action)))
+
+
+def _against_model(
+    learnt: Sequence[Run], held_out: Sequence[Run], rig: Rig, preload: str, before: Sequence[Finding]
+) -> list[Finding]:
+    """What the rig's linear model has to say, and what goes with it."""
+    runs = [*learnt, *held_out]
+    try:
+        outputs = response_outputs(runs, rig)
+    except InputError:
+        dead = next(finding for finding in before if finding.action == "set aside" and finding.channel)
+        return [replace(dead, action="stopped")]
+    force = rig.force_sensor.channel
+    runs = [in_directions_of(run, runs[0], force=force) for run in runs]
+    channels = tuple(output.channel for output in outputs)
+    expected = ExpectedResponse.of(rig, outputs, preload)
+    known = {str(effect.parameters.get("channel", "")) for effect in rig.effect}
+    findings: list[Finding] = []
+    responses, agreeing = [], []
+    for run in runs:
+        noise = noise_responses(run, force=force, channels=channels)
+        sines = sine_responses(run, force=force, channels=channels)
+        responses.append((noise, sines))
+        over_target = amplitudes_over_target(run, (force, *channels))
+        own = look_at_belonging(run, noise, force=force, channels=channels)
+        own = own or look_at_target(run, over_target, force=force)
+        if not any(finding.action == "stopped" for finding in own):
+            own += look_at_order(run, noise, sines, expected, force=force, channels=channels)
+        own += look_at_aliasing(run, force=force)
+        findings += own
+        agreement = agreement_of(noise, sines, expected)
+        if agreement is None or any(finding.action == "stopped" for finding in own):
+            continue
+        agreeing.append((run, agreement))
+        findings += look_at_scale(
+            run.path, agreement, channels, force=force, commanded=_commanded(run, over_target, force), known=known
+        )
+        if np.min(agreement.shape) > SHAPE and any(one.kind == "rig" and one.run == run.path for one in before):
+            said = next(one for one in before if one.kind == "rig" and one.run == run.path)
+            findings.append(
+                replace(said, found=f"{said.found}, and the responses have another shape", action="stopped")
+            )
+    if not known.intersection(channels):
+        findings += look_at_directions(agreeing, force=force, channels=channels)
+    if not any(finding.action == "stopped" for finding in findings):
+        findings += look_at_specimens(responses[: len(learnt)], responses[len(learnt) :], expected)
+    return findings
+
+
+def _commanded(run: Run, over_target: dict[str, tuple[float, float]], force: str) -> float:
+    """Force over what the steps command; nan where they command something else, or it was not held."""
+    level, spread = over_target[force]
+    named = {step.target_channel for step in run.steps} - {""}
+    return math.exp(level) if named == {force} and spread < SHAPE else math.nan

@@ -1,0 +1,63 @@
+"""Which channel the steps' amplitudes were held at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Run
+from recordings.sweeps import Stretch, sweeps
+from twin.checks.finding import Finding
+from twin.checks.responses import line_of
+from twin.checks.thresholds import TARGET
+
+__all__ = ["amplitudes_over_target", "look_at_target"]
+
+Array = NDArray[Any]
+
+STEADY = 0.05
+"""Scatter of the logarithm over a run's steps up to which a channel was held."""
+
+
+def amplitudes_over_target(run: Run, channels: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Median and scatter of the logarithm of each channel's amplitude over the steps' target; inf without a target."""
+    measured = [stretch for sweep in sweeps(run) for stretch in sweep.stretches if stretch.step.target_amplitude > 0]
+    return {name: _spread(run, name, measured) for name in channels}
+
+
+def look_at_target(run: Run, over_target: Mapping[str, tuple[float, float]], *, force: str) -> list[Finding]:
+    """Whether the steps name the channel that was held."""
+    named = {step.target_channel for step in run.steps} - {""}
+    if len(named) != 1:
+        return []
+    (target,) = named
+    held = [name for name, (level, spread) in over_target.items() if abs(level) < STEADY and spread < STEADY]
+    level, _ = over_target.get(target, (np.inf, np.inf))
+    if target in held or abs(level) < TARGET or not held:
+        return []
+    expected = f"the steps' {target} at its target"
+    found = f"{held[0]} keeps the targets' amplitudes"
+    if target == force:
+        return [Finding(run.path, force, "swapped", expected, f"{found}: {force} and {held[0]} swapped?", "stopped")]
+    return [Finding(run.path, target, "target", expected, found, "told")]
+
+
+def _spread(run: Run, channel: str, measured: Sequence[Stretch]) -> tuple[float, float]:
+    sizes = [_size(run, channel, one) / one.step.target_amplitude for one in measured]
+    logs = np.log([size for size in sizes if np.isfinite(size) and size > 0])
+    if not len(logs):
+        return np.inf, np.inf
+    return float(np.median(logs)), float(np.subtract(*np.percentile(logs, [75, 25])))
+
+
+def _size(run: Run, channel: str, stretch: Stretch) -> float:
+    """Peak value of the step's sine; the noise's rms."""
+    samples = run.between(channel, stretch.start_ns, stretch.stop_ns).astype(float)
+    if len(samples) < 16 or not np.isfinite(samples).all():
+        return np.nan
+    if stretch.step.frequency_Hz == 0:
+        return float(np.std(samples))
+    return abs(line_of(samples, stretch.step.frequency_Hz / run.device_of(channel).sample_rate_Hz))

@@ -1,0 +1,130 @@
+"""Responses per force of one recording, quickly: from noise by Welch's method, from sines by one line a step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.run import Run
+from recordings.sweeps import Stretch, sweeps
+from twin.identify.broadband import find_resonances
+from twin.identify.spectrum import broadband_records, h1
+
+__all__ = ["NoiseResponse", "SineResponse", "line_of", "noise_responses", "sine_responses"]
+
+Array = NDArray[Any]
+
+LEAST_SAMPLES = 16
+"""Of a step that can be fitted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseResponse:
+    """One stretch of noise.
+
+    Attributes
+    ----------
+    frequency_Hz : ndarray, (f,)
+        Within the band that the force excites.
+    H : ndarray, (f, o)
+        Responses over the force, in the channels' units.
+    coherence : ndarray, (f, o)
+    resonances_Hz : ndarray
+        Peaks of all channels together.
+    """
+
+    run: str
+    sweep: str
+    channels: tuple[str, ...]
+    frequency_Hz: Array
+    H: Array
+    coherence: Array
+    resonances_Hz: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class SineResponse:
+    """One stepped sweep.
+
+    Attributes
+    ----------
+    frequency_Hz : ndarray, (s,)
+        As commanded.
+    force : ndarray, (s,)
+        Complex amplitudes at the commanded frequency.
+    H : ndarray, (s, o)
+        Responses over the force, in the channels' units.
+    """
+
+    run: str
+    sweep: str
+    channels: tuple[str, ...]
+    frequency_Hz: Array
+    force: Array
+    H: Array
+
+
+def noise_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[NoiseResponse]:
+    """Of all stretches of noise in a run; `channels` are the responses."""
+    found = []
+    for record in broadband_records(run, channels=[force, *channels]):
+        response = h1(record, force=force)
+        resonances, band = find_resonances(record, force=force, channels=tuple(channels))
+        inside = (response.frequency_Hz > 0) & (response.frequency_Hz >= band[0]) & (response.frequency_Hz <= band[1])
+        found.append(
+            NoiseResponse(
+                run=run.path,
+                sweep=record.sweep,
+                channels=tuple(channels),
+                frequency_Hz=response.frequency_Hz[inside],
+                H=np.stack([response.H[name][inside] for name in channels], axis=1),
+                coherence=np.stack([response.coherence[name][inside] for name in channels], axis=1),
+                resonances_Hz=resonances,
+            )
+        )
+    return found
+
+
+def sine_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[SineResponse]:
+    """Of all stepped sweeps in a run; steps that lost samples are passed over."""
+    found = []
+    for sweep in sweeps(run):
+        steps = [stretch for stretch in sweep.stretches if stretch.step.frequency_Hz > 0]
+        lines = np.array([[_line(run, name, stretch) for name in (force, *channels)] for stretch in steps])
+        if not len(lines):
+            continue
+        frequency = np.array([stretch.step.frequency_Hz for stretch in steps])
+        sound = np.isfinite(lines).all(axis=1) & (lines[:, 0] != 0)
+        found.append(
+            SineResponse(
+                run=run.path,
+                sweep=sweep.name,
+                channels=tuple(channels),
+                frequency_Hz=frequency[sound],
+                force=lines[sound, 0],
+                H=lines[sound, 1:] / lines[sound, :1],
+            )
+        )
+    return found
+
+
+def _line(run: Run, channel: str, stretch: Stretch) -> complex:
+    """Complex amplitude at the step's frequency, from the stretch's start; NaN where samples are missing."""
+    device = run.device_of(channel)
+    first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
+    if last - first < LEAST_SAMPLES:
+        return complex(np.nan)
+    late_s = float(device.times_ns(first, first + 1)[0] - stretch.start_ns) * 1e-9
+    line = line_of(device.values[channel][first:last].astype(float), stretch.step.frequency_Hz / device.sample_rate_Hz)
+    return line * np.exp(-2j * np.pi * stretch.step.frequency_Hz * late_s)
+
+
+def line_of(samples: Array, turns: float) -> complex:
+    """Complex amplitude (peak value) of the sine of so many turns a sample, behind a Hann window."""
+    window = np.hanning(len(samples) + 2)[1:-1]
+    turned = np.exp(-2j * np.pi * turns * np.arange(len(samples)))
+    return complex(2 * np.sum(window * (samples - np.mean(samples)) * turned) / np.sum(window))

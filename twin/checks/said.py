@@ -1,0 +1,64 @@
+"""What a recording's metadata and its attached rig file say, against the rig that it is held against."""
+
+from __future__ import annotations
+
+import tomllib
+
+from recordings.run import Run
+from twin.checks.finding import Finding
+from twin.checks.thresholds import PLACE_m
+from twin.rigs import Rig, nearest_preload, recorded_preload
+
+__all__ = ["look_at_metadata"]
+
+NEAR = 0.05
+"""Share of a preload within which a meter's reading is its name's."""
+
+
+def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding]:
+    """Quantities, positions, the rig's name and the preload.
+
+    Parameters
+    ----------
+    preload
+        The one that was asked for; None for the recording's.
+    """
+    findings = [*_rig(run, rig), *_preload(run, rig, preload)]
+    for sensor in rig.sensors:
+        channel = run.channels.get(sensor.channel)
+        if channel is None:
+            continue
+        if channel.quantity != sensor.quantity:
+            found = f"the file says {channel.quantity} in {channel.unit}"
+            expected = f"{sensor.quantity}, as rig {rig.name} says"
+            findings.append(Finding(run.path, channel.name, "quantity", expected, found, "stopped"))
+        place, recorded = rig.position_of(sensor.channel), channel.position_m
+        if place is not None and recorded is not None and abs(place - recorded) > PLACE_m:
+            found = f"the file says {recorded:g} m"
+            expected = f"{place:.4g} m, as rig {rig.name} says and as is used"
+            findings.append(Finding(run.path, channel.name, "position", expected, found, "told"))
+    return findings
+
+
+def _rig(run: Run, rig: Rig) -> list[Finding]:
+    named = {"the file": run.info.get("rig", "")}
+    try:
+        attached = tomllib.loads(run.attachments.get("rig.toml", b"").decode())
+        named["its rig.toml"] = str(attached.get("name", ""))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError):
+        pass  # an attachment is a copy for people, kept as it is
+    other = {name: who for who, name in named.items() if name and name != rig.name}
+    return [
+        Finding(run.path, "", "rig", f"rig {rig.name}", f"{who} names rig {name}", "told")
+        for name, who in list(other.items())[:1]
+    ]
+
+
+def _preload(run: Run, rig: Rig, preload: str | None) -> list[Finding]:
+    """Where another preload was asked for than was recorded; one that the rig has not is told with the answer."""
+    recorded = recorded_preload(run.info)
+    nearest, departure = nearest_preload(rig, run.info)
+    if preload is None or recorded is None or nearest == preload or abs(departure) > NEAR:
+        return []
+    found = f"the file says {recorded[0]:g} {recorded[1]}"
+    return [Finding(run.path, "", "preload", f"{preload}, as was asked for", found, "told")]

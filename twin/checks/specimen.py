@@ -1,0 +1,128 @@
+"""Whether runs are of one specimen: its resonance at one amplitude is the same in all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.checks.expected import ExpectedResponse
+from twin.checks.finding import Finding
+from twin.checks.responses import NoiseResponse, SineResponse
+from twin.checks.thresholds import DRIFTING, SPECIMEN, SPECIMEN_IN_NOISE
+from twin.identify.linear_model import Output
+
+__all__ = ["Backbone", "backbone_of", "look_at_specimens", "noise_resonance"]
+
+Array = NDArray[Any]
+
+ABOUT = 0.02
+"""Relative distance to the resonance within which a step says where it is."""
+LOWEST = 5
+"""Steps of the smallest amplitudes, which noise is held against."""
+BESIDE = (0.02, 0.08)
+"""The same of noise, whose lines at the resonance itself are smeared."""
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Where a resonance is at which amplitude, by the dynamic stiffness at each step.
+
+    Attributes
+    ----------
+    amplitude : ndarray, (s,)
+        Displacement (or strain) of the reference channel, rising.
+    resonance_Hz : ndarray, (s,)
+    """
+
+    amplitude: Array
+    resonance_Hz: Array
+
+    def apart(self, other: Backbone) -> float:
+        """Median relative distance of another one at the same amplitudes; nan where they share too few."""
+        low, high = self.amplitude[[0, -1]] if len(self.amplitude) else (np.inf, 0.0)
+        shared = (other.amplitude >= low) & (other.amplitude <= high)
+        if shared.sum() < 3:
+            return np.nan
+        here = np.interp(np.log(other.amplitude[shared]), np.log(self.amplitude), self.resonance_Hz)
+        return float(np.median(other.resonance_Hz[shared] / here - 1))
+
+
+def backbone_of(sines: Sequence[SineResponse], expected: ExpectedResponse, near_Hz: float) -> Backbone:
+    """Of all sweeps about the model's resonance near there."""
+    found = []
+    for one in sines:
+        if not len(one.frequency_Hz) or not one.frequency_Hz.min() < near_Hz < one.frequency_Hz.max():
+            continue
+        output, place = _reference(expected, near_Hz)
+        resonance = _resonances(one.frequency_Hz, one.H[:, place], output, expected, place, near_Hz)
+        omega = 2 * np.pi * one.frequency_Hz
+        amplitude = np.abs(one.H[:, place] * one.force) / omega**output.derivative
+        about = np.abs(one.frequency_Hz / resonance - 1) < ABOUT
+        found.append(np.stack([amplitude, resonance])[:, about])
+    every = np.concatenate(found, axis=1) if found else np.zeros((2, 0))
+    return Backbone(*every[:, np.argsort(every[0])])
+
+
+def noise_resonance(noise: NoiseResponse, expected: ExpectedResponse, near_Hz: float) -> float:
+    """Where noise has that resonance; nan where it has too few lines."""
+    output, place = _reference(expected, near_Hz)
+    peaks = noise.resonances_Hz[np.abs(noise.resonances_Hz / near_Hz - 1) < BESIDE[1]]
+    if not len(peaks):
+        return np.nan
+    apart = np.abs(noise.frequency_Hz / peaks[0] - 1)
+    used = (apart > BESIDE[0]) & (apart < BESIDE[1]) & (noise.coherence[:, place] > 0.9)
+    if used.sum() < 4:
+        return np.nan
+    f = noise.frequency_Hz[used]
+    return float(np.median(_resonances(f, noise.H[used, place], output, expected, place, near_Hz)))
+
+
+def _reference(expected: ExpectedResponse, near_Hz: float) -> tuple[Output, int]:
+    place = int(np.argmax(np.abs(expected.H(np.array([near_Hz])))[0]))
+    return expected.model.outputs[place], place
+
+
+def _resonances(f: Array, H: Array, output: Output, expected: ExpectedResponse, place: int, near_Hz: float) -> Array:
+    """Resonance (s,) that each frequency's dynamic stiffness tells, beside what the model's other modes add to it."""
+    omega = 2 * np.pi * f
+    own = expected.H(f)[:, place]
+    stiffness, nominal = (np.real((1j * omega) ** output.derivative / one) * output.sign for one in (H, own))
+    x = omega**2 - np.mean(omega**2)
+    slope = (x @ nominal) / (x @ x)
+    return np.sqrt(np.maximum((2 * np.pi * near_Hz) ** 2 + (nominal - stiffness) / slope, 0)) / (2 * np.pi)
+
+
+def look_at_specimens(
+    learnt: Sequence[tuple[Sequence[NoiseResponse], Sequence[SineResponse]]],
+    held_out: Sequence[tuple[Sequence[NoiseResponse], Sequence[SineResponse]]],
+    expected: ExpectedResponse,
+) -> list[Finding]:
+    """Runs whose resonances are not those of the learnt sweeps."""
+    findings: list[Finding] = []
+    learnt_sweeps = [one for _, sines in learnt for one in sines]
+    for near_Hz in expected.resonances_Hz:
+        every = backbone_of(learnt_sweeps, expected, near_Hz)
+        if not len(every.amplitude):
+            continue
+        each = [backbone_of([one], expected, near_Hz) for one in learnt_sweeps]
+        drift = max((abs(apart) for a, b in pairwise(each) if np.isfinite(apart := a.apart(b))), default=0.0)
+        for one in (sine for _, sines in held_out for sine in sines):
+            apart = every.apart(backbone_of([one], expected, near_Hz))
+            if abs(apart) > max(SPECIMEN, DRIFTING * drift):
+                findings.append(_finding(one.run, f"sweep {one.sweep}", apart, near_Hz, "at the same amplitudes"))
+        softening = float(np.ptp(every.resonance_Hz)) / near_Hz
+        for record in (noise for noises, _ in (*learnt, *held_out) for noise in noises):
+            apart = noise_resonance(record, expected, near_Hz) / float(np.median(every.resonance_Hz[:LOWEST])) - 1
+            if abs(apart) > SPECIMEN_IN_NOISE + softening:
+                findings.append(_finding(record.run, f"noise {record.sweep}", apart, near_Hz, "at small amplitudes"))
+    return findings
+
+
+def _finding(run: str, what: str, apart: float, near_Hz: float, where: str) -> Finding:
+    found = f"{what} has it {apart:+.2%} off: another specimen, or a change since?"
+    return Finding(run, "", "specimen", f"the learnt sweeps' resonance near {near_Hz:.4g} Hz {where}", found, "told")

@@ -1,0 +1,76 @@
+"""Nodes of two parts that face each other across a joint, with the area that each pair stands for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay, KDTree, QhullError
+
+from twin.rigs.imported.part import ImportedPart
+from twin.rigs.matrix_files import PAIR_LIMIT, NodePairs
+
+Array = NDArray[np.float64]
+
+GAP = 0.5
+"""Of the distance between a part's own neighbours: nodes farther apart do not face each other."""
+EDGE = 3.0
+"""Times the usual edge of a patch's triangles: longer ones bridge from one patch to the next and carry nothing."""
+COINCIDENT_m = 1e-9
+
+
+def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
+    """Nearest nodes of two parts, each the other's, with the area of a flat patch; None where the parts do not meet.
+
+    Raises
+    ------
+    ValueError
+        If they meet in a line or a point, which has no area, or in more pairs than a joint may have.
+    """
+    place_a, place_b = a.matrices.coordinates, b.matrices.coordinates
+    if min(len(place_a), len(place_b)) < 2:
+        return None
+    spacing = min(_spacing(place_a), _spacing(place_b))
+    away, to_b = KDTree(place_b).query(place_a)
+    back = KDTree(place_a).query(place_b)[1]
+    mutual = np.flatnonzero((away <= GAP * spacing) & (back[to_b] == np.arange(len(place_a))))
+    if not len(mutual):
+        return None
+    if len(mutual) > PAIR_LIMIT:
+        raise ValueError(f"{len(mutual)} nodes of {a.name} and {b.name} face each other; {PAIR_LIMIT} are allowed")
+    ends = place_b[to_b[mutual]]
+    points = (place_a[mutual] + ends) / 2
+    shares, normal = _areas(points)
+    gap = ends - place_a[mutual]
+    across = (
+        gap.mean(axis=0) if np.linalg.norm(gap, axis=1).mean() > COINCIDENT_m else place_b.mean(0) - place_a.mean(0)
+    )
+    normal = normal if normal @ across >= 0 else -normal
+    used = shares > 0
+    return NodePairs(
+        a.matrices.nodes[mutual][used], b.matrices.nodes[to_b[mutual]][used], shares[used],
+        np.tile(normal, (int(np.count_nonzero(used)), 1)),
+    )  # fmt: skip
+
+
+def _spacing(places: Array) -> float:
+    """Usual distance from a node to the next."""
+    return float(np.median(KDTree(places).query(places, k=2)[0][:, 1]))
+
+
+def _areas(points: Array) -> tuple[Array, Array]:
+    """A third of the triangles about each point of a flat patch, (m,), m2, and its unit normal (3,)."""
+    centred = points - points.mean(axis=0)
+    size, axes = np.linalg.svd(centred, full_matrices=False)[1:]
+    if len(points) < 3 or size[1] < 1e-6 * size[0]:
+        raise ValueError(f"{len(points)} facing nodes lie on a line: no area to join")
+    flat = centred @ axes[:2].T
+    try:
+        corners = Delaunay(flat).simplices
+    except QhullError as error:
+        raise ValueError("the facing nodes span no area") from error
+    edges = np.linalg.norm(flat[corners] - flat[np.roll(corners, 1, axis=1)], axis=2).max(axis=1)
+    kept = corners[edges <= EDGE * np.median(edges)]
+    u, v = flat[kept[:, 1]] - flat[kept[:, 0]], flat[kept[:, 2]] - flat[kept[:, 0]]
+    area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+    shares = np.bincount(kept.ravel(), np.repeat(area / 3, 3), len(points))
+    return np.asarray(shares, float), np.asarray(axes[2])

@@ -1,0 +1,122 @@
+"""Units of a model: which there are, which these matrices are likely to be in, and the matrices in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial import KDTree
+
+Array = NDArray[np.float64]
+Rows = Mapping[tuple[int, str], int]
+
+SOUND_m_per_s = 5000.0
+"""Bar waves in steel, aluminium and glass; 3400 in brass, 1700 in a polymer, 9000 in carbon fibre."""
+SIZE_m = 0.4
+"""Of a part on a bench; a factor of 10 more or less is common."""
+UNLIKELY = 0.5
+"""Weight of a decade of size beside a decade of the speed of sound, which differs less from part to part."""
+CLEAR = 0.7
+"""Decades by which the best of the units must be better than the next."""
+STRANGE, IMPOSSIBLE = 1.5, 4.0
+"""Decades off the usual speed of sound from which the units are doubted, and from which these are no such matrices."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """A consistent set: metres, kilograms and seconds of its units."""
+
+    name: str
+    length_m: float
+    mass_kg: float
+    time_s: float
+
+    @property
+    def energy_J(self) -> float:
+        """Of one unit of energy."""
+        return self.mass_kg * self.length_m**2 / self.time_s**2
+
+    @property
+    def density(self) -> float:
+        """Steel's, in these units."""
+        return 7850.0 * self.length_m**3 / self.mass_kg
+
+    def to_si(self, M: csr_array, K: csr_array, rows: Rows) -> tuple[csr_array, csr_array]:
+        """Mass and stiffness in SI units: rotations stay as they are, all else becomes metres."""
+        scale = np.full(M.shape[0], 1 / self.length_m)
+        scale[[row for (_, dof), row in rows.items() if dof in ("rx", "ry", "rz")]] = 1.0
+        found = []
+        for matrix, factor in ((M, self.energy_J * self.time_s**2), (K, self.energy_J)):
+            entries = matrix.tocoo()
+            entries.data = factor * entries.data * scale[entries.row] * scale[entries.col]
+            found.append(csr_array(entries))
+        return found[0], found[1]
+
+
+UNITS = {
+    units.name: units
+    for units in (
+        Units("m-kg-s", 1.0, 1.0, 1.0),
+        Units("mm-t-s", 1e-3, 1e3, 1.0),
+        Units("mm-kg-ms", 1e-3, 1.0, 1e-3),
+        Units("in-lbf-s", 0.0254, 175.126835, 1.0),
+    )
+}
+"""Newton, millimetre and tonne; kilonewton, millimetre, kilogram and millisecond; pound-force, inch and second."""
+
+
+@dataclass(frozen=True)
+class ModelScale:
+    """What of a model tells its units: its size, and its speed of sound; NaN where it does not tell."""
+
+    size: float
+    sound: float
+
+    def unlikely(self, units: Units) -> float:
+        """Decades by which the model would be unusual in these units."""
+        sound = self.sound * units.length_m / units.time_s / SOUND_m_per_s
+        return abs(np.log10(sound)) + UNLIKELY * abs(np.log10(self.size * units.length_m / SIZE_m))
+
+    def guess(self) -> Units | None:
+        """The likely units; None where two are about as likely, or nothing tells them."""
+        if not (self.size > 0 and self.sound > 0):
+            return None
+        first, second = sorted(UNITS.values(), key=self.unlikely)[:2]
+        return first if self.unlikely(second) - self.unlikely(first) > CLEAR else None
+
+    def doubt(self, units: Units) -> str:
+        """Why these units are doubted; empty if they are not.
+
+        Raises
+        ------
+        ValueError
+            If no unit explains these matrices.
+        """
+        sound = self.sound * units.length_m / units.time_s
+        off = abs(np.log10(sound / SOUND_m_per_s)) if sound > 0 else 0.0
+        if off < STRANGE:
+            return ""
+        told = f"in {units.name} sound would run at {sound:.2g} m/s, which is no solid's"
+        if off > IMPOSSIBLE:
+            raise ValueError(told)
+        return f"{told}: check units and matrices"
+
+
+def model_scale(M: csr_array, K: csr_array, coordinates: Array, rows: Rows) -> ModelScale:
+    """Size and speed of sound of a model in its own units.
+
+    The largest frequency that an element's mass and stiffness have, times the distance of its nodes, is about the speed
+    of sound, whatever the shape: taken from the stiffest tenth of the displacements' rows.
+    """
+    size = float(np.linalg.norm(np.ptp(coordinates, axis=0)))
+    places = np.unique(coordinates, axis=0)
+    moving = np.array([row for (_, dof), row in rows.items() if dof in ("x", "y", "z")], np.int64)
+    mass, stiffness = M.diagonal()[moving], K.diagonal()[moving]
+    felt = (mass > 0) & (stiffness > 0)
+    if not np.any(felt) or len(places) < 2:
+        return ModelScale(size, np.nan)
+    spacing = float(np.median(KDTree(places).query(places, k=2)[0][:, 1]))
+    return ModelScale(size, spacing * float(np.sqrt(np.quantile(stiffness[felt] / mass[felt], 0.9))))

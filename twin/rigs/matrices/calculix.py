@@ -1,0 +1,59 @@
+"""CalculiX: stiffness ``.sti``, mass ``.mas`` and their rows ``.dof``, of a step with ``SOLVER=MATRIXSTORAGE``."""
+
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from recordings.errors import InputError
+from recordings.reader import open_input
+from twin.rigs.matrices.found import (
+    COMPONENTS,
+    NODE_LIMIT,
+    ORDER_LIMIT,
+    FoundMatrix,
+    Integers,
+    Role,
+    from_entries,
+    labels_of,
+)
+from twin.rigs.matrices.numbers import number_table, whole_numbers
+
+ROLES = {".mas": "mass", ".sti": "stiffness"}
+LONGEST_LINE = 64
+"""Of a .dof file, in characters."""
+
+
+def read_calculix(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
+    """The matrix; row, column and value stand in each line, of one triangle, and row.dof names every row's node.
+
+    The rows come out in rising order of node and component, as of all formats that name them.
+    """
+    if (other := ROLES[path.suffix.lower()]) != role:
+        raise InputError(
+            path, "", f"is a {other} of CalculiX, given as the {role}", "the mass is .mas, the stiffness .sti"
+        )
+    table = number_table(path, stream.read(), columns=3)
+    places = whole_numbers(path, table[:, :2], "row or column") - 1
+    labels = _labels(path.with_suffix(".dof"))
+    if len(np.unique(labels)) < len(labels):
+        raise InputError(path.with_suffix(".dof"), "", "a degree of freedom stands twice", "export it again")
+    order = np.argsort(labels)
+    matrix = from_entries(path, places[:, 0], places[:, 1], table[:, 2], len(labels))
+    return FoundMatrix(matrix[order][:, order], labels[order])
+
+
+def _labels(path: Path) -> Integers:
+    """Node and direction of each row, as ``node.direction``."""
+    with open_input(path) as stream:
+        text = stream.read(ORDER_LIMIT * LONGEST_LINE).decode("latin-1")
+    found = []
+    for line, entry in enumerate(text.splitlines(), 1):
+        node, dot, component = entry.strip().partition(".")
+        if not (dot and node.isdecimal() and component.isdecimal()):
+            raise InputError(path, f"line {line}", f"{entry.strip()[:30]!r} is not node.direction", "export it again")
+        if int(node) >= NODE_LIMIT or int(component) >= COMPONENTS:
+            raise InputError(path, f"line {line}", f"{entry.strip()[:30]!r} is no degree of freedom", "export it again")
+        found.append((int(node), int(component)))
+    numbers = np.array(found, np.int64).reshape(-1, 2)
+    return labels_of(numbers[:, 0], numbers[:, 1])

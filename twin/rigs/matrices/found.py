@@ -1,0 +1,117 @@
+"""What a reader of matrices found in a file, and what every one of them checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array, tril, triu
+
+from recordings.errors import InputError
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Role = Literal["mass", "stiffness"]
+
+SIZE_LIMIT_BYTES = 512 << 20
+"""Of a matrix's file, and of what it holds after decompression."""
+ORDER_LIMIT = 200_000
+COMPONENTS = 128
+"""More than any program has degrees of freedom at a node."""
+NODE_LIMIT = 10**15
+
+
+@dataclass(frozen=True, eq=False)
+class FoundMatrix:
+    """A matrix, and whose its rows are if its format knows.
+
+    Attributes
+    ----------
+    matrix : sparse, (n, n)
+        Both halves, in the file's units.
+    labels : ndarray of int, (n,), or None
+        Node times `COMPONENTS` plus component of every row, rising; components 1 to 6 are x, y, z, rx, ry, rz, any
+        other is internal.
+    held : ndarray of int
+        Rows that the program holds at rest; their entries are zero.
+    """
+
+    matrix: csr_array
+    labels: Integers | None = None
+    held: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def among(self, labels: Integers) -> FoundMatrix:
+        """The same matrix between the rows of these labels, which are its own and others."""
+        assert self.labels is not None
+        at, entries = np.searchsorted(labels, self.labels), self.matrix.tocoo()
+        places = (at[entries.row], at[entries.col])
+        whole = csr_array(coo_array((entries.data, places), shape=(len(labels), len(labels))))
+        return replace(self, matrix=whole, labels=labels, held=at[self.held])
+
+
+def check_shape(path: Path, shape: Sequence[int]) -> None:
+    """Refuse what is not square, or of an order that no part may have."""
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise InputError(path, "", f"is {' x '.join(map(str, shape))}, not square", "give the whole matrix")
+    if not 0 < shape[0] <= ORDER_LIMIT:
+        raise InputError(path, "", f"is of order {shape[0]}; 1 to {ORDER_LIMIT} are allowed", "reduce the part first")
+
+
+def from_entries(path: Path, row: Integers, column: Integers, value: Array, order: int) -> csr_array:
+    """The whole symmetric matrix from entries of it, or of one triangle of it in any order of the rows.
+
+    Raises
+    ------
+    InputError
+        If the order is not allowed, an entry lies outside or stands twice.
+    """
+    check_shape(path, (order, order))
+    if np.any(outside := (row < 0) | (row >= order) | (column < 0) | (column >= order)):
+        at = int(np.argmax(outside))
+        place = f"row {row[at] + 1}, column {column[at] + 1}"
+        raise InputError(path, place, f"lies outside a matrix of order {order}", "export it again")
+    whole = csr_array(coo_array((value, (row, column)), shape=(order, order)))
+    if whole.nnz < len(value):
+        raise InputError(path, "", "an entry stands twice", "write each once, in one triangle or in both")
+    stands = csr_array((np.ones(whole.nnz, np.int8), whole.indices, whole.indptr), shape=whole.shape)
+    lower, upper = csr_array(tril(stands, -1)), csr_array(triu(stands, 1).T)
+    if lower.multiply(upper).nnz == 0:
+        whole = csr_array(whole + tril(whole, -1).T + triu(whole, 1).T)
+    return whole
+
+
+def from_labelled(path: Path, row: Integers, column: Integers, value: Array) -> FoundMatrix:
+    """The matrix of entries between labels, see :class:`FoundMatrix`."""
+    labels, index = np.unique(np.concatenate([row, column]), return_inverse=True)
+    return FoundMatrix(from_entries(path, index[: len(row)], index[len(row) :], value, len(labels)), labels)
+
+
+def labels_of(nodes: Integers, components: Integers) -> Integers:
+    """The labels of nodes and components."""
+    return nodes * COMPONENTS + components
+
+
+def name_for(path: Path, names: Iterable[str], role: Role) -> str:
+    """Of the matrices of a file the only one, or the only one that is named like a mass (M...) or a stiffness (K...).
+
+    Raises
+    ------
+    InputError
+        If there is none, or the names leave a choice.
+    """
+    names = list(dict.fromkeys(names))
+    if len(names) == 1:
+        return names[0]
+    letter = {"mass": "M", "stiffness": "K"}[role]
+    usual = [name for name in names if name.upper().startswith(letter)]
+    for narrower in (usual, [name for name in usual if name.upper() in {letter + set_ * 2 for set_ in "AGX"}]):
+        if len(narrower) == 1:
+            return narrower[0]
+    listed = ", ".join(names)[:120] or "none"
+    raise InputError(
+        path, "", f"holds the matrices {listed}; which is the {role}?", f"keep one {letter}... in the file"
+    )
