@@ -37,8 +37,7 @@ GOOD = {
 """Command lines that would be understood, in the folder of `folder`."""
 LONG = "x" * 5000
 READ = {
-    "files", "mapping", "runs", "run", "loops", "source", "what", "instruments", "drive", "held_out", "mass", "stiffness",
-    "nodes",
+    "files", "runs", "run", "loops", "source", "what", "instruments", "drive", "held_out", "mass", "stiffness", "nodes",
 }  # fmt: skip
 """Parameters that name files to be read."""
 NAMES = {"procedure", "procedure_name", "rig", "rig_name", "model"}
