@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from recordings.errors import InputError
 from recordings.convert.uff import read_uff
 from recordings.importing.signals import Signal
 
@@ -15,6 +16,9 @@ __all__ = ["read_universal"]
 def read_universal(path: Path) -> list[Signal]:
     """All channels, in SI units, each device a table; raises InputError."""
     run = read_uff(path)
+    if not run.devices:
+        reason = next((event.detail for event in run.events if event.kind == "not-converted"), "it has none")
+        raise InputError(path, "", f"holds no time history that can be a channel: {reason}")
     return [
         Signal(
             name=name, unit=run.channels[name].unit, values=values.astype(np.float64), table=device.device,
