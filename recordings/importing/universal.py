@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.errors import InputError
 from recordings.convert.uff import read_uff
+from recordings.errors import InputError
 from recordings.importing.signals import Signal
 
 __all__ = ["read_universal"]
