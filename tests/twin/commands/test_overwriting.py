@@ -16,6 +16,7 @@ WRITING = {
     "acquire": ["--instruments", "none.toml", "--out", "new.mcap"],
     "check": ["run.mcap", "--recover", "new.mcap"],
     "convert": ["run.mcap", "new.uff"],
+    "import": ["data.csv"],
     "identify": ["run.mcap", "--rig", "steel-lap-joint", "--out", "new.toml"],
     "modes": ["run.mcap"],
     "predict": ["steel-lap-joint", "--drive", "drive.csv", "--out", "new.csv"],
@@ -26,7 +27,8 @@ WRITING = {
     "view": ["run.mcap"],
 }
 """Commands with an option or argument that names a file to be written, and what they need besides."""
-READ = {"run", "runs", "source", "instruments", "what", "loops", "drive", "held_out", "causes_files", "laws_files"}
+READ = {"run", "runs", "source", "instruments", "what", "loops", "drive", "held_out", "causes_files", "laws_files",
+        "files", "mapping"}  # fmt: skip
 FOLDERS = {"campaign", "demo", "diagnose", "rehearse"}
 """Commands whose ``--out`` is a folder."""
 SUFFIX = {"out": ".mcap", "target": ".uff", "save": ".rrd", "save_view": ".rrd", "picture": ".png"}
