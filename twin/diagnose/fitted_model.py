@@ -15,9 +15,10 @@ from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, ErrorModel
 from twin.identify.gauss_newton import Solution, minimise
 from twin.identify.linear_fit import LARGEST_STEP
+from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import Linearisation, Prediction, ResidualModel
+from twin.identify.residual_model import Prediction, ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]

@@ -19,8 +19,8 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel,
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, Covariances, Discrepancy, ErrorModel, log_determinant, log_prior
 from twin.identify.gauss_newton import not_held_back
+from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import Linearisation
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained"]

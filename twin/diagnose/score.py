@@ -23,8 +23,9 @@ from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.gauss_newton import not_held_back
+from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import Linearisation, ResidualModel
+from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]

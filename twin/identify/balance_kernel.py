@@ -22,8 +22,8 @@ Array = NDArray[Any]
 @COMPILED
 def turn(
     opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
-    amplitude: Array, more: Array, own: Array, growth: Array, log_a: Array, rows: Array, z: Array, k: Array, gap: Array,
-    step: Array,
+    amplitude: Array, more: Array, more_growth: Array, more_at: Array, own: Array, growth: Array, log_a: Array,
+    rows: Array, z: Array, k: Array, gap: Array, step: Array,
 ) -> None:  # fmt: skip
     """Motion and stiffness of some steps at assumed amplitudes, what these miss, and Newton's step.
 
@@ -35,8 +35,8 @@ def turn(
         Of the layers' points.
     among, driven, reference, to_reference, amplitude
         As in :class:`twin.identify.local_forces.Surroundings`.
-    more : ndarray, (s, n)
-        Stiffness beside all others.
+    more, more_growth, more_at : ndarray, (s, n), (s, p, p), (s, p)
+        As in :class:`twin.identify.local_forces.Added`.
     own, growth : ndarray, (s, n - 2 p)
         Stiffness of the nonlinear forces at these amplitudes, and its derivative by their logarithms.
     log_a : ndarray, (s, n)
@@ -52,15 +52,16 @@ def turn(
     for s in rows:
         _turn_one(
             opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-            own[s], growth[s], log_a[s], z[s], k[s], gap[s], step[s], A, right, slope, J, r,
+            more_growth[s], more_at[s], own[s], growth[s], log_a[s], z[s], k[s], gap[s], step[s], A, right, slope, J, r,
         )  # fmt: skip
 
 
 @COMPILED
 def settle(
     opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: Array, to_reference: Array,
-    amplitude: Array, more: Array, sliders: Array, compliance: Array, common: Array, log_a: Array, z: Array, k: Array,
-    worst: Array, turns: int, settled: float, longest: float, shortest: float, difference: float,
+    amplitude: Array, more: Array, more_growth: Array, more_at: Array, sliders: Array, compliance: Array, common: Array,
+    log_a: Array, z: Array, k: Array, worst: Array, turns: int, settled: float, longest: float, shortest: float,
+    difference: float,
 ) -> None:  # fmt: skip
     """The same to the end, where all nonlinear forces are sliders: `log_a` is moved to where nothing is missed.
 
@@ -88,7 +89,7 @@ def settle(
         _slide_all(sliders, compliance[s], common[s], log_a[s], difference, own, growth, force, room)
         _turn_one(
             opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-            own, growth, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
+            more_growth[s], more_at[s], own, growth, log_a[s], z[s], k[s], gap, step, A, right, slope, J, r,
         )  # fmt: skip
         worst[s] = _largest(gap)
         share = 1.0
@@ -100,7 +101,7 @@ def settle(
             _slide_all(sliders, compliance[s], common[s], trial, difference, own, growth, force, room)
             _turn_one(
                 opening, slip, weights[s], among[s], driven[s], reference[s], to_reference[s], amplitude[s], more[s],
-                own, growth, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
+                more_growth[s], more_at[s], own, growth, trial, new_z, new_k, new_gap, new_step, A, right, slope, J, r,
             )  # fmt: skip
             left = _largest(new_gap)
             if left < worst[s] or share <= shortest:
@@ -139,8 +140,8 @@ def _slide_all(
 @COMPILED
 def _turn_one(
     opening: Array, slip: Array, weights: Array, among: Array, driven: Array, reference: complex, to_reference: Array,
-    amplitude: complex, more: Array, own: Array, growth: Array, log_a: Array, z: Array, k: Array, gap: Array,
-    step: Array, A: Array, right: Array, slope: Array, J: Array, r: Array,
+    amplitude: complex, more: Array, more_growth: Array, more_at: Array, own: Array, growth: Array, log_a: Array,
+    z: Array, k: Array, gap: Array, step: Array, A: Array, right: Array, slope: Array, J: Array, r: Array,
 ) -> None:  # fmt: skip
     n, points = len(driven), len(weights) // 2
     for i in range(n):
@@ -153,6 +154,9 @@ def _turn_one(
         else:
             k[i], slope[i] = own[i - 2 * points], growth[i - 2 * points]
         k[i] += more[i]
+        if i < points:
+            for j in range(points):
+                k[i] += more_growth[i, j] * (log_a[j] - more_at[j])
     for i in range(n):
         right[i, 0] = driven[i]
         for j in range(n):
@@ -166,6 +170,9 @@ def _turn_one(
     for i in range(n):
         z[i] = right[i, 0] / reading * amplitude
         gap[i] = np.log(max(abs(z[i]), 1e-300)) - log_a[i]
+    for i in range(n):
+        for j in range(n):
+            J[i, j] = 1.0 if i == j else 0.0
     for j in range(n):
         onto = to_reference[j]
         for i in range(n):
@@ -173,8 +180,10 @@ def _turn_one(
         by_reading = -onto * right[j, 0] / reading
         for i in range(n):
             influence = -right[i, 1 + j] * right[j, 0] / right[i, 0] - by_reading
-            J[i, j] = -(influence * slope[j]).real
-        J[j, j] += 1.0
+            J[i, j] -= (influence * slope[j]).real
+            if j < points:
+                for m in range(points):
+                    J[i, m] -= (influence * more_growth[j, m]).real
     for i in range(n):
         r[i] = gap[i]
     eliminate(J, r)

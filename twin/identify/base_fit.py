@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.balance import Added, Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, ErrorModel, continuation
 from twin.identify.gauss_newton import Solution, minimise
@@ -17,6 +18,7 @@ from twin.identify.linear_fit import base_bounds
 from twin.identify.linear_model import LinearParameters, nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
+from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
 
 __all__ = ["REWEIGHTED", "BaseFit", "baseline_bounds", "fit_base", "law_from_steps", "starting_baseline"]
@@ -27,6 +29,8 @@ TURNS = 25
 """Newton steps for each step's own softening and loss; eight are usual."""
 LARGEST_LOSS = 10.0
 """Loss modulus that is looked for, over E'."""
+HARMONIC_TURNS = 6
+"""Of the law and of what harmonics add to it, one found from the other."""
 READ_OFF = 1e-3
 """Relative error of a response within which a step's softening and loss count as found."""
 SMOOTHNESS = 0.04
@@ -98,7 +102,20 @@ def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, kno
         dl = (a.real * gap.imag - a.imag * gap.real) / determinant
         s = np.clip(s + np.clip(ds, -0.3, 0.3), *SOFTENING_OF_A_STEP)
         loss = np.clip(loss + np.clip(dl, -1.0, 1.0), -0.1 * LARGEST_LOSS, LARGEST_LOSS)
-    return BaselineParameters(base, _smoothed(residual_model, s, loss, motion, knots, each, np.abs(gap)))
+    of_harmonics, found = np.zeros_like(s), Balance(motion, stiffness, Added.nothing(motion.shape, p), np.abs(gap))
+    for _ in range(HARMONIC_TURNS):
+        laws = _smoothed(residual_model, s - of_harmonics, loss, motion, knots, each, found.unsettled)
+        of_harmonics = _softened_by_harmonics(residual_model, BaselineParameters(base, laws), found)
+    return BaselineParameters(base, laws)
+
+
+def _softened_by_harmonics(residual_model: ResidualModel, baseline: BaselineParameters, found: Balance) -> Array:
+    """What the openings' harmonics take off at each step (s,), over E', as all points together feel it."""
+    openings = residual_model.openings(baseline, found)
+    more = balance_openings(baseline.laws, openings, residual_model.slaps).more.real
+    energy = np.abs(openings.fundamental) ** 2
+    whole = np.sum(openings.weight * openings.modulus[openings.joint] * energy, axis=1)
+    return np.asarray(-np.sum(more * energy, axis=1) / np.where(whole == 0, 1.0, whole))
 
 
 def _smoothed(

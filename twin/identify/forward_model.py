@@ -13,23 +13,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.extended_model import extended_model
 from twin.identify.linear_model import LinearParameters
-from twin.identify.local_forces import Balance, Influence, LocalForces, Surroundings
+from twin.identify.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import UNCHANGED, ModelModification, NoiseMotion
 from twin.identify.opening_harmonics import (
+    EVEN_TOO,
     ODD,
     OpeningBalance,
     Openings,
     at_harmonic,
     balance_openings,
+    growth_of_more,
     loss_among_harmonics,
 )
 from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
+from twin.identify.slipping import RIPPLES
 from twin.structure import points_of_joints
 
 __all__ = ["ForwardModel"]
@@ -40,9 +44,9 @@ AtHarmonic = tuple[Array, Array, Array]
 
 LEAST_LEFT = 0.01
 """Share of E' that a drift leaves at the least, however long it goes on: a bolt never pushes."""
-HARMONIC_TURNS, HARMONICS_SETTLED = 6, 1e-6
-"""Most turns of fundamentals and harmonics, and the change of what the latter add to the former, over the law's largest
-stiffness, that ends them: a turn leaves a tenth of it."""
+HARMONIC_TURNS, HARMONICS_SETTLED, LOSS_SETTLED = 16, 1e-6, 1e-4
+"""Most turns of fundamentals and harmonics; the change of what the latter add to the former, over the law's largest
+stiffness, that ends them; and that below which the slips' loss, as harmonics meet it, changes no more."""
 
 
 class ForwardModel:
@@ -232,10 +236,9 @@ class ForwardModel:
         around = self.surroundings(free, omega)
         if held is not None:
             # A model with further forces may be held to a balance without them: they come last.
-            more, known = np.zeros_like(around.driven), held.more.shape[1]
-            more[:, :known] = held.more[:, : len(self.moving)]
-            start = np.abs(held.motion) if known == len(self.moving) else None
-            found = self.local_at(held).balance(baseline.laws, omega, around, more=more, start=start)
+            start = np.abs(held.motion) if held.motion.shape[1] == len(self.moving) else None
+            added = held.added.of_ports(len(self.moving))
+            found = self.local_at(held).balance(baseline.laws, omega, around, added=added, start=start)
         else:
             found = self._with_harmonics(baseline, omega, around)
         return update_receptance(free, self.moving, found.stiffness), omega, found
@@ -243,28 +246,34 @@ class ForwardModel:
     def _with_harmonics(self, baseline: BaselineParameters, omega: Array, around: Surroundings) -> Balance:
         """Fundamentals and harmonics of the layer's openings, in turn.
 
-        What a slap does to the fundamental is one with the law's own softening, which is free to take it in.
+        Lost contact that is as large one way as the other would be the law's own; but it shifts the openings' middle,
+        and so makes the fundamental softer still.
         """
         found, harmonics = self.local.balance(baseline.laws, omega, around), None
         if not (any(np.any(law.vector) for law in baseline.laws) and len(omega)):
             return found
-        p = len(self.points)
+        p, changed, largest = len(self.points), np.inf, 0.0
         for turn in range(HARMONIC_TURNS):
-            if turn < 2:  # the second time with the loss that the slips' harmonics leave
-                at_harmonics = [self.at_harmonic(h, baseline, found) for h in ODD]
+            # The second time at least, with the loss that the slips' harmonics leave.
+            if turn < 2 or changed > LOSS_SETTLED * largest:
+                at_harmonics = [self.at_harmonic(h, baseline, found) for h in self.orders]
                 ports = self.moving[2 * p :]
-                found = replace(found, ripples=np.stack([R[:, ports, ports] for R, *_ in at_harmonics], axis=2))
+                rippling = [around[0] for h, around in zip(self.orders, at_harmonics, strict=True) if h in RIPPLES]
+                found = replace(found, ripples=np.stack([R[:, ports, ports] for R in rippling], axis=2))
                 secant = self._secant(found)[:, :p].real
+                largest = float(np.max(np.abs(secant), initial=0.0))
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
-            openings = replace(self.openings(baseline, found, ODD, at_harmonics), secant=secant)
-            balance = balance_openings(baseline.laws, openings, start=harmonics)
+            openings = replace(self.openings(baseline, found, at_harmonics), secant=secant)
+            balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics)
             more, harmonics = np.zeros_like(found.stiffness), balance.motion
             more[:, :p] = balance.more
             more[:, p : 2 * p] = self._loss_among_harmonics(baseline, found, openings, balance)
             changed = np.max(np.abs(more - found.more), initial=0.0)
-            start = np.abs(found.motion)
-            found = self.local_at(found).balance(baseline.laws, omega, around, more=more, start=start)
-            if changed < HARMONICS_SETTLED * np.max(np.abs(secant), initial=0.0):
+            amplitude = np.abs(found.motion)
+            growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
+            added = Added(more, growth, log_amplitudes(amplitude[:, :p]))
+            found = self.local_at(found).balance(baseline.laws, omega, around, added=added, start=amplitude)
+            if changed < HARMONICS_SETTLED * largest:
                 break
         return found
 
@@ -294,18 +303,22 @@ class ForwardModel:
             self.evidence.steps.response[:, reference, 0],
         )  # fmt: skip
 
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """Harmonics of the openings that are balanced."""
+        return EVEN_TOO if self.modification.opening else ODD
+
     def openings(
-        self, baseline: BaselineParameters, balance: Balance, orders: tuple[int, ...],
-        around: Sequence[AtHarmonic] | None = None,
-    ) -> Openings:  # fmt: skip
+        self, baseline: BaselineParameters, balance: Balance, around: Sequence[AtHarmonic] | None = None
+    ) -> Openings:
         """The layer's openings at the steps, and what surrounds them at multiples of the drive frequency.
 
         Parameters
         ----------
         around
-            What :meth:`at_harmonic` returns for each of them, where it is known.
+            What :meth:`at_harmonic` returns for each of the :attr:`orders`, where it is known.
         """
-        p, drive = len(self.points), self.model.ports.drive
+        p, drive, orders = len(self.points), self.model.ports.drive, self.orders
         at = self.moving[: 2 * p]
         compliance, driven = [], []
         around = around or [self.at_harmonic(h, baseline, balance) for h in orders]
@@ -319,6 +332,15 @@ class ForwardModel:
             self.points.joint, orders, to_points[:, :, :p], points_driven[:, :, :p], to_points[:, :, p:],
             points_driven[:, :, p:],
         )  # fmt: skip
+
+    def read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
+        """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
+        at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
+        read = [
+            (self.model.to_quantity(omega) * self.channel_factors(omega)[0])[:, :, None] * R[:, outputs][:, :, at]
+            for R, _, omega in around
+        ]
+        return np.stack(read, axis=1)
 
     def forced_harmonics(self, balance: Balance, orders: Sequence[int]) -> Array:
         """Harmonics (h, s, m) of the nonlinear forces at a balance."""

@@ -14,11 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.balance import Added
 from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import LinearParameters
 from twin.identify.local_forces import LocalForces, Surroundings
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, at_harmonic, balance_openings, loss_among_harmonics
+from twin.identify.opening_harmonics import (
+    Openings,
+    at_harmonic,
+    balance_openings,
+    growth_of_more,
+    loss_among_harmonics,
+)
 from twin.identify.receptance import update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.slipping import RIPPLES
@@ -165,9 +172,9 @@ class HeldRig:
         every = np.arange(len(low))
         self._first = np.floor(np.log(low) / STRIDE).astype(int)
         count = int(np.max(np.ceil(np.log(high) / STRIDE) - self._first)) + 3
-        self._more = np.zeros((count, *self._driven.shape), complex)
-        self._ripples = self._linear_ripples(count)
-        self._log_motion = np.zeros(self._more.shape)
+        shape = (count, *self._driven.shape)
+        self._more, self._log_motion = np.zeros(shape, complex), np.zeros(shape)
+        added, self._ripples = Added.nothing(shape, self.points), self._linear_ripples(count)
         for turn in range(1 + HARMONIC_TURNS if self._own_harmonics else 1):
             motion, stiffness = np.zeros_like(self._more), np.zeros_like(self._more)
             for c in range(count):
@@ -179,12 +186,13 @@ class HeldRig:
                 else:
                     start = 2 * self._log_motion[c - 1] - self._log_motion[c - 2]
                 found = self._forces(every, self._ripples[c]).balance(
-                    self._laws, self.omega, around, more=self._more[c], start=np.exp(start)
+                    self._laws, self.omega, around, added=added.of_step(c), start=np.exp(start)
                 )
+                self._more[c] = found.more
                 motion[c], stiffness[c] = found.motion, found.stiffness - self._more[c]
                 self._log_motion[c] = np.log(np.maximum(np.abs(found.motion), 1e-300))
             if self._own_harmonics and turn < HARMONIC_TURNS:
-                self._by_harmonics(motion, stiffness)
+                added = self._by_harmonics(motion, stiffness)
 
     def states(self, rows: Array, reading: Array) -> HeldStates:
         """States at the frequencies `rows` (s,) and amplitudes (s,) of the channel's reading."""
@@ -207,8 +215,9 @@ class HeldRig:
             for known in (self._more, self._ripples)
         )
         around = self._surroundings(rows, reading)
+        added = replace(Added.nothing(start.shape, self.points), stiffness=np.asarray(more))
         found = self._forces(rows, np.asarray(ripples)).balance(
-            self._laws, self.omega[rows], around, more=more, start=np.exp(start)
+            self._laws, self.omega[rows], around, added=added, start=np.exp(start)
         )
         motion, response, by_stiffness = around.reading(found.stiffness)
         return HeldStates(motion, found.stiffness, response, by_stiffness, found.unsettled)
@@ -229,17 +238,17 @@ class HeldRig:
         among = [np.diagonal(self._at_harmonic(h)[:, own, own], axis1=1, axis2=2) for h in RIPPLES]
         return np.tile(np.stack(among, axis=2), (count, 1, 1, 1))
 
-    def _by_harmonics(self, motion: Array, stiffness: Array) -> None:
-        """Find what harmonics add to the stiffness at each amplitude of the march, and what sliders slip into there."""
-        p, orders = self.points, EVEN_TOO if self._rig.modification.opening else ODD
+    def _by_harmonics(self, motion: Array, stiffness: Array) -> Added:
+        """What harmonics add (c, f, n) at each amplitude of the march; find what sliders slip into there, too."""
+        p, orders = self.points, self._rig.orders
         among = [self._at_harmonic(h) for h in orders]
-        more = np.zeros_like(motion)
+        added = replace(Added.nothing(motion.shape, p), log_amplitude=self._log_motion[..., :p].copy())
         joint = self._rig.points.joint
         softened = stiffness[:, :, :p].real / (self.weights[:, :p] * self._base.E[joint])
-        felt = np.argwhere((np.abs(softened.min(axis=2)) > FELT) | bool(self._rig.modification.nonlinear))
-        if self._rig.modification.opening:
-            gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
-            felt = np.argwhere(np.any(np.abs(motion[:, :, :p]) > gaps, axis=2))
+        gaps = np.array([slap.gap_m if slap else np.inf for slap in self._rig.slaps])[joint]
+        lost = np.any(np.abs(motion[:, :, :p]) > gaps, axis=2)
+        softer = np.abs(softened.min(axis=2)) > FELT
+        felt = np.argwhere(lost | softer | bool(self._rig.modification.nonlinear))
         for k in range(0, len(felt), CHUNK):
             c, rows = felt[k : k + CHUNK].T
             secant = stiffness[c, rows, : 2 * p]
@@ -260,8 +269,10 @@ class HeldRig:
             balance = balance_openings(self._laws, openings, self._rig.slaps)
             slips = motion[c, rows, p : 2 * p]
             change = loss_among_harmonics(self._laws, joint, slips, openings.slips(balance), orders)
-            more[c, rows, :p], more[c, rows, p : 2 * p] = balance.more, 1j * self.weights[rows, p:] * change
-        self._more = more
+            added.stiffness[c, rows, :p] = balance.more
+            added.stiffness[c, rows, p : 2 * p] = 1j * self.weights[rows, p:] * change
+            added.growth[c, rows] = growth_of_more(self._laws, openings, balance, self._rig.slaps)
+        return added
 
     def _driven_by_forces(
         self, around: Array, motion: Array, rows: Array, ripples: Array, orders: Sequence[int]

@@ -20,12 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.balance_kernel import settle, turn
 from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
-__all__ = ["Balance", "Influence", "LocalForces", "Surroundings"]
+__all__ = ["Influence", "LocalForces", "Surroundings"]
 
 Array = NDArray[Any]
 
@@ -82,31 +83,6 @@ class Surroundings:
         reading = self.reference - np.sum(held * driven, axis=1)
         to_reference = self.to_reference - (held[:, None, :] @ among)[:, 0]
         return driven, among, reading, -to_reference * driven / reading[:, None]
-
-
-@dataclass(frozen=True)
-class Balance:
-    """The ports' motion and stiffness where each agrees with the other.
-
-    Attributes
-    ----------
-    motion : ndarray, (s, n)
-        Complex amplitudes, m.
-    stiffness : ndarray, (s, n)
-        Complex, N/m.
-    more : ndarray, (s, n)
-        The part of it that does not go by the amplitude: what harmonics of the motion add, N/m.
-    unsettled : ndarray, (s,)
-        Largest relative disagreement that was left.
-    ripples : ndarray, (s, m, 3), or None
-        What the nonlinear forces slip into, see :class:`LocalForces`.
-    """
-
-    motion: Array
-    stiffness: Array
-    more: Array
-    unsettled: Array
-    ripples: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -221,7 +197,7 @@ class LocalForces:
         return Z
 
     def balance(
-        self, laws: Sequence[LayerLaw], omega: Array, around: Surroundings, *, more: Array | None = None,
+        self, laws: Sequence[LayerLaw], omega: Array, around: Surroundings, *, added: Added | None = None,
         start: Array | None = None,
     ) -> Balance:  # fmt: skip
         """Stiffness at the amplitudes that it itself allows.
@@ -230,21 +206,21 @@ class LocalForces:
 
         Parameters
         ----------
-        more : ndarray, (s, n)
-            Stiffness beside that of the law and the forces, which does not go by the amplitude.
+        added
+            Stiffness beside that of the law and the forces; none by default.
         start : ndarray, (s, n)
             Amplitudes to begin from; those without any force by default.
         """
-        more = np.zeros_like(around.driven) if more is None else more
+        added = added or Added.nothing(around.driven.shape, self.points)
         omega = omega.real  # a motion that still grows has its frequency's forces
-        if not more.size:  # nothing of the rig goes by an amplitude
-            return Balance(around.driven, more, more, np.zeros(len(omega)))
+        if not around.driven.size:  # nothing of the rig goes by an amplitude
+            return Balance(around.driven, around.driven, added, np.zeros(len(omega)))
         if start is None:
             start = np.abs(around.motion(np.zeros_like(around.driven))[0])
-        log_a = _log(start)
+        log_a = log_amplitudes(start)
         arrays = (
             *packed_laws(laws, self.joint), self.weights, around.among, around.driven, around.reference,
-            around.to_reference, around.amplitude, more,
+            around.to_reference, around.amplitude, added.stiffness, added.growth, added.log_amplitude,
         )  # fmt: skip
         rig: tuple[Any, ...] = tuple(np.ascontiguousarray(a) for a in arrays)  # one layout, one compilation
         sliders = [force.slider for force in self.forces if force.slider]
@@ -253,7 +229,7 @@ class LocalForces:
             worst = np.empty(len(omega))
             kinds = self._as_arrays(sliders, omega)
             settle(*rig, *kinds, log_a, z, k, worst, TURNS, SETTLED, LONGEST, SHORTEST, DIFFERENCE)  # type: ignore[call-arg]
-            return Balance(z, k, more, worst, self.ripples)
+            return Balance(z, k, added, worst, self.ripples)
         now = _Turn.of(log_a)
         self._turn(rig, omega, log_a, np.arange(len(omega)), now)
         worst, share, trial = now.worst, np.ones(len(omega)), _Turn.of(log_a)
@@ -269,7 +245,7 @@ class LocalForces:
             now.take(trial, better)
             share[rows] /= 4.0
             share[better] = 1.0
-        return Balance(now.motion, now.stiffness, more, worst, self.ripples)
+        return Balance(now.motion, now.stiffness, added, worst, self.ripples)
 
     def _turn(self, rig: tuple[Array, ...], omega: Array, log_a: Array, rows: Array, out: _Turn) -> None:
         """Fill in `out` at some rows, for assumed log amplitudes."""
@@ -279,7 +255,7 @@ class LocalForces:
 
     def follow(
         self, laws: Sequence[LayerLaw], amplitude: Array, omega: Array, influence: Influence, motion: Array,
-        response: Array,
+        response: Array, added: Added,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Changes of log motion (s, n, u) and log response (s, o, u) once the stiffness has followed the amplitude.
 
@@ -287,10 +263,13 @@ class LocalForces:
         ----------
         motion, response
             The same changes at a stiffness that is held.
+        added
+            What else of the stiffness follows.
         """
-        growth = self.stiffness(laws, amplitude, omega.real)[1]
-        own = np.eye(amplitude.shape[1]) - (influence.motion * growth[:, None, :]).real
-        k = growth[:, :, None] * np.linalg.solve(own, motion.real)
+        growth = self.stiffness(laws, amplitude, omega.real)[1][:, :, None] * np.eye(amplitude.shape[1])
+        growth[:, : self.points, : self.points] += added.growth
+        own = np.eye(amplitude.shape[1]) - (influence.motion @ growth).real
+        k = growth @ np.linalg.solve(own, motion.real)
         return motion + influence.motion @ k, response + influence.response @ k
 
     def harmonics(self, motion: Array, count: int, omega: Array) -> Array:
@@ -343,10 +322,6 @@ class LocalForces:
             compliance[:, i] = slider.compliance(omega) if self.ripples is None else self.ripples[:, i]
             common[:, i] = common_spring(compliance[:, i])
         return values, compliance, common
-
-
-def _log(amplitude: Array) -> Array:
-    return np.asarray(np.log(np.maximum(amplitude, 1e-300)))
 
 
 def _turned(motion: Array, count: int) -> Array:

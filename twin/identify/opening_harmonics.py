@@ -16,8 +16,8 @@ A layer that loses contact where it opens (a slap) has an even part beside that:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -36,6 +36,7 @@ __all__ = [
     "Openings",
     "at_harmonic",
     "balance_openings",
+    "growth_of_more",
     "loss_among_harmonics",
     "stiffness_sensitivity",
 ]
@@ -52,6 +53,8 @@ TURNS, SHORTEST = 24, 1 / 16
 """Newton steps; three to five are usual.  And the share of one that is taken though it comes no nearer."""
 BALANCED = 1e-7
 """Newton step over the fundamental at which the harmonics are in balance."""
+DIFFERENCE = 1e-4
+"""Relative step of the fundamentals for a derivative."""
 GRID = 400
 """Points of a force's table."""
 LEAST_TANGENT = 0.02
@@ -190,11 +193,7 @@ def balance_openings(
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
     angle = np.outer(np.arange(2 * orders[-1] + 1), theta)
     tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
-    lost = np.zeros((len(tables), 3))
-    for number, slap in enumerate(slaps):
-        if slap is not None:
-            share = (slap.factor - 1) / (slap.factor + 1)
-            lost[number] = share, slap.gap_m, force_at(slap.gap_m, tables[number])[0]
+    lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
     arrays: tuple[Any, ...] = (
         a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus[openings.joint],
@@ -205,8 +204,26 @@ def balance_openings(
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
 
+def growth_of_more(
+    laws: Sequence[LayerLaw], openings: Openings, balance: OpeningBalance, slaps: Sequence[Opening | None] = ()
+) -> Array:
+    """Derivatives (s, p, p) of the stiffness that harmonics add, by the logarithms of the fundamentals, N/m."""
+    columns = []
+    for point in range(openings.fundamental.shape[1]):
+        larger = openings.fundamental.copy()
+        larger[:, point] *= 1 + DIFFERENCE
+        more = balance_openings(laws, replace(openings, fundamental=larger), slaps, start=balance.motion).more
+        columns.append((more - balance.more) / DIFFERENCE)
+    return np.stack(columns, axis=2)
+
+
 def stiffness_sensitivity(
-    laws: Sequence[LayerLaw], openings: Openings, motion: Array, moved: Array
+    laws: Sequence[LayerLaw],
+    openings: Openings,
+    motion: Array,
+    moved: Array,
+    *,
+    slaps: Sequence[Opening | None] = (),
 ) -> tuple[list[Array], Array]:
     """Derivatives of the stiffness that harmonics add to the fundamental's.
 
@@ -216,7 +233,7 @@ def stiffness_sensitivity(
     Parameters
     ----------
     motion : ndarray, (s, h, p)
-        Odd harmonics in balance.
+        Harmonics in balance.
     moved : ndarray, (s, h, p, u)
         Their change with parameters of what is around the openings, at forces that are held.
 
@@ -232,18 +249,22 @@ def stiffness_sensitivity(
         return [], np.zeros((*a.shape, moved.shape[3]), complex)
     theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
     waves = np.exp(1j * np.outer(theta, orders))
-    # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.
+    # Amounts of cosines, then of minus sines: real and imaginary parts of a harmonic.  A static part is its mean.
     onto = np.hstack([waves.real, -waves.imag])
+    back_from = np.tile(np.where(orders == 0, 1.0, 2.0) / SAMPLES, 2)[:, None] * onto.T
     alone = (a[:, :, None] * np.exp(1j * theta)).real
     around = alone + (motion.transpose(0, 2, 1) @ waves.T).real
     modulus = openings.modulus[openings.joint]
     tables = [_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)]
     slope = np.empty_like(around)
+    share, gap = np.array([_lost(slap) for slap, _ in _each(slaps, tables)]).T[:, openings.joint, None]
+    share = np.where(np.abs(around) > gap, share, 0.0)
     for point, joint in enumerate(openings.joint):
         x, _, rise = tables[joint]
         slope[:, point] = np.interp(np.abs(around[:, point]), x, rise)
+    slope *= 1 + share * np.sign(around)
     tangent = openings.weight[..., None] * (slope - modulus[:, None]) - openings.secant[..., None]
-    by_motion = 2 / SAMPLES * np.einsum("ti,spt,tj->spij", onto, tangent, onto, optimize=True)
+    by_motion = np.einsum("it,spt,tj->spij", back_from, tangent, onto, optimize=True)
     s, p, two = len(a), a.shape[1], onto.shape[1]
     h = two // 2
     C = np.zeros((s, two, p, two, p))
@@ -264,16 +285,30 @@ def stiffness_sensitivity(
     out = []
     for joint, law in enumerate(laws):
         own = np.flatnonzero(openings.joint == joint)
-        table = _abel(law.opening_knots.tobytes())
-        at_motion = _taken_off(table, around[:, own], openings.weight[:, own])
-        at_fundamental = _taken_off(table, alone[:, own], openings.weight[:, own])
-        by_law = 2 / SAMPLES * (onto.T @ at_motion)
+        table, weight = _abel(law.opening_knots.tobytes()), openings.weight[:, own]
+        at_motion = _taken_off(table, around[:, own], weight)
+        if np.any(share[:, own]):  # an even force is of the openings' size, less that at the gap
+            unit = share[:, own] * np.sign(around[:, own])
+            at_gap = _taken_off(table, np.broadcast_to(gap[own], unit.shape), weight)
+            at_motion = at_motion * (1 + unit[..., None]) - share[:, own, :, None] * at_gap
+        at_fundamental = _taken_off(table, alone[:, own], weight)
+        by_law = back_from @ at_motion
         driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
         force = back(-driven)
         force[:, own] += first @ (at_motion - at_fundamental)
         out.append(force / at_rest)
     both = np.concatenate([moved.real, moved.imag], axis=1)
     return out, back(both.reshape(s, two * p, -1)) / at_rest
+
+
+def _lost(slap: Opening | None) -> tuple[float, float]:
+    """The even force that lost contact adds over the odd one beyond the gap, and the gap, m."""
+    return (0.0, 0.0) if slap is None else ((slap.factor - 1) / (slap.factor + 1), slap.gap_m)
+
+
+def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Iterator[tuple[Opening | None, Any]]:
+    """Each joint's lost contact, none where none is given, with its force's table."""
+    return zip(slaps or [None] * len(tables), tables, strict=True)
 
 
 def _taken_off(table: tuple[Array, Array, Array], opening: Array, weight: Array) -> Array:

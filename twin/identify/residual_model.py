@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
@@ -20,69 +21,15 @@ from twin.identify.forward_model import ForwardModel
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
-from twin.identify.local_forces import Balance
+from twin.identify.linearisation import Linearisation, LostContact, with_more
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.opening_harmonics import EVEN_TOO, ODD, Openings, balance_openings, stiffness_sensitivity
+from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.whitening import HarmonicResiduals
-from twin.structure import points_of_joints
 
 __all__ = ["Prediction", "ResidualModel"]
 
 Array = NDArray[Any]
-
-
-@dataclass(frozen=True)
-class Linearisation:
-    """What a fit holds while its parameters move; it would creep if these moved with them.
-
-    Attributes
-    ----------
-    broadband_factors : tuple of ndarray, (b, o, o)
-        Cholesky factors of each broadband run's covariance,
-    step_factor : ndarray, (s, 2 o, 2 o)
-        and of the steps'.
-    balance : Balance
-        Of the moving ports: where to begin, and what harmonics add.
-    openings : Openings or None
-        What surrounds the layer's openings at all harmonics, where contact is lost there.
-    harmonics : ndarray, (s, h, p), or None
-        Motion of the openings from which their balance begins.
-    baseline : BaselineParameters
-        That the balance was found with,
-    by_unknowns : ndarray, (s, p, u), or None
-        and the derivative by each unknown of what the harmonics add to the openings' stiffness; none where contact is
-        lost.
-    made_of : Covariances or None
-        What the factors came from; none where they were given.
-    """
-
-    broadband_factors: tuple[Array, ...]
-    step_factor: Array
-    balance: Balance | None
-    openings: Openings | None
-    harmonics: Array | None
-    baseline: BaselineParameters
-    by_unknowns: Array | None
-    made_of: Covariances | None = None
-
-    def derivative(self, baseline: BaselineParameters) -> Array | None:
-        """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
-        same = all(
-            np.array_equal(law.opening_knots, mine.opening_knots) and np.array_equal(law.slip_knots, mine.slip_knots)
-            for law, mine in zip(baseline.laws, self.baseline.laws, strict=True)
-        )
-        return self.by_unknowns if same else None
-
-    def balance_with(self, baseline: BaselineParameters) -> Balance:
-        """The balance with what the harmonics add, to first order, where the unknowns are others."""
-        assert self.balance is not None
-        derivative = self.derivative(baseline)
-        if derivative is None:
-            return self.balance
-        more = self.balance.more.copy()
-        more[:, : derivative.shape[1]] += derivative @ (baseline.vector - self.baseline.vector)
-        return replace(self.balance, more=more)
 
 
 @dataclass(frozen=True)
@@ -172,12 +119,22 @@ class ResidualModel(ForwardModel):
             for i, factor in enumerate(held.broadband_factors)
         ]
         if len(self.evidence.steps):
-            R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=held.balance_with(baseline))
-            change = self._step_changes(baseline, R, omega, held) if sensitivities else None
+            near = self.balance_at(held, baseline)
+            R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
+            change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
             out.append(("steps", self._steps(baseline, R, omega, held.step_factor, change)))
             if self.harmonics is not None:
                 out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
         return out
+
+    def balance_at(self, held: Linearisation, baseline: BaselineParameters) -> Balance:
+        """The balance where the unknowns are others, and where contact is lost in another way."""
+        balance = held.balance_with(baseline)
+        lost = held.lost
+        if lost is None or not self.modification.opening:
+            return balance
+        now = balance_openings(held.baseline.laws, lost.openings, self.slaps, start=lost.balance.motion)
+        return with_more(balance, now.more - lost.balance.more)
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, factor: Array, sensitivities: bool
@@ -237,20 +194,21 @@ class ResidualModel(ForwardModel):
         outputs = steps.response.shape[1]
         stiffness, amplitude, ratio = np.zeros((0, outputs, 1)), np.zeros((0, outputs)), np.zeros((0, outputs))
         if state is not None:
-            R, omega, _ = state
-            stiffness = by_stiffness(self._step_changes(baseline, R, omega)[0])
-            amplitude = self._by_amplitude(baseline, R, omega)
+            R, omega, balance = state
+            stiffness = by_stiffness(self._step_changes(baseline, R, omega, balance)[0])
+            amplitude = self._by_amplitude(baseline, R, omega, balance)
             ratio = self._measured_over_predicted(R, omega)
         return Covariances(
             self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
         )
 
-    def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
+    def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""
         motion, influence = self.port_motion(R, omega)
         ones = np.ones((*motion.shape, 1), complex)
         still = np.zeros((len(motion), len(self.evidence.channels), 1), complex)
-        return self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still)[1][:, :, 0]
+        followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still, balance.added)
+        return followed[1][:, :, 0]
 
     def linearisation(self, baseline: BaselineParameters) -> Linearisation:
         """What a fit that begins at these unknowns may hold."""
@@ -258,29 +216,27 @@ class ResidualModel(ForwardModel):
         made_of = self._covariances(baseline, state)
         factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
         if state is None:
-            return Linearisation(*factors, None, None, None, baseline, None, made_of)
+            return Linearisation(*factors, None, None, baseline, None, made_of)
         found = state[2]
-        if not self.modification.opening:
-            by_unknowns = self._harmonics_by_unknowns(baseline, found)
-            return Linearisation(*factors, found, None, None, baseline, by_unknowns, made_of)
-        openings = self.openings(baseline, found, EVEN_TOO)
-        harmonics = balance_openings(baseline.laws, openings, self.slaps).motion
-        return Linearisation(*factors, found, openings, harmonics, baseline, None, made_of)
+        by_unknowns, lost = self._harmonics_by_unknowns(baseline, found)
+        return Linearisation(*factors, found, lost, baseline, by_unknowns, made_of)
 
-    def _harmonics_by_unknowns(self, baseline: BaselineParameters, found: Balance) -> Array:
-        """Derivatives (s, p, u) of the stiffness that odd harmonics add to the openings.
+    def _harmonics_by_unknowns(
+        self, baseline: BaselineParameters, found: Balance
+    ) -> tuple[Array | None, LostContact | None]:
+        """Derivatives (s, p, u) of the stiffness that the openings' harmonics add; and these where contact is lost.
 
         A harmonic may meet a resonance, whose frequency and damping are unknown, too.
         """
         p, drive = len(self.points), self.model.ports.drive
         opening, slip = self.moving[:p], self.moving[p : 2 * p]
-        around = [self.at_harmonic(h, baseline, found, inner=True) for h in ODD]
-        openings = self.openings(baseline, found, ODD, around)
-        harmonics = balance_openings(baseline.laws, openings)
+        around = [self.at_harmonic(h, baseline, found, inner=True) for h in self.orders]
+        openings = self.openings(baseline, found, around)
+        harmonics = balance_openings(baseline.laws, openings, self.slaps)
         lossier = [loss for _, loss in self.local.by_law(baseline.laws, np.abs(found.motion))]
         moved = np.zeros((*harmonics.motion.shape, len(baseline.blocks)), complex)
-        own_forces = self.forced_harmonics(found, ODD)
-        for order, (h, (R, force, omega)) in enumerate(zip(ODD, around, strict=True)):
+        own_forces = self.forced_harmonics(found, openings.orders)
+        for order, (h, (R, force, omega)) in enumerate(zip(openings.orders, around, strict=True)):
             by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
             by_force += np.einsum("spq,sq->sp", R[:, :, self.nonlinear_ports], own_forces[order])
             into = R[:, :, drive] * force[:, None] - by_force
@@ -290,10 +246,13 @@ class ResidualModel(ForwardModel):
                 own = slip[self.local.of_joint(joint)]
                 by_slip = -R[:, opening[:, None], own] * into[:, None, own]
                 moved[:, order, :, baseline.loss(joint)] = by_slip @ (h * by_loss)
-        by_softening, by_unknowns = stiffness_sensitivity(baseline.laws, openings, harmonics.motion, moved)
+        by_softening, by_unknowns = stiffness_sensitivity(
+            baseline.laws, openings, harmonics.motion, moved, slaps=self.slaps
+        )
         for joint, by in enumerate(by_softening):
             by_unknowns[:, :, baseline.softening(joint)] = by
-        return by_unknowns
+        lost = LostContact(openings, harmonics, self.read_of_openings(around)) if self.modification.opening else None
+        return by_unknowns, lost
 
     def motion_at_forces(self, baseline: BaselineParameters) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
@@ -311,13 +270,17 @@ class ResidualModel(ForwardModel):
         """Even harmonics (s, h, o) of a layer that opens; the odd ones are any law's."""
         assert self.harmonics is not None
         p, orders = len(self.points), self.harmonics.orders
-        openings, start = (self._held.openings, self._held.harmonics) if self._held else (None, None)
-        openings = openings or self.openings(baseline, balance, EVEN_TOO)
+        lost = self._held.lost if self._held is not None else None
+        if lost is None:
+            around = [self.at_harmonic(h, baseline, balance) for h in self.orders]
+            openings, read, start = self.openings(baseline, balance, around), self.read_of_openings(around), None
+        else:
+            openings, read, start = lost.openings, lost.read, lost.balance.motion
         openings = replace(openings, fundamental=balance.motion[:, :p])
         force = balance_openings(baseline.laws, openings, self.slaps, start=start).force
-        even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, [EVEN_TOO.index(h) for h in orders]]
-        at = self.harmonics.field @ points_of_joints(self.harmonics.structure, self.layer_elements).opening.T
-        return -np.asarray(np.einsum("shop,shp->sho", at, even))
+        own = [openings.orders.index(h) for h in orders]
+        even = np.where(orders % 2 == 0, 1.0, 0.0)[:, None] * force[:, own]
+        return -np.asarray(np.einsum("shop,shp->sho", read[:, own], even))
 
     def _harmonics(
         self, baseline: BaselineParameters, R: Array, balance: Balance, change: tuple[Array, Array] | None
@@ -361,7 +324,7 @@ class ResidualModel(ForwardModel):
         return change
 
     def _step_changes(
-        self, baseline: BaselineParameters, R: Array, omega: Array, held: Linearisation | None = None
+        self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance, held: Linearisation | None = None
     ) -> tuple[Array, Array]:
         """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
         p, into, moving = self.model.ports, self.driven(R, omega), self.moving
@@ -386,7 +349,7 @@ class ResidualModel(ForwardModel):
             ):
                 response[:, :, columns] += influence.response[:, :, which] @ k
                 moved[:, :, columns] += influence.motion[:, :, which] @ k
-        moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response)
+        moved, response = self.local.follow(baseline.laws, amplitude, omega, influence, moved, response, balance.added)
         return response, moved
 
     def _forced(self, R: Array) -> tuple[Array, int, Array]:

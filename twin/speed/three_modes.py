@@ -16,8 +16,9 @@ from recordings.benchmark import Measured, timed_in_turns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw, choose_knots
 from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
+from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
-from twin.identify.residual_model import Linearisation, ResidualModel
+from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 from twin.speed.equivalent_linear import in_bands
 from twin.structure import layer_points
@@ -45,7 +46,7 @@ def gauss_newton_three_modes() -> Measured:
     found = free.local.balance(baseline.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    held = Linearisation((), np.array(factor), found, None, None, baseline, None)
+    held = Linearisation((), np.array(factor), found, None, baseline, None)
     residual_model = ResidualModel(evidence, held=held)
     # Residuals are those of measured over predicted: with the forces that are predicted, changes are of logarithms.
     R, omega, _ = residual_model.step_receptance(baseline, inner=False, held=found)

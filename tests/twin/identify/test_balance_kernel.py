@@ -22,14 +22,19 @@ def random_ports(n, seed=0):
     # The last two drive and tell.
     amplitude = 10 ** rng.uniform(-6.5, -5, STEPS) * np.exp(1j * rng.uniform(0, 6, STEPS))
     more = 1e6 * (rng.standard_normal((STEPS, n)) + 1j * rng.uniform(0, 1, (STEPS, n)))
-    return R[:, :n, :n], R[:, :n, n], R[:, n + 1, n], R[:, n + 1, :n], amplitude, more
+    growth = 1e6 * (rng.standard_normal((STEPS, POINTS, POINTS)) + 1j * rng.uniform(0, 1, (STEPS, POINTS, POINTS)))
+    at = rng.uniform(np.log(1e-7), np.log(1e-6), (STEPS, POINTS))
+    return R[:, :n, :n], R[:, :n, n], R[:, n + 1, n], R[:, n + 1, :n], amplitude, more, 0.1 * growth, at
 
 
-def plain_turn(law, weights, among, driven, reference, to_reference, amplitude, more, own, growth, log_a):
+def plain_turn(
+    law, weights, among, driven, reference, to_reference, amplitude, more, more_growth, at, own, growth, log_a
+):
     """Motion (n,), stiffness (n,), what the assumed amplitudes of one step miss, and Newton's step."""
     p, a = len(weights) // 2, np.exp(log_a)
     (B, B_log), (C, C_log) = spline_basis(law.opening_knots, a[:p]), spline_basis(law.slip_knots, a[p : 2 * p])
     k = np.concatenate([-(B @ law.softening) * weights[:p], 1j * (C @ law.loss) * weights[p:], own]) + more
+    k[:p] += more_growth @ (log_a[:p] - at)
     slope = np.concatenate([-(B_log @ law.softening) * weights[:p], 1j * (C_log @ law.loss) * weights[p:], growth])
     held = np.linalg.inv(np.eye(len(k)) + among * k)
     moved, softened = held @ driven, held @ among
@@ -39,7 +44,9 @@ def plain_turn(law, weights, among, driven, reference, to_reference, amplitude, 
     influence = -softened * moved / moved[:, None] + to_reading * moved / reading
     z = moved / reading * amplitude
     gap = np.log(np.abs(z)) - log_a
-    return z, k, gap, np.linalg.solve(np.eye(len(k)) - (influence * slope).real, gap)
+    by_amplitude = np.diag(slope)
+    by_amplitude[:p, :p] += more_growth
+    return z, k, gap, np.linalg.solve(np.eye(len(k)) - (influence @ by_amplitude).real, gap)
 
 
 @pytest.mark.parametrize("forces", [0, 1, 3])
@@ -91,7 +98,7 @@ def plain_balance(weights, ports, start, turns=200):
 def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed():
     """|d| is |d / response| times what was measured, with the stiffness that goes with |d|."""
     n = 2 * POINTS
-    among, driven, reading, onto, amplitude, more = ports = random_ports(n)
+    among, driven, reading, onto, amplitude, more, growth, at = ports = random_ports(n)
     weights = np.full((STEPS, n), 0.2)
     start = np.abs(driven / reading[:, None] * amplitude[:, None])
     log_a, worst = np.log(start), np.empty(STEPS)
@@ -108,7 +115,8 @@ def test_what_it_settles_at_is_the_plain_fixed_point_and_where_nothing_is_missed
         response = reading[s] - onto[s] @ (k[s] * d)
         np.testing.assert_allclose(np.exp(log_a[s]), np.abs(d / response * amplitude[s]), rtol=1e-9)
         np.testing.assert_allclose(z[s], d / response * amplitude[s], rtol=1e-8)
-        np.testing.assert_allclose(k[s, :3], -0.2 * LAW.softening_at(np.abs(z[s, :3])) + more[s, :3], rtol=1e-7)
+        added = more[s, :3] + growth[s] @ (np.log(np.abs(z[s, :3])) - at[s])
+        np.testing.assert_allclose(k[s, :3], -0.2 * LAW.softening_at(np.abs(z[s, :3])) + added, rtol=1e-7)
         np.testing.assert_allclose(k[s, 3:], 0.2j * LAW.loss_at(np.abs(z[s, 3:])) + more[s, 3:], rtol=1e-7)
         plain = plain_balance(weights[s], tuple(values[s] for values in ports), start[s])
         np.testing.assert_allclose(z[s], plain, rtol=1e-6)

@@ -16,7 +16,7 @@ from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_fit import FREQUENCY_STD
 from twin.identify.linear_model import DAMPED_MODES, nominal_parameters
 from twin.identify.measured_data import MeasuredData
-from twin.identify.opening_harmonics import ODD, balance_openings
+from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
 from twin.joint import Saturating
 from twin.response import HarmonicBalance
@@ -165,7 +165,7 @@ def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, nom
     """Anew from the balance that was found, with receptances that hold its own secant stiffness."""
     baseline, residual_model = BaselineParameters(nominal, (true_law(),)), ResidualModel(balanced.evidence)
     found = residual_model.step_receptance(baseline, inner=False)[2]
-    again = balance_openings(baseline.laws, residual_model.openings(baseline, found, ODD)).more
+    again = balance_openings(baseline.laws, residual_model.openings(baseline, found)).more
     size = np.max(np.abs(found.more))
     assert size > 1e-3 * np.max(np.abs(found.stiffness[:, :3]))
     np.testing.assert_allclose(found.more[:, :3], again, atol=1e-3 * size)
@@ -185,7 +185,7 @@ def test_what_harmonics_add_follows_all_that_they_meet(balanced, nominal):
         moved = baseline.with_vector(x)
         stiffness = residual_model.local.stiffness(moved.laws, secant, omega.real)[0] + held.balance.more
         found = replace(held.balance, stiffness=stiffness)
-        return balance_openings(moved.laws, residual_model.openings(moved, found, ODD)).more
+        return balance_openings(moved.laws, residual_model.openings(moved, found)).more
 
     blocks, vector = baseline.blocks, baseline.vector
     first = {name: blocks[name].start for name in ("log_E", "log_zeta", "frequency_discrepancy")}

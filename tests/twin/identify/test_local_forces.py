@@ -1,9 +1,12 @@
 """Forces at ports of a small structure, the layer's points among them, against its equations solved whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from twin.identify.balance import Added
 from twin.identify.joint_law import LayerLaw
 from twin.identify.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.model_modification import NonlinearForce
@@ -108,9 +111,10 @@ def test_stiffness_and_amplitude_agree_with_each_other(name):
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_stiffness_that_does_not_go_by_the_amplitude_is_one_more_spring(name):
+def test_stiffness_that_is_added_is_one_more_spring(name):
     forces, more = local(name), np.full((len(OMEGA), 2), 8.0 + 3.0j)
-    found = forces.balance(LAWS, OMEGA, around(), more=more)
+    added = replace(Added.nothing(more.shape, forces.points), stiffness=more)
+    found = forces.balance(LAWS, OMEGA, around(), added=added)
     beside = forces.balance(LAWS, OMEGA, around(more))
     np.testing.assert_allclose(found.motion, beside.motion, rtol=1e-7)
     np.testing.assert_allclose(found.stiffness, beside.stiffness + more, rtol=1e-7)
@@ -145,17 +149,19 @@ def test_one_spring_is_where_a_root_finder_finds_it():
 
 @pytest.mark.parametrize("name", SETS)
 def test_what_follows_another_change_is_the_derivative_of_the_balanced_state(name):
-    """Another change: linear stiffness at the second port."""
+    """Another change: linear stiffness at the second port; what is added follows the openings, too."""
     forces, extra = local(name), np.array([0.0, 1e-3])
+    added = Added.nothing((len(OMEGA), 2), forces.points)
+    added.growth[:] = 6.0 - 2.0j
 
     def settled(sign):
-        found = forces.balance(LAWS, OMEGA, around(sign * extra))
+        found = forces.balance(LAWS, OMEGA, around(sign * extra), added=added)
         return np.log(found.motion), np.log(receptance(found.stiffness + sign * extra)[:, [0], 0])
 
-    balanced = forces.balance(LAWS, OMEGA, around())
+    balanced = forces.balance(LAWS, OMEGA, around(), added=added)
     z, influence = motion(receptance(balanced.stiffness))
     held = influence.motion[:, :, [1]], influence.response[:, :, [1]]
-    followed = forces.follow(LAWS, np.abs(z), OMEGA, influence, *held)
+    followed = forces.follow(LAWS, np.abs(z), OMEGA, influence, *held, added)
     for found, alone, plus, minus in zip(followed, held, settled(1.0), settled(-1.0), strict=True):
         expected = (plus - minus)[:, :, None] / 2e-3
         np.testing.assert_allclose(found, expected, rtol=1e-4, atol=2e-6 * np.max(np.abs(expected)))

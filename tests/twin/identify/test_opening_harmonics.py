@@ -11,7 +11,7 @@ from twin.identify import opening_harmonics
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import nominal_parameters
-from twin.identify.model_modification import Opening
+from twin.identify.model_modification import ModelModification, Opening
 from twin.identify.opening_harmonics import (
     EVEN_TOO,
     ODD,
@@ -59,9 +59,9 @@ def openings(orders, seed=0):
     return Openings(fundamental, secant, *at_rest, tuple(orders), compliance, driven, *slips)
 
 
-def openings_of(laws, joint, seed=0):
-    """As :func:`openings`, of odd harmonics, with the secants of these laws at the points of their joints."""
-    plain = openings(ODD, seed)
+def openings_of(laws, joint, orders=ODD, seed=0):
+    """As :func:`openings`, with the secants of these laws at the points of their joints."""
+    plain = openings(orders, seed)
     secant = np.empty((3, 3))
     for point, number in enumerate(joint):
         law = laws[number]
@@ -178,10 +178,11 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
     H, motion = steel_dense.with_law(omega, tip, base, law)
     force = tip * omega**2 / np.abs(H[:, 1])
     steps = build.steps(omega, force[:, None], (H * force[:, None])[:, :, None])
-    residual_model = ResidualModel(build.evidence(steel_model, steps))
-    baseline = BaselineParameters(base, (law,))
-    given = residual_model.openings(baseline, residual_model.step_receptance(baseline, inner=False)[2], EVEN_TOO)
-    found = balance_openings((law,), given, (slap,))
+    evidence = build.evidence(steel_model, steps)
+    lost = ModelModification(opening={evidence.rig.joints[0].name: slap} if slap else {})
+    residual_model, baseline = ResidualModel(evidence, lost), BaselineParameters(base, (law,))
+    given = residual_model.openings(baseline, residual_model.step_receptance(baseline, inner=False)[2])
+    found = balance_openings((law,), given, residual_model.slaps)
     assert found.unsettled < 1e-7
     assert np.max(np.abs(motion[:, :3])) > 2e-6
 
@@ -227,22 +228,23 @@ def test_a_slap_that_loses_nothing_is_none():
         np.testing.assert_allclose(found.motion, plain.motion, atol=1e-9 * np.max(np.abs(given.fundamental)))
 
 
-def test_what_harmonics_add_follows_the_laws_of_all_joints(exact):
+@pytest.mark.parametrize(("orders", "slaps"), [(ODD, (None, None)), (EVEN_TOO, (SLAP, None))], ids=["odd", "slap"])
+def test_what_harmonics_add_follows_the_laws_of_all_joints(exact, orders, slaps):
     """Against differences of the balance itself, with everything that a law changes built anew."""
     knots = np.geomspace(2e-7, 2e-5, 7)
     softening = -SOFT.stiffness(knots).real
     laws = tuple(LayerLaw(knots, knots, share * softening, np.zeros(7)) for share in (1.0, 0.7))
     joint = (0, 1, 0)
-    found = openings_of(laws, joint)
-    motion = balance_openings(laws, found).motion
-    by_softening, _ = stiffness_sensitivity(laws, found, motion, np.zeros((*motion.shape, 0)))
+    found = openings_of(laws, joint, orders)
+    motion = balance_openings(laws, found, slaps).motion
+    by_softening, _ = stiffness_sensitivity(laws, found, motion, np.zeros((*motion.shape, 0)), slaps=slaps)
     step = 1e-4 * E
     for number, knot in ((0, 2), (0, 4), (1, 3)):
         sides = []
         for sign in (1, -1):
             moved = laws[number].softening + sign * step * np.eye(7)[knot]
             changed = tuple(replace(law, softening=moved) if n == number else law for n, law in enumerate(laws))
-            sides.append(balance_openings(changed, openings_of(changed, joint)).more)
+            sides.append(balance_openings(changed, openings_of(changed, joint, orders), slaps).more)
         expected = (sides[0] - sides[1]) / (2 * step)
         assert np.max(np.abs(expected)) > 1e-4
         np.testing.assert_allclose(by_softening[number][:, :, knot], expected, atol=0.02 * np.max(np.abs(expected)))

@@ -35,7 +35,7 @@ def baseline():
 def fundamentals_alone(monkeypatch):
     """The layer has no harmonics of its own, in the dense structure as in the model, but where a test lets it."""
     monkeypatch.setattr(forward_model, "HARMONIC_TURNS", 0)
-    monkeypatch.setattr(ResidualModel, "_harmonics_by_unknowns", lambda *given: None)
+    monkeypatch.setattr(ResidualModel, "_harmonics_by_unknowns", lambda *given: (None, None))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,88 @@
+"""The motion of ports and the stiffness there that goes with it, and what harmonics of the motion add to that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Added", "Balance", "log_amplitudes"]
+
+Array = NDArray[Any]
+
+
+def log_amplitudes(amplitude: Array) -> Array:
+    """Their logarithms, finite where nothing moves."""
+    return np.asarray(np.log(np.maximum(amplitude, 1e-300)))
+
+
+@dataclass(frozen=True)
+class Added:
+    """Stiffness at the ports beside that of the law and the forces, to first order in the openings' log amplitudes.
+
+    Attributes
+    ----------
+    stiffness : ndarray, (s, n)
+        Complex, N/m,
+    growth : ndarray, (s, p, p)
+        the derivative of the openings' by the logarithms of their amplitudes,
+    log_amplitude : ndarray, (s, p)
+        where these are so, of m.
+    """
+
+    stiffness: Array
+    growth: Array
+    log_amplitude: Array
+
+    @staticmethod
+    def nothing(shape: tuple[int, ...], points: int) -> Added:
+        """At no port of so many steps (s, n)."""
+        openings = (*shape[:-1], points)
+        return Added(np.zeros(shape, complex), np.zeros((*openings, points), complex), np.zeros(openings))
+
+    def at(self, amplitude: Array) -> Array:
+        """The stiffness (s, n) at amplitudes (s, n), m."""
+        p, here = self.log_amplitude.shape[-1], self.stiffness.copy()
+        here[..., :p] += (self.growth @ (log_amplitudes(amplitude[..., :p]) - self.log_amplitude)[..., None])[..., 0]
+        return here
+
+    def of_step(self, number: int) -> Added:
+        """One of several steps, each of which holds many."""
+        return Added(self.stiffness[number], self.growth[number], self.log_amplitude[number])
+
+    def of_ports(self, count: int) -> Added:
+        """For so many ports, the last of which have none, or are left out."""
+        missing = max(0, count - self.stiffness.shape[1])
+        return replace(self, stiffness=np.pad(self.stiffness[:, :count], [(0, 0), (0, missing)]))
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The ports' motion and stiffness where each agrees with the other.
+
+    Attributes
+    ----------
+    motion : ndarray, (s, n)
+        Complex amplitudes, m.
+    stiffness : ndarray, (s, n)
+        Complex, N/m.
+    added : Added
+        The part of it that is neither the law's nor the forces': what harmonics of the motion add.
+    unsettled : ndarray, (s,)
+        Largest relative disagreement that was left.
+    ripples : ndarray, (s, m, 3), or None
+        What the nonlinear forces slip into, see :class:`LocalForces`.
+    """
+
+    motion: Array
+    stiffness: Array
+    added: Added
+    unsettled: Array
+    ripples: Array | None = None
+
+    @property
+    def more(self) -> Array:
+        """What is added (s, n) at this motion, N/m."""
+        return self.added.at(np.abs(self.motion))

@@ -1,0 +1,91 @@
+"""What a fit holds while its parameters move: weights, the balance of fundamentals, what harmonics add to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.balance import Balance
+from twin.identify.baseline_parameters import BaselineParameters
+from twin.identify.error_model import Covariances
+from twin.identify.opening_harmonics import OpeningBalance, Openings
+
+__all__ = ["Linearisation", "LostContact", "with_more"]
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class LostContact:
+    """A layer's openings where they lose contact.
+
+    Attributes
+    ----------
+    openings : Openings
+        What surrounds them at all harmonics,
+    balance : OpeningBalance
+        those harmonics,
+    read : ndarray, (s, h, o, p)
+        and what the channels read per force on the openings.
+    """
+
+    openings: Openings
+    balance: OpeningBalance
+    read: Array
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """What a fit holds while its parameters move; it would creep if these moved with them.
+
+    Attributes
+    ----------
+    broadband_factors : tuple of ndarray, (b, o, o)
+        Cholesky factors of each broadband run's covariance,
+    step_factor : ndarray, (s, 2 o, 2 o)
+        and of the steps'.
+    balance : Balance
+        Of the moving ports: where to begin, and what harmonics add.
+    lost : LostContact or None
+        The layer's openings, where contact is lost there.
+    baseline : BaselineParameters
+        That the balance was found with,
+    by_unknowns : ndarray, (s, p, u), or None
+        and the derivative by each unknown of what the harmonics add to the openings' stiffness.
+    made_of : Covariances or None
+        What the factors came from; none where they were given.
+    """
+
+    broadband_factors: tuple[Array, ...]
+    step_factor: Array
+    balance: Balance | None
+    lost: LostContact | None
+    baseline: BaselineParameters
+    by_unknowns: Array | None
+    made_of: Covariances | None = None
+
+    def derivative(self, baseline: BaselineParameters) -> Array | None:
+        """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
+        same = all(
+            np.array_equal(law.opening_knots, mine.opening_knots) and np.array_equal(law.slip_knots, mine.slip_knots)
+            for law, mine in zip(baseline.laws, self.baseline.laws, strict=True)
+        )
+        return self.by_unknowns if same else None
+
+    def balance_with(self, baseline: BaselineParameters) -> Balance:
+        """The balance with what the harmonics add, to first order, where the unknowns are others."""
+        assert self.balance is not None
+        derivative = self.derivative(baseline)
+        if derivative is None:
+            return self.balance
+        return with_more(self.balance, derivative @ (baseline.vector - self.baseline.vector))
+
+
+def with_more(balance: Balance, change: Array) -> Balance:
+    """A balance where something else is added (s, p) to the openings' stiffness."""
+    stiffness = balance.added.stiffness.copy()
+    stiffness[:, : change.shape[1]] += change
+    return replace(balance, added=replace(balance.added, stiffness=stiffness))
