@@ -105,12 +105,12 @@ def test_a_layer_that_is_uneven_softens_unevenly(recorded, mode):
 
 
 @pytest.mark.parametrize("gap_m", [5e-7, 1.5e-6])
-def test_lost_contact_has_even_harmonics_and_the_law_its_odd_part(recorded, gap_m):
-    """What differs between the ways is the cause's; what the fundamental shows of both is the law's own."""
+def test_lost_contact_bends_the_fundamental_and_has_even_harmonics(recorded, gap_m):
+    """Even motion lowers the fundamental's stiffness in turn, which no law of its amplitude alone can say."""
     hidden = {"gap_m": gap_m, "stiffness_factor": 0.6}
     case = recorded("joint-slap", hidden, law=False)
     modification = named(case, "joint-slap", hidden)
-    assert errors(case, modification) == pytest.approx(errors(case), rel=1e-9)
+    assert np.max(errors(case, modification)) < 0.05 * np.max(errors(case))
     residual_model = ResidualModel(
         case.evidence, modification, harmonic_residuals(ResidualModel(case.evidence), case.baseline)
     )
