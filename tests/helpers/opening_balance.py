@@ -92,10 +92,9 @@ def _force(law: LayerLaw, openings: Openings, slap: Opening | None, opening: Arr
     odd = whole(np.minimum(size, x[-1])) + np.maximum(size - x[-1], 0.0) * slope[-1]
     force = sign * odd
     if slap is not None:
-        share = (slap.factor - 1) / (slap.factor + 1)
-        lost = size > slap.gap_m
-        force = force + share * np.where(lost, odd - whole(slap.gap_m), 0.0)
-        tangent = tangent * (1 + share * sign * lost)
+        lost = np.where(opening > slap.gap_m, 1 - slap.factor, 0.0)
+        force = force - lost * (odd - whole(slap.gap_m))
+        tangent = tangent * (1 - lost)
     w, E = openings.weight[:, :, None], openings.modulus[0]
     rest = openings.secant[:, :, None] + E * w
     return w * force - rest * opening, w * tangent - rest

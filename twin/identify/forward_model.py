@@ -250,7 +250,8 @@ class ForwardModel:
         and so makes the fundamental softer still.
         """
         found, harmonics = self.local.balance(baseline.laws, omega, around), None
-        if not (any(np.any(law.vector) for law in baseline.laws) and len(omega)):
+        acts = bool(self.modification.opening) or any(np.any(law.vector) for law in baseline.laws)
+        if not (acts and len(omega)):
             return found
         p, changed, largest = len(self.points), np.inf, 0.0
         for turn in range(HARMONIC_TURNS):

@@ -110,7 +110,8 @@ class HeldRig:
         self._among, self._driven = free[:, at[:, None], at], into[:, at]
         self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
         self._to_reading = rig.measured_change(free[:, outputs][:, :, at], self.omega)[:, output]
-        self._own_harmonics = own_harmonics and any(np.any(law.vector) for law in laws)
+        acts = bool(rig.modification.opening) or any(np.any(law.vector) for law in laws)
+        self._own_harmonics = own_harmonics and acts
 
     def _at_points(self, of_joints: Sequence[tuple[float, float]]) -> Array:
         """Complex modulus (2 p,) that softening and loss of each joint, N/m2, are at its points."""

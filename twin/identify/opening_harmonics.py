@@ -10,8 +10,8 @@ other harmonics X_h of all points together solve
 C_h the receptances with the law's secant stiffness in them, by alternating frequency-time and Newton's method with the
 exact Jacobian, which is Toeplitz and Hankel in the harmonics of the tangent.
 
-A layer that loses contact where it opens (a slap) has an even part beside that: beyond the gap its force goes on with
-`factor` of its slope, of which the odd part is what the fundamental shows.
+The law is the joint's own.  A layer that loses contact where it opens (a slap) goes on beyond the gap with `factor` of
+its slope, on that side only: even harmonics, and less stiffness for the fundamental.
 """
 
 from __future__ import annotations
@@ -53,6 +53,8 @@ TURNS, SHORTEST = 24, 1 / 16
 """Newton steps; three to five are usual.  And the share of one that is taken though it comes no nearer."""
 BALANCED = 1e-7
 """Newton step over the fundamental at which the harmonics are in balance."""
+STUCK, LITTLE_BY_LITTLE = 1e-4, (0.25, 0.5, 0.75, 1.0)
+"""Where Newton's method leaves more, the contact that a slap loses is lost by these shares, one from the other."""
 DIFFERENCE = 1e-4
 """Relative step of the fundamentals for a derivative."""
 GRID = 400
@@ -195,12 +197,25 @@ def balance_openings(
     tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
     lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
-    arrays: tuple[Any, ...] = (
-        a, openings.secant, openings.weight, openings.compliance, openings.driven, openings.modulus[openings.joint],
-        orders, np.cos(angle), np.sin(angle), tables[openings.joint], lost[openings.joint],
-    )  # fmt: skip
-    arrays = tuple(np.ascontiguousarray(array) for array in arrays)  # one layout, one compilation
-    balance(*arrays, X, force, more, unsettled, TURNS, BALANCED, SHORTEST)  # type: ignore[call-arg]
+    around = a, openings.secant, openings.weight, openings.compliance, openings.driven
+    joint, waves = openings.joint, (np.cos(angle), np.sin(angle))
+
+    def settle(rows: NDArray[np.int64], share: float) -> None:
+        """Balance these steps with a share of what is lost."""
+        out = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
+        layer = openings.modulus[joint], orders, *waves, tables[joint], lost[joint] * [share, 1.0, 1.0]
+        # One layout, one compilation.
+        given = [np.ascontiguousarray(array) for array in (*(array[rows] for array in around), *layer)]
+        balance(*given, *out, TURNS, BALANCED, SHORTEST)  # type: ignore[call-arg]
+        for array, values in zip((X, force, more, unsettled), out, strict=True):
+            array[rows] = values
+
+    settle(np.arange(len(a)), 1.0)
+    stuck = np.flatnonzero(unsettled > STUCK)
+    if len(stuck) and lost[:, 0].any():
+        X[stuck] = 0.0
+        for share in LITTLE_BY_LITTLE:
+            settle(stuck, share)
     return OpeningBalance(X, force, more, float(np.max(unsettled, initial=0.0)))
 
 
@@ -258,11 +273,11 @@ def stiffness_sensitivity(
     tables = [_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)]
     slope = np.empty_like(around)
     share, gap = np.array([_lost(slap) for slap, _ in _each(slaps, tables)]).T[:, openings.joint, None]
-    share = np.where(np.abs(around) > gap, share, 0.0)
+    share = np.where(around > gap, share, 0.0)
     for point, joint in enumerate(openings.joint):
         x, _, rise = tables[joint]
         slope[:, point] = np.interp(np.abs(around[:, point]), x, rise)
-    slope *= 1 + share * np.sign(around)
+    slope *= 1 - share
     tangent = openings.weight[..., None] * (slope - modulus[:, None]) - openings.secant[..., None]
     by_motion = np.einsum("it,spt,tj->spij", back_from, tangent, onto, optimize=True)
     s, p, two = len(a), a.shape[1], onto.shape[1]
@@ -287,10 +302,10 @@ def stiffness_sensitivity(
         own = np.flatnonzero(openings.joint == joint)
         table, weight = _abel(law.opening_knots.tobytes()), openings.weight[:, own]
         at_motion = _taken_off(table, around[:, own], weight)
-        if np.any(share[:, own]):  # an even force is of the openings' size, less that at the gap
-            unit = share[:, own] * np.sign(around[:, own])
-            at_gap = _taken_off(table, np.broadcast_to(gap[own], unit.shape), weight)
-            at_motion = at_motion * (1 + unit[..., None]) - share[:, own, :, None] * at_gap
+        lost = share[:, own]
+        if np.any(lost):  # of what the force has grown by since the gap
+            at_gap = _taken_off(table, np.broadcast_to(gap[own], lost.shape), weight)
+            at_motion = at_motion - lost[..., None] * (at_motion - at_gap)
         at_fundamental = _taken_off(table, alone[:, own], weight)
         by_law = back_from @ at_motion
         driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
@@ -302,8 +317,8 @@ def stiffness_sensitivity(
 
 
 def _lost(slap: Opening | None) -> tuple[float, float]:
-    """The even force that lost contact adds over the odd one beyond the gap, and the gap, m."""
-    return (0.0, 0.0) if slap is None else ((slap.factor - 1) / (slap.factor + 1), slap.gap_m)
+    """Share of the stiffness that lost contact takes beyond the gap, and the gap, m."""
+    return (0.0, 0.0) if slap is None else (1 - slap.factor, slap.gap_m)
 
 
 def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Iterator[tuple[Opening | None, Any]]:

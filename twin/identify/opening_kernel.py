@@ -35,7 +35,7 @@ def balance(
     table : ndarray, (p, 3, g)
         Openings evenly from zero, the layer's whole force there per weight, and its slope.
     slap : ndarray, (p, 3)
-        Part of the force that is lost, with the sign of the opening; the gap; the force at the gap.
+        Share of the stiffness that is lost beyond the gap, where the joint opens; the gap; the force at the gap.
     force, more, unsettled : ndarray, (s, h, p), (s, p), (s,)
         Filled: see :class:`twin.identify.opening_harmonics.OpeningBalance`.
     turns, balanced, shortest
@@ -126,9 +126,9 @@ def _forces(
             sign = 1.0 if around[i, t] >= 0.0 else -1.0
             whole, slope = force_at(size, table[i])
             value = sign * whole
-            if slap[i, 0] != 0.0 and size > slap[i, 1]:
-                value += slap[i, 0] * (whole - slap[i, 2])
-                slope *= 1.0 + slap[i, 0] * sign
+            if slap[i, 0] != 0.0 and around[i, t] > slap[i, 1]:
+                value -= slap[i, 0] * (whole - slap[i, 2])
+                slope *= 1.0 - slap[i, 0]
             path[i, t] = weight[i] * value - rest * around[i, t]
             tangent[i, t] = weight[i] * slope - rest
 

@@ -28,19 +28,23 @@ LOSS = 2e9 * MOTION_m**2 / (MOTION_m**2 + 4e-12)
 
 @pytest.fixture(scope="module")
 def recorded(by_hand):
-    """Steps of a bench with an effect, on the model's own mesh; and the law that its layer's motion shows."""
+    """Steps of a bench with an effect, on the model's own mesh; and the joint's own law."""
 
     def record(name, parameters, *, law, mode=1):
         rig, E = by_hand.rig, by_hand.rig.joint.preload["120N"].normal_modulus
         table = LayerLawTable(opening_m=MOTION_m, softening=SOFTENING, slip_m=MOTION_m, loss=LOSS)
-        bench = open_bench(
-            rig,
-            effects=[Effect(cause=name, parameters=parameters)],
-            joint_law=law_from_table(table, E=E) if law else no_law(),
-            drive="force",
-            noise=False,
-            converter=False,
-            layout=rig.layout(),
+        joint_law = law_from_table(table, E=E) if law else no_law()
+        bench, sound = (
+            open_bench(
+                rig,
+                effects=effects,
+                joint_law=joint_law,
+                drive="force",
+                noise=False,
+                converter=False,
+                layout=rig.layout(),
+            )
+            for effects in ([Effect(cause=name, parameters=parameters)], [])
         )
         balance = HarmonicBalance(bench.built, harmonics=15, samples=1024)
         sweep = balance.sweep(FREQUENCIES_Hz[mode], FORCE_N[mode])
@@ -58,7 +62,7 @@ def recorded(by_hand):
             channels=channels,
         )
         knots = choose_knots(np.array([6e-6]), 40)
-        shown = bench.built.laws[0]
+        shown = sound.built.laws[0]
         loss = shown.loss.stiffness(knots).imag if shown.loss else 0 * knots
         layer = LayerLaw(knots, knots, -describing_function(shown.normal.path, knots).real, loss)
         return SimpleNamespace(evidence=evidence, baseline=BaselineParameters(nominal_parameters(rig), (layer,)))

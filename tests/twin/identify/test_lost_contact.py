@@ -36,8 +36,8 @@ class Slapping:
     opening: np.ndarray
 
 
-def _true_law(law, E):
-    """Softening of the bench's one-sided force: its describing function, which sees the odd part alone."""
+def _true_law(law):
+    """The bench's own law, without the slap."""
     amplitude = np.geomspace(1e-9, 1.4e-5, 160)
     theta = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
     path = law.normal.path(np.outer(amplitude, np.cos(theta)))
@@ -67,7 +67,8 @@ def _slapping(build, steel_model):
     channels = np.array([s.channels[at, 1:8] for s in found])
     steps = build.steps(omega, channels[:, 0], channels[:, 1:], relative=2e-5)
     evidence, nominal = build.evidence(steel_model, steps), nominal_parameters(STEEL)
-    baseline = BaselineParameters(nominal, (_true_law(bench.built.laws[0], nominal.E[0]),))
+    sound = open_bench(STEEL, drive="force", noise=False, converter=False, layout=STEEL.layout())
+    baseline = BaselineParameters(nominal, (_true_law(sound.built.laws[0]),))
     harmonics = harmonic_residuals(ResidualModel(evidence), baseline)
     lost = ModelModification(opening={STEEL.joints[0].name: Opening(GAP, FACTOR)})
     local = np.array([s.unknowns.reshape(6, 2 * HARMONICS + 1)[:3] for s in found])

@@ -81,12 +81,12 @@ def openings_of(laws, joint, orders=ODD, seed=0):
 
 
 def law_force(opening, slap):
-    """Of the softening, N per weight: odd, but beyond a gap, where the slope falls; its odd part is the law's."""
+    """Of the softening, N per weight: odd, but beyond a gap where it opens, where the slope falls."""
     whole = SOFT.path(opening) + E * opening
-    if slap is None:
-        return whole - E * opening
-    share, at_gap = (slap.factor - 1) / (slap.factor + 1), SOFT.path(np.array(slap.gap_m)) + E * slap.gap_m
-    return whole + share * np.maximum(np.abs(whole) - at_gap, 0.0) - E * opening
+    if slap is not None:
+        at_gap = SOFT.path(np.array(slap.gap_m)) + E * slap.gap_m
+        whole = whole - (1 - slap.factor) * np.maximum(whole - at_gap, 0.0)
+    return whole - E * opening
 
 
 def brute_force(openings, slap, samples=1024):
