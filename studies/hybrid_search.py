@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from studies.hybrid_model import MASSES, hybrid_model
 from twin.identify.eigensensitivity import (
     FrequencySet,
     FrequencyUpdate,
@@ -13,7 +14,6 @@ from twin.identify.eigensensitivity import (
     model_frequencies,
     update_parameters,
 )
-from twin.papers.hybrid_model import MASSES, hybrid_model
 from twin.rigs import LapJointRig
 
 RELATIVE_STD = 3e-3

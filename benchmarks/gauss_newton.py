@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.benchmark import Measured, timed_in_turns
-from twin.speed.equivalent_linear import banded_model, softening_sweep
+from benchmarks.equivalent_linear import banded_model, softening_sweep
+from benchmarks.measured import Measured, timed_in_turns
 
 Array = NDArray[Any]
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.benchmarks import BENCHMARKS, acquisition, can_fd_at_capacity, framed_serial, recording
+from benchmarks.wires import BENCHMARKS, acquisition, can_fd_at_capacity, framed_serial, recording
 
 HALF_A_STEP = 0.501
 """Of the node's converter: its rounding."""

@@ -6,15 +6,15 @@ from functools import partial
 
 import numpy as np
 
+from studies.membrane import interface_layer, membrane_layer, with_layer_element
+from studies.reproduction import Reproduction, TriedModel, compared, describe_update
+from studies.shear_change import shear_change
+from studies.tables import load_study
 from twin.identify.eigensensitivity import FrequencyUpdate, Parameter
 from twin.identify.identifiability import profile_likelihood
 from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
-from twin.papers.reproduction import Reproduction, TriedModel, compared, describe_update
-from twin.papers.tables import load_study
 from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
-from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
-from twin.structure.shear_change import shear_change
 
 RELATIVE_STD = 1e-3
 """Assumed of every printed frequency: bolted joints repeat to about 0.1 %, ten times the print's rounding."""

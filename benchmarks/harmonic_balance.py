@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from recordings.benchmark import Measured, least_seconds, timed_in_turns
+from benchmarks.measured import Measured, least_seconds, timed_in_turns
 from recordings.streams import Excitation
 from twin.bench import Bench, JointLaw, open_bench
 from twin.joint import iwan

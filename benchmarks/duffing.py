@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.benchmark import Measured, MissingRivalError, timed_in_turns
+from benchmarks.measured import Measured, MissingRivalError, timed_in_turns
 from twin.bench.build import Built
 from twin.bench.linear import LinearRig, Poles, to_poles
 from twin.bench.marching import Elements

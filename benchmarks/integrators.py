@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from recordings.benchmark import Measured, least_seconds
+from benchmarks.measured import Measured, least_seconds
 from twin.bench import JointLaw, default_law, open_bench
 from twin.bench.linear import to_poles
 from twin.bench.marching import Elements, coefficients, march

@@ -6,7 +6,7 @@ import sys
 import tempfile
 import time
 
-from recordings.benchmark import Measured
+from benchmarks.measured import Measured
 
 FIRST_RESULTS = """
 import time

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
-from recordings.benchmark import Measured, timed_in_turns
+from benchmarks.equivalent_linear import in_bands
+from benchmarks.measured import Measured, timed_in_turns
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw, choose_knots
 from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
@@ -20,7 +21,6 @@ from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
-from twin.speed.equivalent_linear import in_bands
 from twin.structure import layer_points
 
 Array = NDArray[Any]

@@ -6,10 +6,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from studies.tables import Study, percent_error
 from twin.identify.eigensensitivity import FrequencyUpdate
 from twin.identify.identifiability import Profile, weak_directions
 from twin.identify.rms import rms
-from twin.papers.tables import Study, percent_error
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 
-from recordings.benchmark import Measured, MissingRivalError
-from twin.speed.duffing import duffing
-from twin.speed.equivalent_linear import equivalent_linear_sweep
-from twin.speed.gauss_newton import gauss_newton_step
-from twin.speed.harmonic_balance import balance, ten_sliders
-from twin.speed.integrators import against_solve_ivp
-from twin.speed.start import start
-from twin.speed.streaming import streaming
-from twin.speed.three_modes import gauss_newton_three_modes
+from benchmarks import wires
+from benchmarks.duffing import duffing
+from benchmarks.equivalent_linear import equivalent_linear_sweep
+from benchmarks.gauss_newton import gauss_newton_step
+from benchmarks.harmonic_balance import balance, ten_sliders
+from benchmarks.integrators import against_solve_ivp
+from benchmarks.measured import Measured
+from benchmarks.start import start
+from benchmarks.streaming import streaming
+from benchmarks.three_modes import gauss_newton_three_modes
 
 BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "streaming": streaming,
@@ -22,5 +23,6 @@ BENCHMARKS: dict[str, Callable[[], Measured]] = {
     "gauss-newton-step": gauss_newton_step,
     "gauss-newton-three-modes": gauss_newton_three_modes,
     "start": start,
+    **wires.BENCHMARKS,
 }
 """In the order they are measured."""

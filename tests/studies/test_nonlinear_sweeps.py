@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
+from studies.nonlinear_sweeps import record_sweeps, rig_with_law
+from studies.steel_lap_joint import nominal_rig
+from studies.tables import load_study
 from twin.bench import open_bench
 from twin.cli import main
 from twin.diagnose.effects import with_effects
 from twin.identify.identified import identify_rig
-from twin.papers.nonlinear_sweeps import record_sweeps, rig_with_law
-from twin.papers.steel_lap_joint import nominal_rig
-from twin.papers.tables import load_study
 from twin.rigs import load_rig
 
 

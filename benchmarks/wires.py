@@ -23,6 +23,7 @@ from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
+from benchmarks.measured import Measured
 from drivers.can_protocol import SAMPLES_PER_FRAME
 from drivers.frames import Decoder, encode_samples, unpack_samples
 from drivers.host import open_instruments
@@ -30,7 +31,6 @@ from drivers.virtual import Addresses, VirtualRig
 from drivers.virtual.bus_time import frame_seconds
 from drivers.virtual.tone import Tone
 from recordings import RunWriter, SampleBlock, read_run
-from recordings.benchmark import Measured
 from recordings.messages import encode_block
 from recordings.schema import SAMPLE_BLOCK, schema_data
 
@@ -267,7 +267,7 @@ def _off_by_counts(block: SampleBlock, tone: Any) -> float:
 def _served(kind: str, sample_rate_Hz: float = RATE_Hz) -> Iterator[tuple[Any, Any]]:
     """An acquisition of instruments in a process of their own in real time, and their tone."""
     names = CHANNELS if kind == "tcp" else ("voltage", *CHANNELS)
-    code = "import sys; from drivers.benchmarks import serve_tone; serve_tone(*sys.argv[1:])"
+    code = "import sys; from benchmarks.wires import serve_tone; serve_tone(*sys.argv[1:])"
     with tempfile.TemporaryDirectory() as folder:
         arguments = [sys.executable, "-c", code, folder, ",".join(names), kind, str(sample_rate_Hz)]
         with subprocess.Popen(arguments, stdin=subprocess.PIPE) as process:

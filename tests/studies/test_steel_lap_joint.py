@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from studies.reproduction import Reproduction
+from studies.tables import load_study, percent_error
 from twin.cli import main
-from twin.papers.reproduction import Reproduction
-from twin.papers.tables import load_study, percent_error
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 
@@ -104,7 +104,7 @@ def test_the_papers_membrane_changes_the_moduli_by_less_than_their_uncertainty_a
 
 
 def test_table_for_people_names_every_frequency_and_the_cause(capsys, monkeypatch):
-    import twin.papers.studies
+    import studies.by_name
 
     entry = {"value": 1.0, "std": 0.1}
     small = Reproduction(
@@ -114,7 +114,7 @@ def test_table_for_people_names_every_frequency_and_the_cause(capsys, monkeypatc
         causes=[{"cause": "added-mass", "parameters": {"mass_kg": entry}}], candidates=[], identifiability={},
         assumed_std_percent=0.1, notes=["odd"], residual_percent={"3N": {"published": 1.33, "this_model": 0.2}},
     )  # fmt: skip
-    monkeypatch.setattr(twin.papers.studies, "reproduce", lambda name, **options: small)
+    monkeypatch.setattr(studies.by_name, "reproduce", lambda name, **options: small)
     with pytest.raises(SystemExit) as stop:
         main(["reproduce", "steel-lap-joint"])
     assert stop.value.code == 0

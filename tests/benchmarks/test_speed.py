@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 from needed import package
 
+from benchmarks.lines import BENCHMARKS
 from twin.commands.speed import command
-from twin.speed import BENCHMARKS
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from twin.papers.composite_beam import composite_frequencies, reproduce_composite_beam
-from twin.papers.tables import load_study
+from studies.composite_beam import composite_frequencies, reproduce_composite_beam
+from studies.tables import load_study
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,8 @@
 import importlib
 from collections.abc import Callable
 
-from twin.papers.reproduction import Reproduction
-from twin.papers.tables import load_study
+from studies.reproduction import Reproduction
+from studies.tables import load_study
 
 SEED = 11
 """Of the nonlinear sweeps' noise."""
@@ -29,13 +29,13 @@ def reproduce(name: str, *, sweeps: bool = True, report: Callable[[str], None] =
     """
     if name not in STUDY_NAMES:
         raise KeyError(name)
-    module = importlib.import_module(f"twin.papers.{name.replace('-', '_')}")
+    module = importlib.import_module(f"studies.{name.replace('-', '_')}")
     result = getattr(module, f"reproduce_{name.replace('-', '_')}")()
     assert isinstance(result, Reproduction)
     study = load_study(name)
     if not sweeps or study.sweeps is None:
         return result
-    from twin.papers.nonlinear_sweeps import reproduce_sweeps
+    from studies.nonlinear_sweeps import reproduce_sweeps
     from twin.rigs import load_rig
 
     return reproduce_sweeps(study, load_rig(name), seed=SEED, report=report).added_to(result)

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from studies.composite_beam import reproduce_composite_beam
+from studies.hybrid_model import hybrid_model
+from studies.hybrid_search import PRIORS, RELATIVE_STD, Found, search
+from studies.reproduction import Reproduction, TriedModel, compared, describe_update
+from studies.tables import Study, load_study
 from twin.identify.eigensensitivity import model_frequencies
-from twin.papers.composite_beam import reproduce_composite_beam
-from twin.papers.hybrid_model import hybrid_model
-from twin.papers.hybrid_search import PRIORS, RELATIVE_STD, Found, search
-from twin.papers.reproduction import Reproduction, TriedModel, compared, describe_update
-from twin.papers.tables import Study, load_study
 from twin.rigs import LapJointRig, load_rig
 
 PRELOADS = ("9Nm", "14Nm")

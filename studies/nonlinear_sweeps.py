@@ -11,6 +11,8 @@ import numpy as np
 
 from recordings import RunWriter, read_run
 from recordings.beside import temporary_folder
+from studies.reproduction import NonlinearSweeps
+from studies.tables import Law, Study, Sweeps
 from twin.bench import open_bench
 from twin.demo import broadband, planned_sweeps, resonance
 from twin.demo.plan import BROADBAND, SWEEPS
@@ -18,8 +20,6 @@ from twin.diagnose.effects import with_effects
 from twin.identify.force_levels import Polynomials
 from twin.identify.identified import identify_rig
 from twin.identify.measured_data import MeasuredData, gather_data
-from twin.papers.reproduction import NonlinearSweeps
-from twin.papers.tables import Law, Study, Sweeps
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.rigs import LawTable, Rig, preload_record
 

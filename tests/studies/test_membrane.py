@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.membrane import interface_layer, membrane_layer, with_layer_element
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
-from twin.structure.membrane import interface_layer, membrane_layer, with_layer_element
 
 LENGTH, HEIGHT, WIDTH = 0.017, 0.0064, 0.025
 PLACES = np.array([[0, 0], [LENGTH, 0], [0, HEIGHT], [LENGTH, HEIGHT]])

@@ -10,7 +10,7 @@ from scipy.linalg import solve_banded
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from recordings.benchmark import Measured, timed_in_turns
+from benchmarks.measured import Measured, timed_in_turns
 from twin.identify.baseline_parameters import LinearParameters
 from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.rigs import load_rig

@@ -1,10 +1,10 @@
 """Samples of the whole rig, four channels with noise and converter, over real time."""
 
-from recordings.benchmark import Measured, least_seconds
+from benchmarks.integrators import VOLTS, FREQUENCY_Hz, RATE_Hz, marched
+from benchmarks.measured import Measured, least_seconds
 from recordings.streams import Excitation
 from twin.bench import open_bench
 from twin.rigs import load_rig
-from twin.speed.integrators import VOLTS, FREQUENCY_Hz, RATE_Hz, marched
 
 CHUNK = 1 << 14
 
