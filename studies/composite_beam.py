@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
+from studies.identifiability import profile_likelihood
 from studies.reproduction import Reproduction, TriedModel, compared, describe_update
 from studies.tables import Study, load_study
-from twin.identify.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
-from twin.identify.identifiability import profile_likelihood
 from twin.structure.free_beam import FreeBeam, free_beam
 
 RELATIVE_STD = 1e-2

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from studies.composite_beam import reproduce_composite_beam
+from studies.eigensensitivity import model_frequencies
 from studies.hybrid_model import hybrid_model
 from studies.hybrid_search import PRIORS, RELATIVE_STD, Found, search
 from studies.reproduction import Reproduction, TriedModel, compared, describe_update
 from studies.tables import Study, load_study
-from twin.identify.eigensensitivity import model_frequencies
 from twin.rigs import LapJointRig, load_rig
 
 PRELOADS = ("9Nm", "14Nm")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.eigensensitivity import FrequencySet, Pencil
+from studies.eigensensitivity import FrequencySet, Pencil
 from twin.rigs import LapJointRig
 from twin.structure import assemble
 

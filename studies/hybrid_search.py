@@ -6,14 +6,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from studies.hybrid_model import MASSES, hybrid_model
-from twin.identify.eigensensitivity import (
+from studies.eigensensitivity import (
     FrequencySet,
     FrequencyUpdate,
     Parameter,
     model_frequencies,
     update_parameters,
 )
+from studies.hybrid_model import MASSES, hybrid_model
 from twin.rigs import LapJointRig
 
 RELATIVE_STD = 3e-3

@@ -6,9 +6,9 @@ from typing import Any, Self
 
 import numpy as np
 
+from studies.eigensensitivity import FrequencyUpdate
+from studies.identifiability import Profile, weak_directions
 from studies.tables import Study, percent_error
-from twin.identify.eigensensitivity import FrequencyUpdate
-from twin.identify.identifiability import Profile, weak_directions
 from twin.identify.rms import rms
 
 

@@ -6,13 +6,13 @@ from functools import partial
 
 import numpy as np
 
+from studies.eigensensitivity import FrequencyUpdate, Parameter
+from studies.identifiability import profile_likelihood
+from studies.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
 from studies.membrane import interface_layer, membrane_layer, with_layer_element
 from studies.reproduction import Reproduction, TriedModel, compared, describe_update
 from studies.shear_change import shear_change
 from studies.tables import load_study
-from twin.identify.eigensensitivity import FrequencyUpdate, Parameter
-from twin.identify.identifiability import profile_likelihood
-from twin.identify.lap_joint_moduli import SharedEffect, lap_joint_problem, point_mass_effect, update_moduli
 from twin.rigs import LapJointRig, Rig, load_rig
 from twin.structure import Structure, assemble
 

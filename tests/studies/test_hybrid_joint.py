@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from studies.eigensensitivity import pair_modes
 from studies.hybrid_joint import PRELOADS, reproduce_hybrid_joint
 from studies.hybrid_model import hybrid_model
 from studies.hybrid_search import search
 from studies.tables import load_study
-from twin.identify.eigensensitivity import pair_modes
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 

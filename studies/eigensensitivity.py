@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from twin.structure import normal_modes
+from twin.structure.bending_modes import bending_modes
 
 __all__ = [
     "FrequencySet",
@@ -174,8 +174,7 @@ def pair_modes(
 ) -> tuple[Matrix, Matrix]:
     """The model's modes that belong to the measured ones.
 
-    Only bending modes count: more than half of their kinetic energy is transverse, and they are not rigid-body motions.
-    Without measured shapes they are taken by number, with them by the highest MAC.
+    Only bending modes count.  Without measured shapes they are taken by number, with them by the highest MAC.
 
     Returns
     -------
@@ -189,21 +188,14 @@ def pair_modes(
     ValueError
         If the model has too few bending modes.
     """
-    wanted = int(numbers.max())
-    modes = normal_modes(pencil.M, pencil.K, min(len(pencil.M), 2 * wanted + 8))
-    t = pencil.transverse
-    kinetic = np.einsum("im,im->m", modes.Phi[t], pencil.M[np.ix_(t, t)] @ modes.Phi[t])
-    elastic = modes.omega > 1e-3 * modes.omega[-1] / len(modes.omega) ** 2
-    bending = np.flatnonzero((kinetic > 0.5) & elastic)
-    if len(bending) < wanted:
-        raise ValueError(f"the model has {len(bending)} bending modes, {wanted} are needed")
+    modes = bending_modes(pencil.M, pencil.K, pencil.transverse, least=int(numbers.max()))
     if shape_rows is None or shapes is None:
-        chosen = bending[numbers - 1]
+        chosen = numbers - 1
     else:
-        model = shape_rows @ modes.Phi[:, bending]
+        model = shape_rows @ modes.Phi
         cross = np.abs(shapes.T @ model) ** 2
         mac = cross / np.outer(np.sum(shapes**2, axis=0), np.sum(model**2, axis=0))
-        chosen = bending[np.argmax(mac, axis=1)]
+        chosen = np.argmax(mac, axis=1)
     return modes.omega[chosen], modes.Phi[:, chosen]
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, update_parameters
+from studies.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, update_parameters
 
 __all__ = ["Direction", "Profile", "profile_likelihood", "weak_directions"]
 

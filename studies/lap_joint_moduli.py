@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.errors import InputError
-from twin.identify.eigensensitivity import (
+from studies.eigensensitivity import (
     FrequencySet,
     FrequencyUpdate,
     Parameter,
@@ -21,7 +20,7 @@ from twin.identify.eigensensitivity import (
 from twin.rigs import Rig
 from twin.structure import Structure, assemble
 
-__all__ = ["SharedEffect", "lap_joint_problem", "point_mass_effect", "require_one_joint", "update_moduli"]
+__all__ = ["SharedEffect", "lap_joint_problem", "point_mass_effect", "update_moduli"]
 
 Matrix = NDArray[np.float64]
 MODULUS_BOUNDS = (1e3, 1e13)
@@ -39,20 +38,6 @@ class SharedEffect:
 
     parameter: Parameter
     contribution: Callable[[float], tuple[Matrix, Matrix, Matrix, Matrix]]
-
-
-def require_one_joint(rig: Rig, *, source: str) -> None:
-    """Refuse a rig, which `source` names, whose natural frequencies would have to give more moduli, or none.
-
-    Raises
-    ------
-    InputError
-        If the rig has no joint, or several.
-    """
-    if len(rig.joints) != 1:
-        has = f"{len(rig.joints)} joints" if rig.joints else "no joint"
-        reason = f"it has {has}; a table of natural frequencies gives the moduli of one"
-        raise InputError(source, "joint", reason, "give recordings of broadband noise and of sweeps instead")
 
 
 def point_mass_effect(structure: Structure, position_m: float, *, name: str, start_kg: float) -> SharedEffect:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from twin.identify.eigensensitivity import FrequencySet, Parameter, Pencil, pair_modes, update_parameters
-from twin.identify.identifiability import profile_likelihood, weak_directions
-from twin.identify.lap_joint_moduli import point_mass_effect, update_moduli
+from studies.eigensensitivity import FrequencySet, Parameter, Pencil, pair_modes, update_parameters
+from studies.identifiability import profile_likelihood, weak_directions
+from studies.lap_joint_moduli import point_mass_effect, update_moduli
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 
