@@ -1,1 +1,1 @@
-"""The papers: their printed tables, and this project's numbers beside them."""
+"""The papers: their tables, recomputed, and their own ways of identification, kept to compare with."""

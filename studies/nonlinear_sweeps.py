@@ -11,15 +11,16 @@ import numpy as np
 
 from recordings import RunWriter, read_run
 from recordings.beside import temporary_folder
+from studies.force_levels import with_polynomials
 from studies.reproduction import NonlinearSweeps
 from studies.tables import Law, Study, Sweeps
 from twin.bench import open_bench
 from twin.demo import broadband, planned_sweeps, resonance
 from twin.demo.plan import BROADBAND, SWEEPS
 from twin.diagnose.effects import with_effects
-from twin.identify.force_levels import Polynomials
 from twin.identify.identified import identify_rig
 from twin.identify.measured_data import MeasuredData, gather_data
+from twin.identify.polynomials import Polynomials
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.rigs import LawTable, Rig, preload_record
 
@@ -51,7 +52,8 @@ def reproduce_sweeps(
         report(f"{study.name}, {preload}: recording sweeps")
         evidence = record_sweeps(study.sweeps, rig, preload, seed=seed + 10 * number)
         report(f"{study.name}, {preload}: identifying the joint's law")
-        found = identify_rig(with_effects(evidence, source=study.name))
+        evidence = with_effects(evidence, source=study.name)
+        found = with_polynomials(identify_rig(evidence), evidence)
         assert found.polynomials is not None
         residual |= _residuals(study.sweeps, preload, found.polynomials)
         details[preload] = _details(found.polynomials, rig, preload, law)

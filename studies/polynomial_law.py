@@ -4,10 +4,10 @@ Each step of a stepped sine is linear at its own measured amplitude, so the coef
 its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of receptances (2011 paper, equations 13 to
 16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
 regularised with the strength at the L-curve's corner (equation 17).  The linear parameters come from other data; what
-they may be wrong by counts as noise (:mod:`twin.identify.uncertain_base`), and so does what a function of one amplitude
+they may be wrong by counts as noise (:mod:`studies.uncertain_base`), and so does what a function of one amplitude
 is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by (omega / omega_1)^2, for
 the joint's load follows the inertia outboard of it, and by what the layer itself does at each step
-(:mod:`twin.identify.layer_motion`).  Such a law holds about one resonance; what holds in all is in
+(:mod:`studies.layer_motion`).  Such a law holds about one resonance; what holds in all is in
 :mod:`twin.identify.joint_law`.
 """
 
@@ -21,15 +21,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.layer_motion import LayerMotion, layer_motion
+from studies.layer_response import LayerResponse, layer_response
+from studies.uncertain_base import UncertainBase
 from twin.identify.joint_law import spline_basis
-from twin.identify.layer_motion import LayerMotion, layer_motion
-from twin.identify.layer_response import LayerResponse, layer_response
 from twin.identify.linear_model import LinearParameters
+from twin.identify.polynomials import Iteration, PolynomialFit
 from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
-from twin.identify.uncertain_base import UncertainBase
+from twin.identify.rms import relative_error_percent
 
-__all__ = ["LARGEST_ORDER", "Iteration", "PolynomialFit", "PolynomialProblem", "fit_polynomials"]
+__all__ = ["LARGEST_ORDER", "PolynomialProblem", "fit_polynomials"]
 
 Array = NDArray[Any]
 
@@ -41,72 +43,6 @@ ITERATIONS, TOLERANCE = 40, 1e-7
 READ_OFF_TURNS, READ_OFF_KNOTS = 12, 20
 WEAKER = 0.1
 """Factor on the strength where the corner's step gains nothing any more: what it held back then comes in."""
-
-
-@dataclass(frozen=True)
-class Iteration:
-    """The residual's norm, the coefficients in SI units, and the strength that led there (0 at the start)."""
-
-    cost: float
-    softening: Array
-    loss: Array
-    strength: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class PolynomialFit:
-    """Identified polynomials.
-
-    Attributes
-    ----------
-    softening, loss : ndarray
-        Coefficients of g1 and g2, constant first: N/m2, N/m3, ...
-    covariance : ndarray
-        Of both together: from the scatter that the fit leaves, and from the base parameters' own covariance.
-    base_change : ndarray
-        What the steps make of the base parameters, within that covariance.
-    variance : float
-        Scatter of the residuals, real and imaginary parts of the logarithm.
-    bic : float
-        Schwarz's criterion, lower is better, comparable among fits to the same steps.
-    largest_amplitude_m : float
-        The polynomials hold up to here.
-    residual_percent : float
-        Root-mean-square relative error of the complex response of the reference channel.
-    l_curve : LCurve
-        Of the first iteration, in units of the scaled coefficients.
-    history : tuple of Iteration
-    """
-
-    softening: Array
-    loss: Array
-    covariance: Array
-    base_change: Array
-    variance: float
-    bic: float
-    largest_amplitude_m: float
-    residual_percent: float
-    l_curve: LCurve
-    history: tuple[Iteration, ...]
-
-    @property
-    def orders(self) -> tuple[int, int]:
-        """Of g1 and g2."""
-        return len(self.softening) - 1, len(self.loss) - 1
-
-    @property
-    def std(self) -> tuple[Array, Array]:
-        """Standard deviations of the coefficients of g1 and g2."""
-        std = np.sqrt(np.diag(self.covariance))
-        return std[: len(self.softening)], std[len(self.softening) :]
-
-    def softening_at(self, X: Array) -> Array:
-        """g1(X), N/m2."""
-        return np.polynomial.polynomial.polyval(np.asarray(X, float), self.softening)
-
-    def loss_at(self, X: Array) -> Array:
-        """g2(X), N/m2."""
-        return np.polynomial.polynomial.polyval(np.asarray(X, float), self.loss)
 
 
 @dataclass(frozen=True)
@@ -338,11 +274,6 @@ def _by_step(factors: Array, values: Array) -> Array:
     columns = values.reshape(len(values), -1)
     whitened = np.einsum("sij,jsn->isn", factors, np.stack([columns.real, columns.imag]))
     return np.asarray(whitened.reshape(2 * len(columns), -1))
-
-
-def relative_error_percent(predicted: Array, measured: Array) -> float:
-    """Root-mean-square relative error of complex responses, per cent."""
-    return float(100 * np.sqrt(np.mean(np.abs(predicted / measured - 1) ** 2)))
 
 
 def _strengths(curve: LCurve) -> list[float]:

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twin.identify.force_levels import predict_left_out
+from studies.force_levels import predict_left_out
+from studies.polynomial_law import PolynomialProblem
 from twin.identify.linear_model import nominal_parameters
-from twin.identify.polynomial_law import PolynomialProblem
 from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 

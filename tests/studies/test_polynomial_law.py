@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from studies.polynomial_law import PolynomialProblem, fit_polynomials
 from twin.identify.linear_model import nominal_parameters
-from twin.identify.polynomial_law import PolynomialProblem, fit_polynomials
 from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
 

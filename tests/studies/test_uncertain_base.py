@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.uncertain_base import UncertainBase
+from studies.uncertain_base import UncertainBase
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.identify.layer_response import layer_response
+from studies.layer_response import layer_response
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.predict import blank_data
 from twin.identify.residual_model import ResidualModel

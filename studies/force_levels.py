@@ -6,91 +6,56 @@ how much worse one law for all levels is than a law for each, and how a level co
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.polynomial_law import PolynomialProblem, fit_polynomials
+from twin.identify.base_fit import fit_base
+from twin.identify.identified import Identified
 from twin.identify.linear_model import LinearParameters
-from twin.identify.polynomial_law import (
-    PolynomialFit,
-    PolynomialProblem,
-    fit_polynomials,
-    relative_error_percent,
-)
+from twin.identify.measured_data import MeasuredData
+from twin.identify.polynomials import POOR_POLYNOMIAL_PERCENT, LeftOut, PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
+from twin.identify.rms import relative_error_percent
 from twin.identify.sweeps import rows_by_sweep
 
-__all__ = [
-    "POOR_POLYNOMIAL_PERCENT",
-    "LeftOut",
-    "Polynomials",
-    "polynomials_by_level",
-    "predict_left_out",
-]
+__all__ = ["polynomials_by_level", "predict_left_out", "with_polynomials"]
 
 Array = NDArray[Any]
 
-POOR_POLYNOMIAL_PERCENT = 0.5
-"""What a law may leave of the response and still be called right."""
 FEWEST_STEPS = 4
 TURNS, TOLERANCE, LARGEST_STEP = 60, 1e-9, 0.05
 
 
-@dataclass(frozen=True, kw_only=True)
-class LeftOut:
-    """A level predicted by the law of all others; root-mean-square relative errors of the complex response, per cent.
+def with_polynomials(
+    found: Identified, evidence: MeasuredData, *, report: Callable[[str], None] = lambda text: None
+) -> Identified:
+    """What was identified with the papers' polynomials beside it, where there are sweeps and one joint.
 
-    Attributes
-    ----------
-    at_amplitude_percent : float
-        With the moduli at each step's measured amplitude, as in the fits.
-    at_force_percent : float
-        With nothing but each step's frequency and force given: the steady state on the measured one's branch.
-    lost : int
-        Steps for which that branch does not exist in the prediction; they count in the first figure only.
-    extrapolated : bool
-        Whether the level reaches amplitudes beyond all others.
+    The linear parameters come from the broadband runs alone, where there are any.
     """
-
-    at_amplitude_percent: float
-    at_force_percent: float
-    lost: int
-    extrapolated: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class Polynomials:
-    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not.
-
-    Attributes
-    ----------
-    levels : dict of PolynomialFit
-        By target channel and amplitude.
-    together : PolynomialFit
-    residual_percent : dict
-        By sweep: the residuals of its level's own polynomials, and of the common ones.
-    left_out : dict of LeftOut
-        By level, where there are at least two; see :func:`predict_left_out`.
-    base : LinearParameters
-        Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them.
-    """
-
-    levels: dict[str, PolynomialFit]
-    together: PolynomialFit
-    residual_percent: dict[str, dict[str, float]]
-    left_out: dict[str, LeftOut]
-    base: LinearParameters
-
-    @property
-    def depends_on_force(self) -> bool | None:
-        """Whether one law for all levels leaves too much, and twice what a law for each leaves; None for one level."""
-        if len(self.levels) < 2:
-            return None
-        each = float(np.sqrt(np.mean([fit.residual_percent**2 for fit in self.levels.values()])))
-        return self.together.residual_percent > max(POOR_POLYNOMIAL_PERCENT, 2 * each)
+    if not len(evidence.steps) or len(evidence.rig.joints) != 1:
+        return found
+    base = (found.baseline.base, found.solution.covariance)
+    if evidence.broadband:
+        report("fitting the broadband runs alone")
+        linear = fit_base(evidence.without_steps())
+        base = (linear.baseline.base, linear.solution.covariance)
+    report("identifying the papers' polynomials")
+    polynomials = polynomials_by_level(ResidualModel(evidence), *base)
+    warnings = found.warnings
+    if polynomials is not None and polynomials.together.residual_percent > POOR_POLYNOMIAL_PERCENT:
+        fit = polynomials.together
+        warnings += (
+            f"polynomials of orders {fit.orders[0]} and {fit.orders[1]} leave {fit.residual_percent:.2g} % of all "
+            "levels together; the model file has splines",
+        )
+    return replace(found, polynomials=polynomials, warnings=warnings)
 
 
 def polynomials_by_level(

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twin.identify.layer_motion import layer_motion
-from twin.identify.layer_response import layer_response
+from studies.layer_motion import layer_motion
+from studies.layer_response import layer_response
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.residual_model import ResidualModel
 from twin.rigs import load_rig
