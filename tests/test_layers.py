@@ -14,6 +14,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 HARDWARE = {"drivers", "serial", "can", "cantools"}
 PHYSICS = sorted(p.name for p in (ROOT / "twin").iterdir() if p.is_dir() and p.name not in ("commands", "__pycache__"))
+OUTSIDE = {"studies", "benchmarks"}
+"""Packages that use `twin`, and that only its commands use; its laboratory, too, uses the studies."""
 INNER = {
     "structure": {"joint", "rigs", "structure"},
     "joint": {"joint"},
@@ -50,12 +52,26 @@ def those_of(folder: Path, forbidden: set[str]) -> list[str]:
     return [f"{where} {name}" for where, name in imports(folder) if name.split(".")[0] in forbidden]
 
 
+def those_that_use_commands(folder: Path) -> list[str]:
+    return [name for _, name in imports(folder) if name.startswith(("twin.commands", "twin.cli"))]
+
+
 def test_recordings_know_neither_hardware_nor_physics():
-    assert those_of(ROOT / "recordings", {"twin", *HARDWARE}) == []
+    assert those_of(ROOT / "recordings", {"twin", *OUTSIDE, *HARDWARE}) == []
 
 
 def test_drivers_know_no_physics():
-    assert those_of(ROOT / "drivers", {"twin", "scipy", "numba"}) == []
+    assert those_of(ROOT / "drivers", {"twin", "scipy", "numba", *OUTSIDE}) == []
+
+
+@pytest.mark.parametrize("folder", PHYSICS)
+def test_only_the_outermost_know_studies_and_benchmarks(folder):
+    """A laboratory has the papers' own polynomials beside the joint's law."""
+    assert those_of(ROOT / "twin" / folder, OUTSIDE - {"studies"} if folder == "lab" else OUTSIDE) == []
+
+
+def test_studies_meet_neither_hardware_nor_benchmarks():
+    assert those_of(ROOT / "studies", {"benchmarks", *HARDWARE}) == []
 
 
 @pytest.mark.parametrize("folder", PHYSICS)
@@ -65,7 +81,12 @@ def test_only_the_commands_meet_the_hardware(folder):
 
 @pytest.mark.parametrize("folder", PHYSICS)
 def test_nothing_depends_on_the_commands(folder):
-    assert [name for _, name in imports(ROOT / "twin" / folder) if name.startswith(("twin.commands", "twin.cli"))] == []
+    assert those_that_use_commands(ROOT / "twin" / folder) == []
+
+
+@pytest.mark.parametrize("package", sorted(OUTSIDE))
+def test_nothing_outside_depends_on_the_commands(package):
+    assert those_that_use_commands(ROOT / package) == []
 
 
 @pytest.mark.parametrize("folder", INNER)

@@ -18,21 +18,20 @@ def command(only: tuple[str, ...], as_json: bool) -> None:
     counts little; compilation is not counted.  The line `start` and those of wires are of real time; `start` compiles,
     which takes a minute.
     """
-    from drivers import benchmarks
-    from twin.speed import BENCHMARKS, MissingRivalError
+    from benchmarks.lines import BENCHMARKS
+    from benchmarks.measured import MissingRivalError
 
-    every = {**BENCHMARKS, **benchmarks.BENCHMARKS}
-    unknown = [name for name in only if name not in every]
+    unknown = [name for name in only if name not in BENCHMARKS]
     if unknown:
-        raise click.UsageError(f"--only: no line {unknown[0]!r}; there are {', '.join(every)}")
+        raise click.UsageError(f"--only: no line {unknown[0]!r}; there are {', '.join(BENCHMARKS)}")
     results: dict[str, Any] = {}
     with progress_bar() as bar:
-        task = bar.add_task("", total=len(only or every))
-        for name in only or every:
+        task = bar.add_task("", total=len(only or BENCHMARKS))
+        for name in only or BENCHMARKS:
             bar.update(task, description=name)
             stage(f"measuring {name}")
             try:
-                results[name] = every[name]().table()
+                results[name] = BENCHMARKS[name]().table()
             except MissingRivalError as error:
                 results[name] = {"ratio": None, "promise": None, "against": str(error), "error": None, "threads": 1}
             bar.advance(task)

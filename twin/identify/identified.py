@@ -1,4 +1,4 @@
-"""From evidence to a model file: the rig with identified moduli, damping and joint law, and the papers' polynomials."""
+"""From evidence to a model file: the rig with identified moduli, damping and joint law."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from twin.identify.base_fit import fit_base
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.estimate import Estimate
-from twin.identify.force_levels import POOR_POLYNOMIAL_PERCENT, Polynomials, polynomials_by_level
 from twin.identify.gauss_newton import Solution
 from twin.identify.measured_data import MeasuredData
-from twin.identify.polynomial_law import relative_error_percent
+from twin.identify.polynomials import Polynomials
 from twin.identify.residual_model import ResidualModel
+from twin.identify.rms import relative_error_percent
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Rig
@@ -44,11 +44,11 @@ class Identified:
     unknowns : BaselineParameters
         Of the model.
     solution : Solution
-    polynomials : Polynomials or None
-        None without sweeps, and of a rig that has not one joint: a function of one sensor's amplitude is one joint's.
     residual_percent : dict
         Root-mean-square relative error of the model's complex response at the reference channel, by sweep.
     warnings : tuple of str
+    polynomials : Polynomials or None
+        None without sweeps, and of a rig that has not one joint: a function of one sensor's amplitude is one joint's.
     """
 
     rig: Rig
@@ -57,9 +57,9 @@ class Identified:
     baseline: BaselineParameters
     solution: Solution
     chi2_per_dof: float
-    polynomials: Polynomials | None
     residual_percent: dict[str, float]
     warnings: tuple[str, ...]
+    polynomials: Polynomials | None = None
 
 
 def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lambda text: None) -> Identified:
@@ -76,18 +76,7 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
     identified = fit_base(evidence, start=free.baseline, held_at_zero=held)
     model, solution = identified.baseline, identified.solution
     dof = max(1, len(solution.residual) - len(solution.x) + len(held))
-    polynomials, residual = None, {}
-    residual_model = ResidualModel(evidence)
-    if len(evidence.steps):
-        residual = _spline_residuals(residual_model, model)
-        base = (model.base, solution.covariance)
-        if evidence.broadband:
-            report("fitting the broadband runs alone")
-            linear = fit_base(evidence.without_steps())
-            base = (linear.baseline.base, linear.solution.covariance)
-        if len(evidence.rig.joints) == 1:
-            report("identifying the papers' polynomials")
-            polynomials = polynomials_by_level(residual_model, *base)
+    residual = _spline_residuals(ResidualModel(evidence), model) if len(evidence.steps) else {}
     return Identified(
         rig=updated_rig(evidence, model, solution),
         preload=evidence.preload,
@@ -95,9 +84,8 @@ def identify_rig(evidence: MeasuredData, *, report: Callable[[str], None] = lamb
         baseline=model,
         solution=solution,
         chi2_per_dof=solution.chi2 / dof,
-        polynomials=polynomials,
         residual_percent=residual,
-        warnings=tuple(_warnings(evidence, solution.chi2 / dof, polynomials)),
+        warnings=tuple(_warnings(evidence, solution.chi2 / dof)),
     )
 
 
@@ -137,7 +125,7 @@ def _spline_residuals(residual_model: ResidualModel, model: BaselineParameters) 
     }
 
 
-def _warnings(evidence: MeasuredData, chi2_per_dof: float, polynomials: Polynomials | None) -> list[str]:
+def _warnings(evidence: MeasuredData, chi2_per_dof: float) -> list[str]:
     found = []
     if not evidence.broadband:
         found.append("no broadband run: E', G' and the higher modes' damping rest on what is assumed of them")
@@ -154,11 +142,5 @@ def _warnings(evidence: MeasuredData, chi2_per_dof: float, polynomials: Polynomi
     if chi2_per_dof > POOR_FIT:
         found.append(
             f"chi2 per degree of freedom is {chi2_per_dof:.2f}: the model misses something, see 'twin diagnose'"
-        )
-    if polynomials is not None and polynomials.together.residual_percent > POOR_POLYNOMIAL_PERCENT:
-        fit = polynomials.together
-        found.append(
-            f"polynomials of orders {fit.orders[0]} and {fit.orders[1]} leave {fit.residual_percent:.2g} % of all "
-            "levels together; the model file has splines"
         )
     return found

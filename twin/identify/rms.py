@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+from typing import Any
 
-__all__ = ["rms"]
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["relative_error_percent", "rms"]
 
 
 def rms(values: ArrayLike) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def relative_error_percent(predicted: NDArray[Any], measured: NDArray[Any]) -> float:
+    """Root-mean-square relative error of complex responses, per cent."""
+    return float(100 * np.sqrt(np.mean(np.abs(predicted / measured - 1) ** 2)))

@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from studies.force_levels import with_polynomials
 from twin.bench import open_bench
 from twin.checks import FirstLook
 from twin.diagnose.comparison import SweepComparison
@@ -13,7 +14,7 @@ from twin.diagnose.effects import left_out_effects
 from twin.diagnose.sound_data import sound_data
 from twin.identify.identified import Identified, identify_rig
 from twin.identify.measured_data import MeasuredData
-from twin.identify.polynomial_law import PolynomialFit
+from twin.identify.polynomials import PolynomialFit
 from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload
 from twin.views.curves import Fitted
@@ -112,7 +113,7 @@ def identify_recordings(
     runs = looked.runs
     report("reducing the runs to responses")
     sound = sound_data(runs, rig, preload=preload, source=source)
-    found = identify_rig(sound.evidence, report=report)
+    found = with_polynomials(identify_rig(sound.evidence, report=report), sound.evidence, report=report)
     warnings = [*looked.told, *left_out_effects(rig.effect)]
     warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]
     try:

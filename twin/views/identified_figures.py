@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.identify.identified import Identified
 from twin.identify.measured_data import MeasuredData
-from twin.identify.polynomial_law import PolynomialFit
+from twin.identify.polynomials import PolynomialFit
 from twin.identify.regularisation import LCurve
 from twin.rigs import LayerLawTable
 from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach

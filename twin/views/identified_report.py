@@ -5,10 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from twin.diagnose.comparison import SweepComparison, sweeps_beside
-from twin.identify.force_levels import Polynomials
 from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.measured_data import MeasuredData
-from twin.identify.polynomial_law import PolynomialFit
+from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
 from twin.views.answer import estimate_text
 from twin.views.curves import joint_name, law_reach

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from twin.identify.base_fit import HELD_PRECISION
 from twin.identify.estimate import Estimate
-from twin.identify.force_levels import Polynomials
 from twin.identify.identified import Identified
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
+from twin.identify.polynomials import Polynomials
 from twin.views.answer import estimate_text
 from twin.views.curves import LawBand, joint_name
 from twin.views.table import Table

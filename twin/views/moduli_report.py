@@ -1,13 +1,10 @@
 """The report of moduli identified from natural frequencies."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.figure import Figure
 
-from twin.identify.eigensensitivity import FrequencyUpdate
+from twin.diagnose.tables import FrequencyModuli
 from twin.identify.estimate import Estimate
-from twin.identify.identifiability import weak_directions
 from twin.views.answer import estimate_text
 from twin.views.figures import bars, legend, panels
 from twin.views.page import Page, Picture, Section
@@ -15,24 +12,25 @@ from twin.views.style import AFTER, BEFORE, INK
 from twin.views.table import Table
 
 OPEN = 1.0
-"""Relative standard deviation from which on the frequencies leave a combination open."""
+"""Standard deviation of a logarithm from which on the frequencies leave a combination open."""
+LEAST_PART = 0.15
+"""Of a modulus in a combination that is told."""
 
 
-def moduli_sentence(update: FrequencyUpdate) -> str:
+def moduli_sentence(found: FrequencyModuli) -> str:
     """The answer in one sentence."""
-    moduli = " and ".join(f"{row[0]} = {row[2]} N/mm²" for row in moduli_table(update, {}).rows)
-    count = sum(len(f) for f in update.measured.values())
-    return f"{moduli} meet the {count} natural frequencies within {update.worst_percent:.2g} %."
+    moduli = " and ".join(f"{row[0]} = {row[2]} N/mm²" for row in moduli_table(found).rows)
+    worst = float(np.max(np.abs(found.error_percent)))
+    return f"{moduli} meet the {len(found.mode)} natural frequencies within {worst:.2g} %."
 
 
-def moduli_table(update: FrequencyUpdate, nominal: dict[str, float]) -> Table:
-    """Moduli in N/mm², with their standard deviations; `nominal` as the update names them, in N/m²."""
+def moduli_table(found: FrequencyModuli) -> Table:
+    """Moduli in N/mm², with their standard deviations."""
     rows = []
-    for name in update.names:
-        plain = name.partition("[")[0]
-        was = f"{1e-6 * nominal[name]:.4g}" if name in nominal else ""
-        estimate = Estimate(1e-6 * update.values[name], 1e-6 * update.std[name])
-        rows.append(({"normal_modulus": "E′", "shear_modulus": "G′"}.get(plain, name), was, estimate_text(estimate)))
+    for name, was in found.nominal.items():
+        estimate = Estimate(1e-6 * found.fit.moduli[name], 1e-6 * found.fit.moduli_std[name])
+        symbol = {"normal_modulus": "E′", "shear_modulus": "G′"}[name.partition("[")[0]]
+        rows.append((symbol, f"{1e-6 * was:.4g}", estimate_text(estimate)))
     return Table(
         caption="Moduli in N/mm², with one standard deviation",
         head=("modulus", "nominal", "identified"),
@@ -41,83 +39,51 @@ def moduli_table(update: FrequencyUpdate, nominal: dict[str, float]) -> Table:
     )
 
 
-def frequency_table(update: FrequencyUpdate, modes: Sequence[int]) -> Table:
+def frequency_table(found: FrequencyModuli) -> Table:
     """Measured and modelled natural frequencies."""
-    rows = []
-    for condition, measured in update.measured.items():
-        before, after = update.before[condition], update.after[condition]
-        rows += [
-            (
-                str(mode),
-                f"{f:.5g}",
-                f"{b:.5g}",
-                f"{100 * (b / f - 1):+.2f} %",
-                f"{a:.5g}",
-                f"{100 * (a / f - 1):+.2f} %",
-            )
-            for mode, f, b, a in zip(modes, measured, before, after, strict=True)
-        ]
+    columns = (found.mode, found.measured_Hz, found.before_Hz, found.after_Hz)
     return Table(
         caption="Natural frequencies in Hz; errors are model over measured, minus one",
         head=("mode", "measured", "as assumed", "error", "identified", "error"),
-        rows=rows,
+        rows=[
+            (
+                str(mode), f"{f:.5g}", f"{b:.5g}", f"{100 * (b / f - 1):+.2f} %", f"{a:.5g}",
+                f"{100 * (a / f - 1):+.2f} %",
+            )
+            for mode, f, b, a in zip(*columns, strict=True)
+        ],
         numbers=(0, 1, 2, 3, 4, 5),
-    )
+    )  # fmt: skip
 
 
-def errors_figure(update: FrequencyUpdate, modes: Sequence[int]) -> Figure:
+def errors_figure(found: FrequencyModuli) -> Figure:
     """Relative errors of all frequencies, as assumed and as identified."""
     figure, (axes,) = panels(1, height_in=3.0)
-    kinds = [
-        (label, np.concatenate([100 * (model[name] / f - 1) for name, f in update.measured.items()]), colour)
-        for label, model, colour in (("as assumed", update.before, BEFORE), ("identified", update.after, AFTER))
-    ]
-    bars(axes, kinds, [str(mode) for mode in modes])
+    before = 100 * (found.before_Hz / found.measured_Hz - 1)
+    kinds = [("as assumed", before, BEFORE), ("identified", found.error_percent, AFTER)]
+    bars(axes, kinds, [str(mode) for mode in found.mode])
     axes.axhline(0.0, color=INK, linewidth=0.8)
     axes.set(xlabel="mode", ylabel="model over measured, minus one, %")
     legend(figure, axes.get_legend_handles_labels()[0])
     return figure
 
 
-def moduli_page(
-    update: FrequencyUpdate,
-    *,
-    rig: str,
-    table: str,
-    modes: Sequence[int],
-    nominal: dict[str, float],
-    warnings: Sequence[str],
-) -> Page:
-    """The report of one table's moduli.
-
-    Parameters
-    ----------
-    update
-        What the frequencies say.
-    rig, table
-        Names of the rig, and of the table's file.
-    modes
-        Number of each frequency's mode, in the table's order.
-    nominal
-        Moduli as the rig file has them, named as in the update, N/m².
-    warnings
-        What to know beside it.
-    """
-    errors = update.error_percent.values()
-    told = "; ".join(f"mode {m}: {-e:+.2f} %" for m, e in zip(modes, np.concatenate(list(errors)), strict=True))
+def moduli_page(found: FrequencyModuli, *, table: str) -> Page:
+    """The report of one table's moduli; `table` is its file's name."""
+    told = "; ".join(f"mode {m}: {e:+.2f} %" for m, e in zip(found.mode, found.error_percent, strict=True))
     shown = Picture(
-        draw=lambda: errors_figure(update, modes),
+        draw=lambda: errors_figure(found),
         alt=f"Relative error of every frequency, as assumed and as identified. Identified: {told}.",
         caption="Relative errors of the natural frequencies.",
     )
     return Page(
         title="Identification of moduli from natural frequencies",
-        answer=moduli_sentence(update),
-        facts=f"Rig {rig}; {table}.",
+        answer=moduli_sentence(found),
+        facts=f"Rig {found.model.name}; {table}.",
         sections=[
-            Section(title="What was identified", tables=[moduli_table(update, nominal)]),
-            Section(title="Measured and modelled", tables=[frequency_table(update, modes)], pictures=[shown]),
-            _determined(update),
+            Section(title="What was identified", tables=[moduli_table(found)]),
+            Section(title="Measured and modelled", tables=[frequency_table(found)], pictures=[shown]),
+            _determined(found),
             Section(
                 title="What was assumed",
                 items=[
@@ -125,19 +91,23 @@ def moduli_page(
                     "The errors of the frequencies are independent, and as large as the table says.",
                 ],
             ),
-            Section(title="What is uncertain", items=_uncertain(update, warnings)),
+            Section(title="What is uncertain", items=_uncertain(found)),
         ],
     )
 
 
-def _determined(update: FrequencyUpdate) -> Section:
+def _determined(found: FrequencyModuli) -> Section:
     rows = [
         (
-            "; ".join(f"{part:+.2f} log {name.partition('[')[0]}" for name, part in direction.combination.items()),
-            f"{direction.singular_value:.3g}",
-            f"{100 * direction.relative_std:.2g} %",
+            "; ".join(
+                f"{part:+.2f} log {name.partition('[')[0]}"
+                for name, part in combination.items()
+                if abs(part) > LEAST_PART
+            ),
+            f"{1 / std:.3g}",
+            f"{100 * std:.2g} %",
         )
-        for direction in weak_directions(update)
+        for std, combination in found.directions()
     ]
     table = Table(
         caption="Combinations of parameters, the best determined first",
@@ -149,16 +119,16 @@ def _determined(update: FrequencyUpdate) -> Section:
     return Section(title="How well the data determine it", texts=[f"What is known {told}."], tables=[table])
 
 
-def _uncertain(update: FrequencyUpdate, warnings: Sequence[str]) -> list[str]:
-    items = [text[0].upper() + text[1:] + "." for text in warnings]
-    if any(direction.relative_std > OPEN for direction in weak_directions(update)):
+def _uncertain(found: FrequencyModuli) -> list[str]:
+    items = [text[0].upper() + text[1:] + "." for text in found.warnings]
+    if any(std > OPEN for std, _ in found.directions()):
         items.append("The last of these combinations is open: the frequencies do not determine it.")
-    if np.isfinite(update.residual_factor) and update.residual_factor > 2:
+    if found.residual_factor > 2:
         items.append(
-            f"The frequencies are met {update.residual_factor:.2g} times worse than their own uncertainty says: the "
+            f"The frequencies are met {found.residual_factor:.2g} times worse than their own uncertainty says: the "
             "model misses something, and the standard deviations are too small by about as much."
         )
-    if not update.converged:
+    if not found.fit.settled:
         items.append("The search ended before it came to rest.")
     items.append("Natural frequencies say nothing of the joint's damping, nor of its nonlinear law.")
     return items

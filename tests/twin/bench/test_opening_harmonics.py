@@ -5,9 +5,9 @@ import pytest
 from full_elements import FullElements
 from scipy.optimize import least_squares
 
+from studies.nonlinear_sweeps import rig_with_law
+from studies.tables import load_study
 from twin.bench import open_bench
-from twin.papers.nonlinear_sweeps import rig_with_law
-from twin.papers.tables import load_study
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 

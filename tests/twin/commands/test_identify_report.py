@@ -64,7 +64,7 @@ def test_the_report_can_lie_elsewhere_or_nowhere(folder, capsys):
 )
 def test_places_that_cannot_be_are_refused_before_the_work(folder, capsys, monkeypatch, places, told):
     (folder / "pages").mkdir()
-    monkeypatch.setattr(identified_moduli, "update_moduli", lambda *_, **__: pytest.fail("it went to work"))
+    monkeypatch.setattr(identified_moduli, "fit_moduli", lambda *_, **__: pytest.fail("it went to work"))
     status, printed, said = run(capsys, "f.csv", *STEEL, *places, "--json")
     assert (status, printed) == (2, "")
     assert told in said

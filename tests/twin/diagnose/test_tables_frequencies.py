@@ -6,6 +6,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from recordings.tables import FrequencyTable
+from studies.tables import load_study
 from twin.diagnose.models import CAUSES
 from twin.diagnose.tables import diagnose_frequencies
 from twin.diagnose.tables.fit import SPREAD, Problem
@@ -13,7 +14,6 @@ from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.measured import Measurement
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.diagnose.tables.system import System
-from twin.papers.tables import load_study
 from twin.rigs import load_rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.kinds import load_any_rig

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
+from studies.force_levels import with_polynomials
 from twin.identify import gather_data
 from twin.identify.identified import identify_rig
 from twin.identify.predict import RigResponse, blank_data
@@ -18,7 +19,8 @@ def nominal():
 @pytest.fixture(scope="module")
 def identified(campaign, nominal):
     runs = [read_run(campaign / f"{name}.mcap") for name in ("random", "sweeps")]
-    return identify_rig(gather_data(runs, nominal))
+    evidence = gather_data(runs, nominal)
+    return with_polynomials(identify_rig(evidence), evidence)
 
 
 def test_moduli_and_damping_of_the_rig_are_found(identified, true_rig):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 
-from twin.papers.tables import load_study
+from studies.tables import load_study
 from twin.rigs import LawTable, LayerLawTable, load_rig
 from twin.structure import assemble, layer_points
 from twin.structure.law_of_mode import layer_law_of_mode

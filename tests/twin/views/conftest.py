@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from recordings import Run
+from studies.force_levels import with_polynomials
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
@@ -114,7 +115,7 @@ def identified(unmeasured: tuple[MeasuredData, BaselineParameters]) -> Identifie
     """What is found of a rig whose file is right, from what it would measure."""
     blank, baseline = unmeasured
     evidence = _measured(blank, fitted_model(baseline, (), (100.0,)))
-    found = identify_rig(evidence)
+    found = with_polynomials(identify_rig(evidence), evidence)
     return IdentifiedJoint(found=found, evidence=evidence, warnings=found.warnings)
 
 

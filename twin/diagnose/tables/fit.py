@@ -17,8 +17,7 @@ from scipy.stats import chi2 as chi_square
 
 from twin.diagnose.tables.measured import Measurement
 from twin.diagnose.tables.model import Active, Change, FrequencyModel
-from twin.diagnose.tables.system import System, pencil_of
-from twin.identify.eigensensitivity import pair_modes
+from twin.diagnose.tables.system import System
 from twin.identify.gauss_newton import Solution, minimise
 
 __all__ = ["Fit", "Problem"]
@@ -52,6 +51,10 @@ class Fit:
         In standard deviations as stated or assumed.
     rms_error : float
         Root-mean-square relative error of the frequencies.
+    covariance : ndarray, (b, b)
+        Of the moduli's logarithms, in the order of `moduli`.
+    settled : bool
+        Whether the search came to rest.
     """
 
     active: tuple[tuple[Change, dict[str, float]], ...]
@@ -65,6 +68,8 @@ class Fit:
     frequency_Hz: dict[str, Array]
     residual: Array
     rms_error: float
+    covariance: Array
+    settled: bool
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -118,10 +123,11 @@ class Problem:
         """The fitted model's frequencies (Hz) of other modes, by condition."""
         matrices = self.model.matrices(fit.active)
         moduli = {b.name: b.nominal for b in self.model.base} | fit.moduli
-        return {
-            name: pair_modes(pencil_of(self.model, matrices, moduli, name), wanted)[0] / (2 * np.pi)
-            for name, wanted in numbers.items()
-        }
+        found = {}
+        for name, wanted in numbers.items():
+            by_term = {term: moduli[base] for term, base in self.model.conditions[name].items()}
+            found[name] = matrices.modes(by_term, wanted)[0] / (2 * np.pi)
+        return found
 
     def fit(
         self, active: Active, *, start: Mapping[str, float] | None = None, held: frozenset[str] = frozenset(),
@@ -196,6 +202,8 @@ class Problem:
             frequency_Hz={item.condition: f for item, f in zip(self.measured, model, strict=True)},
             residual=residual,
             rms_error=float(np.sqrt(np.mean((residual * self._std()) ** 2))),
+            covariance=np.asarray(covariance[:n, :n]),
+            settled=solution.settled,
         )
 
     def _evidence(self, system: System, solution: Solution, weight: Array) -> tuple[float, float]:

@@ -15,19 +15,18 @@ from recordings.errors import InputError
 from twin.diagnose.posterior import SURE
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
-from twin.diagnose.tables.lap_joint import LapJointFrequencies
+from twin.diagnose.tables.lap_joint import LapJointFrequencies, require_one_joint
 from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequencies
 from twin.diagnose.tables.model import FrequencyModel
 from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
 from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
-from twin.identify.lap_joint_moduli import require_one_joint
 from twin.identify.rms import rms
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 
-__all__ = ["diagnose_frequencies"]
+__all__ = ["check_modes", "diagnose_frequencies"]
 
 Array = NDArray[np.float64]
 FEWEST = 3
@@ -85,7 +84,7 @@ def diagnose_frequencies(
         raise InputError(
             tables[0].path, "", f"holds {problem.count} natural frequencies", f"a diagnosis needs at least {FEWEST}"
         )
-    _check_modes(problem)
+    check_modes(problem)
     kept = [
         item
         for table in held_out
@@ -133,8 +132,14 @@ def diagnose_frequencies(
     )
 
 
-def _check_modes(problem: Problem) -> None:
-    """Refuse modes that the mesh does not have."""
+def check_modes(problem: Problem) -> None:
+    """Refuse modes that the mesh does not have.
+
+    Raises
+    ------
+    InputError
+        That names the mode.
+    """
     elements = len(problem.model.matrices(()).M) // 6
     for item in problem.measured:
         if item.number[-1] > elements:

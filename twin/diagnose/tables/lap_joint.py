@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.errors import InputError
 from twin.diagnose.effects import with_effects
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate
@@ -20,7 +21,7 @@ from twin.identify.predict import blank_data
 from twin.rigs import Effect, Rig
 from twin.structure import Structure
 
-__all__ = ["LapJointFrequencies"]
+__all__ = ["LapJointFrequencies", "require_one_joint"]
 
 Matrix = NDArray[np.float64]
 MODULI_STD = 0.3
@@ -34,17 +35,21 @@ PROBE = 2 * np.pi * np.array([0.0, 50.0, 100.0])
 
 @dataclass(frozen=True)
 class LapJointFrequencies:
-    """The model of `rig` at some of its `preloads`; `source` names the rig in errors."""
+    """The model of `rig` at some of its `preloads`; `source` names the rig in errors.
+
+    `moduli_std` is how far off E' and G' may be beforehand, as standard deviation of their logarithms.
+    """
 
     rig: Rig
     preloads: tuple[str, ...]
     source: str = "rig"
+    moduli_std: float = MODULI_STD
 
     @property
     def base(self) -> tuple[BaseParameter, ...]:
         """E' and G' at every preload."""
         return tuple(
-            BaseParameter(f"{term}[{name}]", getattr(self.rig.moduli(name)[0], term), MODULI_STD)
+            BaseParameter(f"{term}[{name}]", getattr(self.rig.moduli(name)[0], term), self.moduli_std)
             for name in self.preloads
             for term in TERMS
         )
@@ -92,17 +97,20 @@ class LapJointFrequencies:
 
     def extended(self, moduli: Mapping[str, Estimate], active: Active, std: Sequence[Mapping[str, float]]) -> Rig:
         """The rig file with identified moduli at the preloads that were measured, and the changes as effects."""
-        (joint,) = self.rig.joints
-        preload = dict(joint.preload)
-        for name in self.preloads:
-            update = {term: moduli[f"{term}[{name}]"].value for term in TERMS}
-            preload[name] = preload[name].model_copy(update=update)
         effects = [
             Effect(cause=change.cause, parameters={**change.label, **values}, std=dict(errors))
             for (change, values), errors in zip(active, std, strict=True)
         ]
-        rig = self.rig.with_joints([joint.model_copy(update={"preload": preload})])
+        rig = self.with_moduli({name: estimate.value for name, estimate in moduli.items()})
         return rig.model_copy(update={"effect": [*self.rig.effect, *effects]})
+
+    def with_moduli(self, moduli: Mapping[str, float]) -> Rig:
+        """The rig file with these moduli, N/m2, at the preloads that were measured."""
+        (joint,) = self.rig.joints
+        preload = dict(joint.preload)
+        for name in self.preloads:
+            preload[name] = preload[name].model_copy(update={term: moduli[f"{term}[{name}]"] for term in TERMS})
+        return self.rig.with_joints([joint.model_copy(update={"preload": preload})])
 
     @cached_property
     def _evidence(self) -> MeasuredData:
@@ -123,6 +131,20 @@ class LapJointFrequencies:
         structure = self._evidence.model.structure
         plain = all(_mass_and_spring(attachment, structure) is not None for attachment in modification.attachments)
         return bool(touched) and touched <= STRUCTURAL and plain
+
+
+def require_one_joint(rig: Rig, *, source: str) -> None:
+    """Refuse a rig, which `source` names, whose natural frequencies would have to give more moduli, or none.
+
+    Raises
+    ------
+    InputError
+        If the rig has no joint, or several.
+    """
+    if len(rig.joints) != 1:
+        has = f"{len(rig.joints)} joints" if rig.joints else "no joint"
+        reason = f"it has {has}; a table of natural frequencies gives the moduli of one"
+        raise InputError(source, "joint", reason, "give recordings of broadband noise and of sweeps instead")
 
 
 def _first_values(change: Change) -> dict[str, float]:

@@ -13,6 +13,7 @@ from twin.diagnose.cause import Parameter
 from twin.diagnose.result import Estimate
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
+from twin.structure.bending_modes import bending_modes
 
 __all__ = ["Active", "BaseParameter", "Change", "FrequencyModel", "Matrices"]
 
@@ -55,6 +56,21 @@ class Matrices:
     K0: Matrix
     terms: Mapping[str, Matrix]
     transverse: NDArray[np.bool_]
+
+    def stiffness(self, moduli: Mapping[str, float]) -> Matrix:
+        """K (n, n) with these moduli, each by its term."""
+        return self.K0 + sum(moduli[term] * matrix for term, matrix in self.terms.items())
+
+    def modes(self, moduli: Mapping[str, float], number: NDArray[np.int64]) -> tuple[Matrix, Matrix]:
+        """Natural frequencies (m,) in rad/s and shapes (n, m) of bending modes by their numbers, from 1.
+
+        Raises
+        ------
+        ValueError
+            If the structure has too few of them.
+        """
+        modes = bending_modes(self.M, self.stiffness(moduli), self.transverse, least=int(number.max()))
+        return modes.omega[number - 1], modes.Phi[:, number - 1]
 
 
 class FrequencyModel(Protocol):

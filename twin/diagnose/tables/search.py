@@ -15,12 +15,14 @@ from twin.diagnose.tables.model import Active, Change
 from twin.identify.rms import rms
 
 __all__ = [
+    "FINE",
     "PLAUSIBLE",
     "Found",
     "Search",
     "Stage",
     "least_gain",
     "leave_one_out",
+    "moduli_alone",
     "probabilities",
     "rivals_of",
     "search",
@@ -93,7 +95,7 @@ class Search:
 def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> Search:
     """The moduli alone, then causes one by one while the evidence and left-out frequencies pay for them."""
     report("fitting the moduli")
-    base = current = _moduli_alone(problem)
+    base = current = moduli_alone(problem)
     base_left_out = left_out = leave_one_out(problem, base)
     stages: list[Stage] = []
     while len(stages) < most:
@@ -112,7 +114,7 @@ def search(problem: Problem, *, most: int = 2, report: Report = lambda text: Non
     return Search(base, base_left_out, tuple(stages))
 
 
-def _moduli_alone(problem: Problem) -> Fit:
+def moduli_alone(problem: Problem) -> Fit:
     """The best fit of the moduli, searched from several values of each.
 
     Another mode veers through the measured ones as a joint's modulus grows, and every crossing makes a narrow minimum.

@@ -10,22 +10,12 @@ from scipy.stats import norm
 
 from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.measured import Measurement
-from twin.diagnose.tables.model import Change, FrequencyModel, Matrices
-from twin.identify.eigensensitivity import Pencil, pair_modes
+from twin.diagnose.tables.model import Change, FrequencyModel
 
-__all__ = ["System", "pencil_of"]
+__all__ = ["System"]
 
 Array = NDArray[np.float64]
 Changes = tuple[tuple[Change, dict[str, float]], ...]
-
-
-def pencil_of(model: FrequencyModel, matrices: Matrices, moduli: Mapping[str, float], condition: str) -> Pencil:
-    """Mass and stiffness in one condition, with derivatives by the logarithms of its moduli."""
-    K, dK = matrices.K0.copy(), {}
-    for term, name in model.conditions[condition].items():
-        dK[name] = moduli[name] * matrices.terms[term]
-        K += dK[name]
-    return Pencil(matrices.M, K, matrices.transverse, {}, dK)
 
 
 class System:
@@ -98,16 +88,17 @@ class System:
                 moved.append((self.model.matrices(self.values(y)[1]), step / p.scale))
             rows, sensitivities = [], []
             for item in self.measured:
-                pencil = pencil_of(self.model, matrices, moduli, item.condition)
-                omega, Phi = pair_modes(pencil, item.number)
+                names = self.model.conditions[item.condition]
+                now = {term: moduli[name] for term, name in names.items()}
+                K = matrices.stiffness(now)
+                omega, Phi = matrices.modes(now, item.number)
                 change = np.zeros((len(omega), len(x)))
                 for k, b in enumerate(self.base):
-                    if b.name in pencil.dK:
-                        change[:, k] = np.einsum("im,im->m", Phi, pencil.dK[b.name] @ Phi)
+                    for term in (term for term, name in names.items() if name == b.name):
+                        change[:, k] += np.einsum("im,im->m", Phi, now[term] * matrices.terms[term] @ Phi)
                 for k, (other, step) in enumerate(moved):
-                    dK = pencil_of(self.model, other, moduli, item.condition).K - pencil.K
-                    by_K = np.einsum("im,im->m", Phi, dK @ Phi)
-                    by_M = np.einsum("im,im->m", Phi, (other.M - pencil.M) @ Phi)
+                    by_K = np.einsum("im,im->m", Phi, (other.stiffness(now) - K) @ Phi)
+                    by_M = np.einsum("im,im->m", Phi, (other.M - matrices.M) @ Phi)
                     change[:, n + k] = (by_K - omega**2 * by_M) / step
                 sensitivities.append(change / (2 * omega[:, None] ** 2) / item.relative_std[:, None])
                 rows.append(_misfit(item, omega))
@@ -115,23 +106,6 @@ class System:
             count = sum(len(item.number) for item in self.measured)
             return np.full(count, np.nan), np.zeros((count, len(x)))
         return np.concatenate(rows), np.vstack(sensitivities)
-
-    def residual(self, x: Array) -> Array:
-        """Residuals (n,) alone; NaN where there is no such structure, or `x` is out of bounds."""
-        count = sum(len(item.number) for item in self.measured)
-        if np.any(x < self.bounds[0]) or np.any(x > self.bounds[1]):
-            return np.full(count, np.nan)
-        moduli, active = self.values(x)
-        try:
-            matrices = self.model.matrices(active)
-            return np.concatenate(
-                [
-                    _misfit(item, pair_modes(pencil_of(self.model, matrices, moduli, item.condition), item.number)[0])
-                    for item in self.measured
-                ]
-            )
-        except (np.linalg.LinAlgError, ValueError):
-            return np.full(count, np.nan)
 
 
 def _misfit(item: Measurement, omega: Array) -> Array:

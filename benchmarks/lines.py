@@ -1,0 +1,28 @@
+"""Benchmarks: what is promised of speed, measured on this machine beside something else that gives the same answer."""
+
+from collections.abc import Callable
+
+from benchmarks import wires
+from benchmarks.duffing import duffing
+from benchmarks.equivalent_linear import equivalent_linear_sweep
+from benchmarks.gauss_newton import gauss_newton_step
+from benchmarks.harmonic_balance import balance, ten_sliders
+from benchmarks.integrators import against_solve_ivp
+from benchmarks.measured import Measured
+from benchmarks.start import start
+from benchmarks.streaming import streaming
+from benchmarks.three_modes import gauss_newton_three_modes
+
+BENCHMARKS: dict[str, Callable[[], Measured]] = {
+    "streaming": streaming,
+    "streaming-against-solve-ivp": against_solve_ivp,
+    "harmonic-balance": balance,
+    "harmonic-balance-ten-sliders": ten_sliders,
+    "duffing": duffing,
+    "equivalent-linear-sweep": equivalent_linear_sweep,
+    "gauss-newton-step": gauss_newton_step,
+    "gauss-newton-three-modes": gauss_newton_three_modes,
+    "start": start,
+    **wires.BENCHMARKS,
+}
+"""In the order they are measured."""

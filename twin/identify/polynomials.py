@@ -1,0 +1,142 @@
+"""The papers' polynomials of one sensor's amplitude, as they were identified beside the joint's own law.
+
+How they are identified is :mod:`studies.force_levels`' matter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.linear_model import LinearParameters
+from twin.identify.regularisation import LCurve
+
+__all__ = ["POOR_POLYNOMIAL_PERCENT", "Iteration", "LeftOut", "PolynomialFit", "Polynomials"]
+
+Array = NDArray[Any]
+
+POOR_POLYNOMIAL_PERCENT = 0.5
+"""What a law may leave of the response and still be called right."""
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """The residual's norm, the coefficients in SI units, and the strength that led there (0 at the start)."""
+
+    cost: float
+    softening: Array
+    loss: Array
+    strength: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolynomialFit:
+    """Identified polynomials.
+
+    Attributes
+    ----------
+    softening, loss : ndarray
+        Coefficients of g1 and g2, constant first: N/m2, N/m3, ...
+    covariance : ndarray
+        Of both together: from the scatter that the fit leaves, and from the base parameters' own covariance.
+    base_change : ndarray
+        What the steps make of the base parameters, within that covariance.
+    variance : float
+        Scatter of the residuals, real and imaginary parts of the logarithm.
+    bic : float
+        Schwarz's criterion, lower is better, comparable among fits to the same steps.
+    largest_amplitude_m : float
+        The polynomials hold up to here.
+    residual_percent : float
+        Root-mean-square relative error of the complex response of the reference channel.
+    l_curve : LCurve
+        Of the first iteration, in units of the scaled coefficients.
+    history : tuple of Iteration
+    """
+
+    softening: Array
+    loss: Array
+    covariance: Array
+    base_change: Array
+    variance: float
+    bic: float
+    largest_amplitude_m: float
+    residual_percent: float
+    l_curve: LCurve
+    history: tuple[Iteration, ...]
+
+    @property
+    def orders(self) -> tuple[int, int]:
+        """Of g1 and g2."""
+        return len(self.softening) - 1, len(self.loss) - 1
+
+    @property
+    def std(self) -> tuple[Array, Array]:
+        """Standard deviations of the coefficients of g1 and g2."""
+        std = np.sqrt(np.diag(self.covariance))
+        return std[: len(self.softening)], std[len(self.softening) :]
+
+    def softening_at(self, X: Array) -> Array:
+        """g1(X), N/m2."""
+        return np.polynomial.polynomial.polyval(np.asarray(X, float), self.softening)
+
+    def loss_at(self, X: Array) -> Array:
+        """g2(X), N/m2."""
+        return np.polynomial.polynomial.polyval(np.asarray(X, float), self.loss)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """A level predicted by the law of all others; root-mean-square relative errors of the complex response, per cent.
+
+    Attributes
+    ----------
+    at_amplitude_percent : float
+        With the moduli at each step's measured amplitude, as in the fits.
+    at_force_percent : float
+        With nothing but each step's frequency and force given: the steady state on the measured one's branch.
+    lost : int
+        Steps for which that branch does not exist in the prediction; they count in the first figure only.
+    extrapolated : bool
+        Whether the level reaches amplitudes beyond all others.
+    """
+
+    at_amplitude_percent: float
+    at_force_percent: float
+    lost: int
+    extrapolated: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polynomials:
+    """The papers' identification: each excitation level by itself, as they do, and all together, as they do not.
+
+    Attributes
+    ----------
+    levels : dict of PolynomialFit
+        By target channel and amplitude.
+    together : PolynomialFit
+    residual_percent : dict
+        By sweep: the residuals of its level's own polynomials, and of the common ones.
+    left_out : dict of LeftOut
+        By level, where there are at least two; see :func:`studies.force_levels.predict_left_out`.
+    base : LinearParameters
+        Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them.
+    """
+
+    levels: dict[str, PolynomialFit]
+    together: PolynomialFit
+    residual_percent: dict[str, dict[str, float]]
+    left_out: dict[str, LeftOut]
+    base: LinearParameters
+
+    @property
+    def depends_on_force(self) -> bool | None:
+        """Whether one law for all levels leaves too much, and twice what a law for each leaves; None for one level."""
+        if len(self.levels) < 2:
+            return None
+        each = float(np.sqrt(np.mean([fit.residual_percent**2 for fit in self.levels.values()])))
+        return self.together.residual_percent > max(POOR_POLYNOMIAL_PERCENT, 2 * each)

@@ -1,1 +1,0 @@
-"""The papers: their printed tables, and this project's numbers beside them."""
