@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.measured import Measured, least_seconds
-from twin.bench import JointLaw, default_law, open_bench
+from twin.bench import JointLaw, open_bench, steel_law
 from twin.bench.linear import to_poles
 from twin.bench.marching import Elements, coefficients, march
 from twin.rigs import load_rig
@@ -36,7 +36,7 @@ def against_solve_ivp() -> Measured:
 def _hyperelastic_rig() -> tuple[Any, Any, float]:
     """The shaken rig with a memoryless joint, which any integrator can march: linear part, law, scale of its force."""
     rig = load_rig("steel-lap-joint")
-    law = default_law(rig.moduli("120N")[0].normal_modulus).normal
+    law = steel_law(rig.moduli("120N")[0].normal_modulus).normal
     built = open_bench(rig, joint_law=JointLaw(law)).built
     return built.rig(0.0, RATE_Hz), law, built.elements_[0].scale
 

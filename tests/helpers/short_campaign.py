@@ -23,8 +23,8 @@ def record_campaign(folder: Path, rig: Rig, *, effects: Sequence[Effect] = ()) -
     measure = Measure(seconds=1.0)
     procedures = {
         "random": Random(band=(5.0, 1000.0), duration=30.0, rms=0.5),
-        "sweeps": SteppedSine(frequencies=frequencies, amplitudes=[1.5, 3.0, 6.0], measure=measure),
-        "heldout": SteppedSine(frequencies=frequencies, amplitudes=[4.5], measure=measure),
+        "sweeps": SteppedSine(frequencies=frequencies, amplitudes=[1.5, 3.0, 6.0], measure=measure, store="settled"),
+        "heldout": SteppedSine(frequencies=frequencies, amplitudes=[4.5], measure=measure, store="settled"),
     }
     for seed, (name, procedure) in enumerate(procedures.items()):
         acquisition = DirectAcquisition(open_bench(rig, effects=effects, seed=seed))

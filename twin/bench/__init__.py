@@ -3,5 +3,5 @@
 from twin.bench.bench import Bench, SAMPLE_RATES_Hz, drive_limits, open_bench
 from twin.bench.effects import EFFECTS
 from twin.bench.hidden import FIRST_CAUSES, HiddenCase, draw_case
-from twin.bench.layer import JointLaw, default_law, no_law
+from twin.bench.layer import JointLaw, no_law, steel_law
 from twin.bench.planned import check_effects

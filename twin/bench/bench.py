@@ -280,8 +280,7 @@ def open_bench(
     effects
         Hidden causes, by their contract names.
     joint_law
-        Of all joints, or by their names, in place of the rig file's or, without one, of
-        :func:`twin.bench.default_law`.
+        Of all joints, or by their names, in place of the rig file's; without either a joint is linear.
     sample_rate_Hz
         The nearest of :data:`SAMPLE_RATES_Hz` is taken.
     drive

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from recordings.quantities import is_response, quantity
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
-from twin.bench.layer import JointLaw, default_law, law_by_name, law_from_table
+from twin.bench.layer import JointLaw, law_by_name, law_from_table, no_law, steel_law
 from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
 from twin.bench.shaker import COORDINATES, Shaker
 from twin.joint import Law, PiecewiseLinearContact, RunningLoss, jenkins
-from twin.rigs import NamedLaws, Place
+from twin.rigs import LawOfRig, NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
 from twin.structure.law_table import layer_table
 from twin.structure.modes import MOST_RIGID
@@ -298,15 +298,17 @@ def _seen(matrices: Matrices, place: Place, instrument: InstrumentChannel) -> Ma
 
 
 def _law(plan: Plan, number: int) -> JointLaw:
-    """The law in force: the caller's, the rig file's or the default, with the effects' changes."""
+    """The law in force: the caller's, or the rig file's, with the effects' changes."""
     joint, filed = plan.joints[number], plan.rig.joints[number].law
     if joint.law is not None:
         law = joint.law
     elif isinstance(filed, NamedLaws):
         law = law_by_name(filed, E=joint.E, G=joint.G)
+    elif isinstance(filed, LawOfRig):
+        law = steel_law(joint.E)
     else:
         table = layer_table(plan.rig, E=joint.E, G=joint.G, joint=number)
-        law = default_law(joint.E) if table is None else law_from_table(table, E=joint.E)
+        law = no_law() if table is None else law_from_table(table, E=joint.E)
     for change in joint.law_changes:
         law = change(law, joint.E)
     return law

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from twin.bench.bench import Bench, open_bench
-from twin.bench.layer import default_law
+from twin.bench.layer import steel_law
 from twin.causes import DRAWS, Dice
-from twin.rigs import Effect, Preload, Rig
+from twin.rigs import Effect, LawOfRig, Preload, Rig
 
 FIRST_CAUSES = (
     "added-mass",
@@ -34,7 +34,7 @@ class HiddenCase:
     rig
         The rig as it is: moduli of the layer and damping differ from what was assumed, the effect apart.
     softening, loss
-        Factors on the joint's default law.
+        Factors on the joint's law where it is the steel rig's.
     """
 
     effects: tuple[Effect, ...]
@@ -45,9 +45,9 @@ class HiddenCase:
     def open_bench(self, *, preload: str | None = None, **options: Any) -> Bench:
         """The bench with the effect in it; `options` as for :func:`twin.bench.open_bench`."""
         laws = {
-            joint.name: default_law(moduli.normal_modulus).scaled(softening=self.softening, loss=self.loss)
+            joint.name: steel_law(moduli.normal_modulus).scaled(softening=self.softening, loss=self.loss)
             for joint, moduli in zip(self.rig.joints, self.rig.moduli(preload), strict=True)
-            if joint.law is None
+            if isinstance(joint.law, LawOfRig)
         }
         options.setdefault("joint_law", laws)
         return open_bench(self.rig, preload=preload, effects=self.effects, **options)

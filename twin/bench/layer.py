@@ -11,25 +11,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.joint import Law, Linear, RunningLoss, Saturating, Table, loss_of_knots, softening_of_knots
+from twin.joint import (
+    Law,
+    Linear,
+    RunningLoss,
+    Saturating,
+    Table,
+    loss_of_knots,
+    softening_of_knots,
+    steel_loss,
+    steel_softening,
+)
 from twin.rigs import LayerLawTable, NamedLaws
 
 Matrix = NDArray[np.float64]
 
-SOFT_SHARE = 0.9
-"""Share of E' that the default law loses at large amplitudes."""
-REFERENCE_MODULUS = 3.9e8
-"""E' at which SOFT_OPENING holds, N/m2; the softening starts later in a joint that is clamped harder."""
-SOFT_OPENING = 1.0e-6
-"""Scale of the softening, m of a point's opening."""
 REFERENCE_OPENING = 1.5e-5
 """End of tabulated laws, m of opening."""
-LOSS_MODULUS = 3.0e9
-"""Loss modulus in shear at large amplitudes, N/m2: the paper's g2 reaches 1.5e9 within its range."""
-LOSS_SLIP = 1.65e-6
-"""Scale of the loss, m of a point's slip, at REFERENCE_MODULUS."""
-LOSS_POWER = 4
-LOSS_POINTS = 1025
 
 
 @dataclass(frozen=True)
@@ -83,23 +81,9 @@ def no_law() -> JointLaw:
     return JointLaw(Linear(0.0))
 
 
-def default_law(E: float) -> JointLaw:
-    """The paper's law in kind: a saturating softening of E' and a loss modulus that grows with amplitude.
-
-    Calibrated on the steel rig: at 120 N and 1.5, 3 and 6 N the tip's receptance peaks at 1.09, 0.91 and 0.66e-3 m/N
-    (the paper: 1.2, 0.9, 0.65e-3) and the resonance falls by 0.13 Hz from 1.5 to 6 N.  The rig file's own damping of
-    0.0023 alone would allow 1.13e-3.  At 540 N the peaks are 1.11, 0.98 and 0.73e-3 m/N, and the fall 0.04 Hz.
-
-    Parameters
-    ----------
-    E
-        Normal modulus of the layer, N/m2.
-    """
-    soft = SOFT_SHARE * E
-    scale = LOSS_SLIP * np.sqrt(E / REFERENCE_MODULUS)
-    slip = np.linspace(0.0, 6 * scale, LOSS_POINTS)
-    eta = LOSS_MODULUS * slip**LOSS_POWER / (slip**LOSS_POWER + scale**LOSS_POWER)
-    return JointLaw(Saturating(soft, SOFT_OPENING * E / REFERENCE_MODULUS, -soft), RunningLoss(slip[-1], eta))
+def steel_law(E: float) -> JointLaw:
+    """The law of the steel lap joint (:mod:`twin.joint.steel`) for a layer of normal modulus `E`, N/m2."""
+    return JointLaw(steel_softening(E), steel_loss(E))
 
 
 def law_from_table(table: LayerLawTable, *, E: float) -> JointLaw:

@@ -17,4 +17,5 @@ from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.sliders import ParallelJenkins, jenkins
+from twin.joint.steel import steel_loss, steel_softening
 from twin.joint.table import Table, table_from_stiffness

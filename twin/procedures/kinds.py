@@ -11,8 +11,14 @@ from twin.procedures.tables import MOST_STEPS, Controller, Duration, Frequency, 
 
 
 class _Common(Table):
+    """What all procedures share.
+
+    With ``store = "all"`` the file's time is the rig's.  ``"settled"`` leaves the waits out: a smaller file, whose time
+    runs on from one measured stretch to the next.
+    """
+
     sample_rate: Annotated[float, Field(ge=1, le=1e7)]
-    store: Literal["all", "settled"] = "settled"
+    store: Literal["all", "settled"] = "all"
     limits: Limits = Limits()
     controller: Controller = Controller()
     target_channel: Name = "force"

@@ -71,7 +71,8 @@ class Recorder:
     """Writes a run as it happens.
 
     With ``settled``, blocks between :meth:`open` and its end are stored, renumbered so that indices and times run on
-    from one measured stretch to the next; a loss within a stretch stays a jump.
+    from one measured stretch to the next; a loss within a stretch stays a jump.  No two steps get one time stamp: where
+    the second begins with the first, it is a nanosecond later.
     """
 
     def __init__(self, sink: RunSink, store: Literal["all", "settled"], ranges: dict[str, float]) -> None:
@@ -79,6 +80,7 @@ class Recorder:
         self._stretch: _Stretch | None = None
         self._cursor_ns: int | None = None
         self._next_index: dict[str, int] = {}
+        self._last_step_ns = -1
 
     def open(self, start_ns: int, end_ns: int, buffered: Iterable[SampleBlock]) -> None:
         """Store what was taken in start_ns <= t < end_ns: what is already `buffered` of it, and what will come."""
@@ -123,7 +125,8 @@ class Recorder:
 
     def step(self, step: Step) -> None:
         """Write a step; its device time becomes the file's time."""
-        self._sink.write_step(replace(step, time_ns=self._file_time(step.time_ns)))
+        self._last_step_ns = max(self._file_time(step.time_ns), self._last_step_ns + 1)
+        self._sink.write_step(replace(step, time_ns=self._last_step_ns))
 
     def event(self, event: Event) -> None:
         """Write an event; its device time becomes the file's time."""

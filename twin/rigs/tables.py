@@ -193,22 +193,35 @@ class NamedLaws(Table):
                 raise ValueError(f"law.{name} takes {taken:.4g} N/m2 off {what}, which is {modulus:.4g} N/m2")
 
 
+class LawOfRig(Table):
+    """A law borrowed from a shipped rig that it was calibrated on, scaled to the layer's own E'."""
+
+    of: Literal["steel-lap-joint"]
+
+    @property
+    def sentence(self) -> str:
+        """What it says of the joint."""
+        return f"softens and loses as that of {self.of}, which is calibrated, scaled to E'"
+
+
 def _law_of_its_kind(value: Any) -> Any:
     """A law's table, read as what it has the fields of."""
     if not isinstance(value, dict):
         return value
     if "name" in value:
         raise ValueError("what does the law act on? It goes into [joint.law.opening] or [joint.law.slip]")
+    if "of" in value:
+        return LawOfRig.model_validate(value)
     if {"opening", "slip"} & set(value):
         return NamedLaws.model_validate(value)
     return (LawTable if {"channel", "amplitude_m"} & set(value) else LayerLawTable).model_validate(value)
 
 
-AnyLaw = Annotated[LawTable | LayerLawTable | NamedLaws, BeforeValidator(_law_of_its_kind)]
+AnyLaw = Annotated[LawTable | LayerLawTable | NamedLaws | LawOfRig, BeforeValidator(_law_of_its_kind)]
 """What a joint's ``law`` may be."""
 
 
-def check_law(law: LawTable | LayerLawTable | NamedLaws | None, preloads: Mapping[str, Preload]) -> None:
+def check_law(law: LawTable | LayerLawTable | NamedLaws | LawOfRig | None, preloads: Mapping[str, Preload]) -> None:
     """See that a law by name leaves something of the moduli at every preload; ValueError if not."""
     if not isinstance(law, NamedLaws):
         return

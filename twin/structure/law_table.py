@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import LawTable, LayerLawTable, NamedLaws, PointLaw, Rig
+from twin.joint import steel_loss, steel_softening
+from twin.rigs import LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Rig
 from twin.structure.assembly import assemble
 from twin.structure.law_of_mode import layer_law_of_mode
 from twin.structure.layer_points import layer_points
@@ -54,6 +55,8 @@ def layer_table(rig: Rig, *, E: float, G: float, joint: int = 0) -> LayerLawTabl
     table = rig.joints[joint].law
     if isinstance(table, NamedLaws):
         return _tabulated(table)
+    if isinstance(table, LawOfRig):
+        return _of_steel(E)
     if not isinstance(table, LawTable):
         return table
     if table.channel not in {sensor.channel for sensor in rig.sensors}:
@@ -79,6 +82,19 @@ def _tabulated(laws: NamedLaws) -> LayerLawTable:
         softening=(-over_opening.real).tolist(),
         slip_m=slip_m.tolist(),
         loss=over_slip.imag.tolist(),
+    )
+
+
+def _of_steel(E: float) -> LayerLawTable:
+    """The steel rig's law at a layer's normal modulus."""
+    softening, loss = steel_softening(E), steel_loss(E)
+    opening_m = np.geomspace(BELOW, BEYOND, MOST_KNOTS) * softening.e0
+    slip_m = np.geomspace(BELOW, 1.0, MOST_KNOTS) * loss.limit_m
+    return LayerLawTable(
+        opening_m=opening_m.tolist(),
+        softening=(-softening.stiffness(opening_m).real).tolist(),
+        slip_m=slip_m.tolist(),
+        loss=loss.modulus(slip_m).tolist(),
     )
 
 

@@ -90,7 +90,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "drive.csv").write_text("frequency_Hz,force_N\n26.3,2\n26.5,2\n")
     rig = load_rig("steel-lap-joint")
     acquisition = DirectAcquisition(open_bench(rig, seed=0))
-    info = {"source": "simulated", "rig": rig.name, "preload_N": "120", "stored": "settled"}
+    info = {"source": "simulated", "rig": rig.name, "preload_N": "120"}
     with RunWriter(folder / "run.mcap", info=info, channels=list(acquisition.channels)) as writer:
         noise = Random(band=(5.0, 1000.0), duration=20.0, rms=0.5)
         assert run_procedure(noise, acquisition, writer).state == "done"

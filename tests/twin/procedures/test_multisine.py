@@ -9,7 +9,7 @@ from recordings.run import StepState
 from twin.procedures import DirectAcquisition, Multisine, parse_procedure, run_procedure
 from twin.procedures.tables import Settle
 
-PROCEDURE = Multisine(band=(10.0, 100.0), rms=0.5, period=4.0, periods=3, sample_rate=2048.0)
+PROCEDURE = Multisine(band=(10.0, 100.0), rms=0.5, period=4.0, periods=3, sample_rate=2048.0, store="settled")
 PERIOD = 4 * 2048
 
 

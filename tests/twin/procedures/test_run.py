@@ -63,6 +63,20 @@ def test_states_of_a_sweep_come_in_order():
     assert times == sorted(times)
 
 
+@pytest.mark.parametrize("store", ["all", "settled"])
+def test_no_two_steps_share_a_time_stamp(store):
+    _, sink = run(Wire(Resonator()), direction="both", settle=Settle(seconds=0.0), store=store)
+    times = [step.time_ns for step in sink.steps]
+    assert len(times) == 2 * (2 * 3 + 1)
+    assert np.all(np.diff(times) > 0)
+
+
+def test_a_recording_of_its_own_accord_lasts_as_long_as_the_rig_ran():
+    result, sink = run(Wire(Resonator()))
+    last = sink.blocks[-1]
+    assert last.time_ns * 1e-9 + len(last) / 2048 - sink.blocks[0].time_ns * 1e-9 >= result.duration_s
+
+
 def test_everything_is_stored_as_it_came():
     result, sink = run(Wire(Resonator()), store="all")
     indices = [block.first_index for block in sink.blocks]
@@ -136,7 +150,7 @@ def test_overload_is_written_once_a_step_and_channel():
 
 def test_random_reaches_its_rms():
     sink = ListSink()
-    random = Random(band=(5.0, 500.0), rms=0.5, duration=10.0, sample_rate=2048.0)
+    random = Random(band=(5.0, 500.0), rms=0.5, duration=10.0, sample_rate=2048.0, store="settled")
     result = run_procedure(random, Wire(Resonator()), sink)
     assert result.steps[0].amplitude == pytest.approx(0.5, rel=0.1)
     samples = np.concatenate([block.samples["force"] for block in sink.blocks])
@@ -160,7 +174,9 @@ def test_a_ring_down_shows_the_damping_with_the_generator_off():
 
 def test_a_dwell_is_measured_for_its_duration():
     sink = ListSink()
-    result = run_procedure(Dwell(frequency=26.4, duration=7.5, amplitudes=[1.0]), Wire(Resonator()), sink)
+    result = run_procedure(
+        Dwell(frequency=26.4, duration=7.5, amplitudes=[1.0], store="settled"), Wire(Resonator()), sink
+    )
     assert result.steps[0].measure_s == 7.5
     assert sum(len(block) for block in sink.blocks) == round(7.5 * 2048)
 
@@ -168,7 +184,7 @@ def test_a_dwell_is_measured_for_its_duration():
 def test_a_swept_sine_passes_through_its_range():
     sink = ListSink()
     rig = Resonator(damping_ratio=0.05)
-    run_procedure(SweptSine(start=20.0, stop=30.0, rate=1.0, voltages=[0.1]), Wire(rig), sink)
+    run_procedure(SweptSine(start=20.0, stop=30.0, rate=1.0, voltages=[0.1], store="settled"), Wire(rig), sink)
     force = np.concatenate([block.samples["force"] for block in sink.blocks]).astype(float)
     crossings = np.flatnonzero(np.diff(np.sign(force)) > 0) / 2048
     frequency = 1 / np.diff(crossings)

@@ -42,7 +42,7 @@ def test_a_good_procedure_raises_nothing(tmp_path):
     assert first.cautions == ()
     assert improve() is None
     run = read_run(tmp_path / "run.mcap")
-    assert run.info["stored"] == "settled"
+    assert run.info["stored"] == "all"
     assert "procedure.toml" in run.attachments
 
 

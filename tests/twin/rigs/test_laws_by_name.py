@@ -11,8 +11,15 @@ from twin.joint import load_laws
 from twin.rigs import LawTable, LayerLawTable, NamedLaws, load_rig, nominal_rig_file, parse_rig
 from twin.structure.law_table import layer_table
 
-STEEL = nominal_rig_file(load_rig("steel-lap-joint")).decode()
-PLATE = nominal_rig_file(load_rig("stiffened-plate")).decode()
+
+def linear(rig):
+    return rig.with_joints([joint.model_copy(update={"law": None}) for joint in rig.joints])
+
+
+RIG = load_rig("steel-lap-joint")
+LINEAR = linear(RIG)
+STEEL = nominal_rig_file(LINEAR).decode()
+PLATE = nominal_rig_file(linear(load_rig("stiffened-plate"))).decode()
 IWAN = '\n[joint.law.slip]\nname = "iwan"\nstiffness = 3e7\nslips_at = 1e-6\n'
 BOTH = """
 [[joint.law.opening]]
@@ -53,6 +60,19 @@ def test_format_2_names_them_likewise():
     name, rest = after.split("\n\n", 1) if "\n\n" in after else (after, "")
     rig = read(f"{before}[[joint]]{name}\n{rest}".replace("[joint.preload", IWAN.strip() + "\n\n[joint.preload", 1))
     assert rig.joint[0].law.slip[0].name == "iwan"
+
+
+def test_a_joint_without_a_law_is_linear_and_one_that_borrows_it_softens_as_its_lender():
+    open_ = np.array([3e-6])
+    lender, without = (open_bench(rig, drive="force").built.laws[0] for rig in (RIG, LINEAR))
+    borrowing = read(STEEL + '\n[joint.law]\nof = "steel-lap-joint"\n')
+    law = open_bench(borrowing, drive="force").built.laws[0]
+    assert without.normal.stiffness(open_) == 0
+    assert without.loss is None
+    assert law.normal.stiffness(open_) == lender.normal.stiffness(open_)
+    assert law.normal.stiffness(open_).real < -1e8
+    with pytest.raises(InputError, match=r"joint\.law\.of"):
+        read(STEEL + '\n[joint.law]\nof = "hybrid-joint"\n')
 
 
 def test_tables_are_read_as_before():

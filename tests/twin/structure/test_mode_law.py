@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import eig
 
 from studies.tables import load_study
+from twin.joint import steel_loss, steel_softening
 from twin.rigs import LawTable, LayerLawTable, load_rig
 from twin.structure import assemble, layer_points
 from twin.structure.law_of_mode import layer_law_of_mode
@@ -157,9 +158,12 @@ def test_a_hung_rig_keeps_no_rigid_motion_and_its_first_mode_is_elastic():
 
 def test_a_rig_file_of_either_form_has_a_law_of_the_layer():
     G = {"E": MODULI.normal_modulus, "G": MODULI.shear_modulus}
-    assert layer_table(STEEL, **G) is None
+    assert layer_table(with_law(None), **G) is None
     own = LayerLawTable(opening_m=[0.0, 1e-6], softening=[0.0, 1e8], slip_m=[0.0, 1e-6], loss=[0.0, 1e8])
     assert layer_table(with_law(own), **G) is own
+    borrowed, forces = layer_table(STEEL, **G), (steel_softening(G["E"]), steel_loss(G["E"]))
+    np.testing.assert_allclose(borrowed.softening, -forces[0].stiffness(np.array(borrowed.opening_m)).real)
+    np.testing.assert_allclose(borrowed.loss, forces[1].stiffness(np.array(borrowed.slip_m)).imag)
     X = np.geomspace(1e-5, 4e-3, 20)
     g1, g2 = 2e8 * X / (X + 2e-3), 3e8 * X / 4e-3
     old = {"channel": "acc1", "amplitude_m": X.tolist(), "softening": g1.tolist(), "loss": g2.tolist()}
