@@ -10,13 +10,16 @@ two equal.
 
 from __future__ import annotations
 
+import math
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from importlib import resources
 
 import numpy as np
 
+from recordings.directions import axis_number, direction_name, unit_vector
 from recordings.quantities import NO_CODE, known_quantities, quantity_of_code
 from recordings.run import Channel
 
@@ -48,6 +51,10 @@ NO_PULSE = 0xFFFFFFFF
 SAMPLES_PER_FRAME = 30
 LOAD_UNKNOWN = 255
 PULSE_INTERVAL_NS = 100_000_000
+_AXIS_CODES = (2, 1, 3)
+"""Of x, y and z in a channel's description."""
+_COMPONENT = 1 / 30000
+"""Of a direction that lies along no axis."""
 SAMPLE_FRAME = np.dtype([("counter", "<u4"), ("samples", "<i2", SAMPLES_PER_FRAME)])
 
 
@@ -148,6 +155,22 @@ class Status:
         return cls(overrun, tuple(overload))
 
 
+def _direction_code(direction: str) -> tuple[int, list[int]]:
+    """What the frame says of a direction: its nearest axis by `_AXIS_CODES`, and its components along the others."""
+    vector = unit_vector(direction)
+    axis = abs(number := axis_number(vector)) - 1
+    code = _AXIS_CODES[axis]
+    return -code if number < 0 else code, [round(v / _COMPONENT) for n, v in enumerate(vector) if n != axis]
+
+
+def _direction_of(code: int, others: Sequence[int]) -> str:
+    """The direction that a frame says; a code that is none counts as y, as for the first nodes, which knew no other."""
+    axis = _AXIS_CODES.index(abs(code)) if abs(code) in _AXIS_CODES else 1
+    vector = [value * _COMPONENT for value in others]
+    vector.insert(axis, math.copysign(math.sqrt(max(0.0, 1.0 - sum(v * v for v in vector))), code))
+    return direction_name([round(value, 4) for value in vector])
+
+
 @dataclass(frozen=True, slots=True)
 class ChannelInfo:
     """What one channel measures."""
@@ -155,7 +178,7 @@ class ChannelInfo:
     index: int
     channels: int
     channel: Channel
-    _layout = struct.Struct("<BBBbff24s8s")
+    _layout = struct.Struct("<BBBbff24s8s2h")
 
     def pack(self) -> bytes:
         """Payload, 48 bytes."""
@@ -163,15 +186,16 @@ class ChannelInfo:
         known = known_quantities()
         quantity = known[channel.quantity].code if channel.quantity in known else NO_CODE
         position = float("nan") if channel.position_m is None else channel.position_m
+        code, others = _direction_code(channel.direction)
         return self._layout.pack(
-            self.index, self.channels, quantity, -1 if channel.direction.startswith("-") else 1,
-            channel.range or 0.0, position, channel.name.encode(), channel.unit.encode(),
-        ).ljust(48, b"\0")  # fmt: skip
+            self.index, self.channels, quantity, code,
+            channel.range or 0.0, position, channel.name.encode(), channel.unit.encode(), *others,
+        )  # fmt: skip
 
     @classmethod
     def unpack(cls, data: bytes) -> ChannelInfo:
         """From a payload; raises struct.error if it is too short, ValueError if it makes no sense."""
-        index, channels, quantity, direction, limit, position, name, unit = cls._layout.unpack_from(data)
+        index, channels, quantity, direction, limit, position, name, unit, *others = cls._layout.unpack_from(data)
         if not 0 < channels <= CHANNELS_LIMIT or index >= channels:
             raise ValueError(f"channel {index} of {channels}")
         if not (np.isfinite(limit) and limit > 0):
@@ -184,7 +208,7 @@ class ChannelInfo:
                 quantity=quantity_of_code(quantity),
                 unit=unit.rstrip(b"\0").decode(),
                 position_m=None if np.isnan(position) else round(position, 6),
-                direction="-y" if direction < 0 else "+y",
+                direction=_direction_of(direction, others),
                 range=float(limit),
             ),
         )

@@ -40,6 +40,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from drivers.addresses import Address, parse_address
+from recordings.directions import Direction
 from recordings.toml_input import read_toml
 
 __all__ = ["CALLED", "ChannelSettings", "DeviceSettings", "Instruments", "read_instruments"]
@@ -60,7 +61,7 @@ class ChannelSettings(BaseModel):
     unit: str | None = None
     sensitivity: float | None = Field(default=None, allow_inf_nan=False)
     position_m: float | None = Field(default=None, allow_inf_nan=False)
-    direction: Literal["+y", "-y"] | None = None
+    direction: Direction | None = None
     range: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
     @field_validator("sensitivity")

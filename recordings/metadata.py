@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from datetime import datetime
 
+from recordings.directions import direction_name, unit_vector
 from recordings.quantities import quantity
 from recordings.run import Channel
 
@@ -65,9 +66,7 @@ def parse_channel(name: str, record: Mapping[str, str]) -> Channel:
     measured, unit = quantity(record["quantity"]), record["unit"]
     if unit != measured.unit:
         raise ValueError(f"unit of {measured.name} is {unit!r:.80}, not {measured.unit!r}")
-    direction = record.get("direction", "+y")
-    if direction not in ("+y", "-y"):
-        raise ValueError(f"direction is {direction!r:.80}, not +y or -y")
+    direction = direction_name(unit_vector(record.get("direction", "+y")))
     limit = _number(record, "range") if record.get("range") else None
     if limit is not None and limit <= 0:
         raise ValueError(f"range is {limit!r}, not above zero")

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 from urllib.parse import quote, unquote
 
+from recordings.directions import axis_number
 from recordings.metadata import channel_record, parse_channel
 from recordings.quantities import known_quantities, quantity, quantity_of_unit
 from recordings.run import Channel
@@ -17,6 +18,8 @@ __all__ = ["channel_of", "fields_of", "quantity_of", "start_ns_of", "text_pairs"
 LINE_LENGTH = 80
 REACTION_FORCE = 9
 """Specific data type of a force that nobody applied."""
+_AXES = {sign * number: f"{'-' if sign < 0 else '+'}{axis}" for number, axis in enumerate("xyz", 1) for sign in (1, -1)}
+"""Directions by the number that data set 58 gives them."""
 
 
 def fields_of(
@@ -43,7 +46,7 @@ def fields_of(
     short_name = channel.name.encode("ascii", "replace")[:10].decode()
     return {
         "type": 58, "binary": 1, "func_type": 1, **lines, "rsp_ent_name": short_name,
-        "rsp_node": node, "rsp_dir": -2 if channel.direction == "-y" else 2, "ref_node": 0, "ref_dir": 0,
+        "rsp_node": node, "rsp_dir": axis_number(channel.direction), "ref_node": 0, "ref_dir": 0,
         "abscissa_spacing": 1, "abscissa_spec_data_type": 17, "abscissa_axis_lab": "time",
         "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": _specific(channel.quantity),
         "ordinate_axis_lab": channel.quantity, "ordinate_axis_units_lab": channel.unit,
@@ -62,7 +65,7 @@ def channel_of(fields: Mapping[str, Any], measured: str, name: str) -> Channel:
     pairs = text_pairs(fields)
     record = {
         "quantity": measured, "unit": quantity(measured).unit, "device": pairs.get("device", "uff"),
-        "direction": pairs.get("direction", "-y" if fields["rsp_dir"] == -2 else "+y"),
+        "direction": pairs.get("direction", _AXES.get(int(fields["rsp_dir"]), "+y")),
     }  # fmt: skip
     record |= {key: pairs[key] for key in ("position_m", "range") if key in pairs}
     return parse_channel(name, record)

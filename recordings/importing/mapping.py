@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 import tomli_w
 from pydantic import Field, field_validator
 
+from recordings.directions import Direction
 from recordings.numbers import Finite, Positive
 from recordings.quantities import known_quantities, quantity_of_unit
 from recordings.toml_input import Name, Table, read_toml
@@ -37,7 +38,7 @@ class ChannelMapping(Table):
     scale: Finite = 1.0
     sensitivity: str | None = None
     position_m: Finite | None = None
-    direction: Literal["+y", "-y"] = "+y"
+    direction: Direction = "+y"
 
     @field_validator("quantity")
     @classmethod

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +42,7 @@ class Signal:
     sample_rate_Hz: float | None = None
     start_ns: int | None = None
     position_m: float | None = None
-    direction: Literal["+y", "-y"] = "+y"
+    direction: str = "+y"
 
 
 def check_size(path: Path, place: str, values: int, columns: int = 1) -> None:

@@ -23,7 +23,7 @@ def read_universal(path: Path) -> list[Signal]:
         Signal(
             name=name, unit=run.channels[name].unit, values=values.astype(np.float64), table=device.device,
             sample_rate_Hz=_rounded(device.sample_rate_Hz), start_ns=int(device.block_time_ns[0]),
-            position_m=run.channels[name].position_m, direction="-y" if run.channels[name].direction == "-y" else "+y",
+            position_m=run.channels[name].position_m, direction=run.channels[name].direction,
         )
         for device in run.devices.values()
         for name, values in device.values.items()

@@ -95,6 +95,21 @@ def test_channel_info():
     assert ChannelInfo.unpack(data).channel == channel
 
 
+@pytest.mark.parametrize(
+    ("direction", "code", "across"),
+    [
+        ("+y", 1, (0, 0)), ("-x", -2, (0, 0)), ("+z", 3, (0, 0)), ("0.6,-0.8,0", -1, (0.6, 0)),
+        ("0.6,0,0.8", 3, (0.6, 0)), ("-0.7071,0.7071,0", -2, (0.7071, 0)),
+    ],
+)  # fmt: skip
+def test_a_direction_goes_over_the_bus(direction, code, across):
+    data = ChannelInfo(0, 1, Channel(name="acc", quantity="acceleration", unit="m/s^2", direction=direction, range=1.0))
+    fields = decode(0x182, data.pack())
+    assert fields["Direction"] == code
+    assert np.frombuffer(data.pack()[44:], "<i2") / 30000 == pytest.approx(across, abs=2e-5)
+    assert ChannelInfo.unpack(data.pack()).channel.direction == direction
+
+
 def test_the_database_names_every_quantity_of_the_table():
     signal = DATABASE.get_message_by_frame_id(MessageId.CHANNEL_INFO).get_signal_by_name("Quantity")
     assert {code: str(name) for code, name in signal.choices.items() if code < 255} == {

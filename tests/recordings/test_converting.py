@@ -21,7 +21,9 @@ from recordings.recover import recover
 
 DATA = Path(__file__).parents[1] / "data" / "recordings"
 UNIVERSAL = sorted((DATA / "uff").glob("*.uff"))
-SECOND_DEVICE = Channel(name="joint preload", quantity="preload", unit="N", device="can node/1", range=1e4)
+SECOND_DEVICE = Channel(
+    name="joint preload", quantity="preload", unit="N", device="can node/1", range=1e4, direction="0.6,0,-0.8"
+)
 
 
 @pytest.fixture(scope="module")

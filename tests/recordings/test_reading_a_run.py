@@ -126,7 +126,7 @@ def broken(tmp_path: Path, change: str) -> Path:
         ("channel without unit", "metadata 'channel/acc1'", "no key 'unit'"),
         ("unit=g", "metadata 'channel/acc1'", "unit of acceleration is 'g'"),
         ("quantity=jerk", "metadata 'channel/acc1'", "quantity is 'jerk'"),
-        ("direction=+x", "metadata 'channel/acc1'", "direction is '+x'"),
+        ("direction=up", "metadata 'channel/acc1'", "direction 'up' is not +x"),
         ("position_m=nan", "metadata 'channel/acc1'", "position_m is 'nan'"),
         ("range=-5", "metadata 'channel/acc1'", "range"),
         ("unknown channel", "metadata 'channel/acc1'", "is missing"),

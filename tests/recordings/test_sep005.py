@@ -97,7 +97,7 @@ GOOD = {"data": [1.0, 2.0], "name": "tip", "unit_str": "N", "fs": 100}
         ({"data": [1e39, 0.0]}, "beyond the range of float32"),
         ({"fs": 0.0}, "a sample rate of 0.0 Hz"),
         ({"start_timestamp": "yesterday"}, "yesterday"),
-        ({"direction": "up"}, "not \\+y or -y"),
+        ({"direction": "up"}, "is not \\+x, -x"),
     ],
 )
 def test_what_is_no_channel_of_a_run_is_refused_by_name(change: dict[str, object], reason: str) -> None:

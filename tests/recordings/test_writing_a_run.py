@@ -227,7 +227,7 @@ def test_channel_that_was_not_announced_is_the_callers_mistake(tmp_path: Path) -
         ({"source": "measured", "stored": "some"}, CHANNELS[0], "stored"),
         (INFO, Channel(name="f", quantity="force", unit="kN"), "unit"),
         (INFO, Channel(name="f", quantity="weight", unit="N"), "quantity"),
-        (INFO, Channel(name="f", quantity="force", unit="N", direction="+z"), "direction"),
+        (INFO, Channel(name="f", quantity="force", unit="N", direction="z"), "direction"),
     ],
 )
 def test_contract_is_checked_before_a_file_is_made(

@@ -239,9 +239,8 @@ def _described(instrument: InstrumentChannel) -> Channel:
     """What a recording says of a channel."""
     i = instrument
     measured = MONITORS[i.name][1] if i.name in MONITORS else i.quantity
-    direction = "-y" if i.backwards else "+y"
     return Channel(
-        name=i.name, quantity=measured, unit=i.unit, position_m=i.position_m, range=i.range, direction=direction
+        name=i.name, quantity=measured, unit=i.unit, position_m=i.position_m, range=i.range, direction=i.direction
     )
 
 

@@ -22,7 +22,7 @@ class InstrumentChannel:
 
     `corners_Hz` are first-order high-passes; `cross_talk` adds a factor times another channel's true quantity;
     `transverse` is the share of the surface's motion along the beam;
-    `hum` is (Hz, amplitude); `backwards` is one that a recording says to measure along -y;
+    `hum` is (Hz, amplitude); `direction` is what a recording says of it;
     `freezes_per_s` and `freeze_s` make stretches in which the last value is repeated.
     """
 
@@ -44,19 +44,17 @@ class InstrumentChannel:
     transverse: float = 0.0
     freezes_per_s: float = 0.0
     freeze_s: float = 0.0
-    backwards: bool = False
+    direction: str = "+y"
 
     @classmethod
-    def of(
-        cls, sensor: Transducer, bits: int, *, position_m: float | None, backwards: bool = False
-    ) -> InstrumentChannel:
+    def of(cls, sensor: Transducer, bits: int, *, position_m: float | None, direction: str = "+y") -> InstrumentChannel:
         """A channel as the rig file describes it."""
         unit = quantity(sensor.quantity).unit
         corners = [sensor.high_pass] if sensor.high_pass > 0 else []
         resonances = [(sensor.mounting_frequency, sensor.mounting_damping)] if sensor.mounting_frequency else []
         return cls(
             sensor.channel, sensor.quantity, unit, position_m, sensor.range, sensor.noise_density, bits, corners,
-            resonances=resonances, transverse=sensor.transverse_sensitivity, backwards=backwards,
+            resonances=resonances, transverse=sensor.transverse_sensitivity, direction=direction,
         )  # fmt: skip
 
     @property

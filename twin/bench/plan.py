@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.directions import unit_vector
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw
 from twin.joint import Law
 from twin.rigs import BeamPart, Layout, Place, Rig
-from twin.rigs.layout import unit_vector
 from twin.structure import Structure
 
 Matrix = NDArray[np.float64]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from recordings.directions import direction_name
 from recordings.errors import InputError
 from recordings.quantities import quantity
 from twin.bench.build import altered_matrices
@@ -36,8 +37,7 @@ def planned(
             s,
             rig.acquisition.bits,
             position_m=rig.position_of(s.channel),
-            # a force is positive along its drive, whichever way that points
-            backwards=s.quantity != "force" and rig.place_of(s.channel).backwards,
+            direction=direction_name(rig.place_of(s.channel).direction),
         )
         for s in rig.sensors
     }

@@ -122,10 +122,12 @@ def _against_model(
     try:
         outputs = response_outputs(runs, rig)
     except InputError:
-        dead = next(finding for finding in before if finding.action == "set aside" and finding.channel)
+        dead = next((finding for finding in before if finding.action == "set aside" and finding.channel), None)
+        if dead is None:
+            raise
         return [replace(dead, action="stopped")]
     force = rig.force_sensor.channel
-    runs = [in_directions_of(run, runs[0], force=force) for run in runs]
+    runs = [in_directions_of(run, runs[0], rig) for run in runs]
     channels = tuple(output.channel for output in outputs)
     expected = ExpectedResponse.of(rig, outputs, preload)
     known = {str(effect.parameters.get("channel", "")) for effect in rig.effect}

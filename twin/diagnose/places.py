@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from recordings.directions import unit_vector
 from twin.diagnose.cause import Parameter, Values
 from twin.identify.measured_data import MeasuredData
-from twin.rigs import BeamPart, Place, unit_vector
+from twin.rigs import BeamPart, Place
 from twin.structure import NodeField, Structure
 
 __all__ = [

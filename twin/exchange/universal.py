@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyuff
 
+from recordings.directions import axis_number
 from recordings.quantities import quantity
 from recordings.run import Channel, Run
 from recordings.whole import refuse_existing, whole_file
@@ -23,8 +24,8 @@ def write_universal(
 ) -> None:
     """Write frequency responses to a universal file, which appears whole or not at all.
 
-    Nodes are the places of the run's channels in their order, from 1; directions are ±y.  Values are in SI units, in
-    binary with double precision.
+    Nodes are the places of the run's channels in their order, from 1; directions are the nearest axes.  Values are in
+    SI units, in binary with double precision.
 
     Raises
     ------
@@ -58,8 +59,9 @@ def _head(each: FrequencyResponses, channel: Channel, nodes: dict[str, int], run
         "type": 58, "binary": 1, "func_type": _FRF,
         "id1": f"{channel.name} / {each.force.name}"[:_TEXT], "id2": f"sweep {each.sweep}"[:_TEXT],
         "id3": run.info.get("started", "NONE")[:_TEXT], "id4": (run.info.get("rig") or "NONE")[:_TEXT],
-        "rsp_ent_name": _short(channel), "rsp_node": nodes[channel.name], "rsp_dir": _direction(channel),
-        "ref_ent_name": _short(each.force), "ref_node": nodes[each.force.name], "ref_dir": _direction(each.force),
+        "rsp_ent_name": _short(channel), "rsp_node": nodes[channel.name], "rsp_dir": axis_number(channel.direction),
+        "ref_ent_name": _short(each.force), "ref_node": nodes[each.force.name],
+        "ref_dir": axis_number(each.force.direction),
         "abscissa_spacing": int(np.allclose(steps, steps[0], rtol=1e-9)), "abscissa_spec_data_type": _FREQUENCY,
         "abscissa_axis_lab": "frequency", "abscissa_axis_units_lab": "Hz", "x": each.frequency_Hz,
     }  # fmt: skip
@@ -75,7 +77,3 @@ def _axes(channel: Channel, force: Channel) -> dict[str, Any]:
 
 def _short(channel: Channel) -> str:
     return channel.name.encode("ascii", "replace")[:10].decode()
-
-
-def _direction(channel: Channel) -> int:
-    return -2 if channel.direction == "-y" else 2

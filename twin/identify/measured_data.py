@@ -19,7 +19,7 @@ from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
-from twin.identify.rig_channels import in_directions_of
+from twin.identify.rig_channels import faces_against, in_directions_of
 from twin.identify.settled import still_changing
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
@@ -209,7 +209,7 @@ def gather_data(
     first = runs[0]
     force = rig.force_sensor.channel
     outputs = response_outputs(runs, rig)
-    runs = [in_directions_of(run, first, force=force) for run in runs]
+    runs = [in_directions_of(run, first, rig) for run in runs]
     preload = preload or common_preload(runs, rig)
     model = build_linear_model(rig, list(outputs), preload=preload)
     nominal = nominal_parameters(rig, preload)
@@ -249,7 +249,7 @@ def response_outputs(runs: Sequence[Run], rig: Rig) -> tuple[Output, ...]:
     Raises
     ------
     InputError
-        If the recordings lack the rig's force channel, or share no response channel with the rig.
+        If the recordings lack the rig's force channel, share no response channel with the rig, or one lies across it.
     """
     first, force = runs[0], rig.force_sensor.channel
     present = set.intersection(*(set(run.channels) for run in runs))
@@ -260,7 +260,7 @@ def response_outputs(runs: Sequence[Run], rig: Rig) -> tuple[Output, ...]:
             sensor.channel,
             first.channels[sensor.channel].quantity,
             rig.place_of(sensor.channel),
-            _sign(first.channels[sensor.channel].direction, rig.place_of(sensor.channel)),
+            -1.0 if faces_against(first.channels[sensor.channel], first, rig) else 1.0,
         )
         for sensor in rig.response_sensors
         if sensor.channel in present
@@ -275,11 +275,6 @@ def reference_output(model: LinearModel) -> int:
     motion = np.abs(model.ports.rows[model.ports.outputs] @ model.basis.Phi[:, 0])
     moves = np.array([output.place.reads == "displacement" for output in model.outputs])
     return int(np.argmax(np.where(moves, motion, 0.0) if np.any(moves) else motion))
-
-
-def _sign(recorded: str, place: Place) -> float:
-    """Minus one where a recording's channel points against what the rig file says of its sensor."""
-    return -1.0 if recorded.startswith("-") != place.backwards else 1.0
 
 
 def common_preload(runs: Sequence[Run], rig: Rig) -> str:

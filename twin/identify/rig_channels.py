@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from recordings.directions import cosine, direction_name, unit_vector
+from recordings.errors import InputError
 from recordings.run import Channel, Run
 from twin.rigs import Rig
 
-__all__ = ["in_directions_of", "own_channels"]
+__all__ = ["faces_against", "in_directions_of", "own_channels"]
 
 
 def own_channels(run: Run, rig: Rig) -> Run:
@@ -22,13 +24,17 @@ def own_channels(run: Run, rig: Rig) -> Run:
     return replace(run, channels={n: c for n, c in run.channels.items() if n in used}, devices=devices)
 
 
-def in_directions_of(run: Run, first: Run, *, force: str) -> Run:
-    """The run with a force that is positive upwards, and with responses as in the `first` of all runs.
+def in_directions_of(run: Run, first: Run, rig: Rig) -> Run:
+    """The run with a force that is positive along the rig's drive, and with responses as in the `first` of all runs.
 
     A model's even harmonics know up from down, so the force must; a response turns with its sensor.
+
+    Raises
+    ------
+    InputError
+        If the force or a response lies across what the rig, or the first run, says of its direction.
     """
-    wanted = {name: name != force and _downwards(first.channels.get(name, c)) for name, c in run.channels.items()}
-    turned = [name for name, channel in run.channels.items() if _downwards(channel) != wanted[name]]
+    turned = [channel.name for channel in run.channels.values() if _against(channel, run, first, rig)]
     if not turned:
         return run
     channels = {n: replace(c, direction=_turned(c.direction)) if n in turned else c for n, c in run.channels.items()}
@@ -39,9 +45,21 @@ def in_directions_of(run: Run, first: Run, *, force: str) -> Run:
     return replace(run, channels=channels, devices=devices)
 
 
-def _downwards(channel: Channel) -> bool:
-    return channel.direction.startswith("-")
+def faces_against(channel: Channel, run: Run, rig: Rig) -> bool:
+    """Whether a channel of a run points against what the rig file says of its sensor; InputError if across it."""
+    try:
+        return rig.place_of(channel.name).faces_against(channel.direction)
+    except ValueError as error:
+        reason, hint = str(error), "correct the sensor's direction in the rig file, or the recording's"
+        raise InputError(run.path, f"channel {channel.name}", reason, hint) from error
+
+
+def _against(channel: Channel, run: Run, first: Run, rig: Rig) -> bool:
+    """Whether a channel is to be turned."""
+    if channel.name == rig.force_sensor.channel:
+        return faces_against(channel, run, rig)
+    return cosine(first.channels.get(channel.name, channel).direction, channel.direction) < 0
 
 
 def _turned(direction: str) -> str:
-    return f"+{direction[1:]}" if direction.startswith("-") else f"-{direction.lstrip('+')}"
+    return direction_name([-value for value in unit_vector(direction)])

@@ -2,6 +2,7 @@
 
 import math
 
+from recordings.directions import cosine
 from recordings.quantities import quantity
 from recordings.run import Channel
 from twin.procedures.amplitude import wrapped
@@ -9,7 +10,7 @@ from twin.procedures.amplitude import wrapped
 
 def resonance_phase(response: Channel, force: Channel) -> float:
     """Phase of a response ahead of the force at phase resonance, rad, where the displacement lags by a quarter turn."""
-    turned = 0.0 if response.direction == force.direction else math.pi
+    turned = math.pi if cosine(response.direction, force.direction) < 0 else 0.0
     return wrapped((quantity(response.quantity).derivative - 1) * math.pi / 2 + turned)
 
 

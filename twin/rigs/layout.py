@@ -6,7 +6,6 @@ These are the tables of a rig file of format 2; a file of format 1 is read as th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -14,6 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from recordings.directions import cosine, direction_name
 from recordings.numbers import Density, Length, Modulus, NonNegative, Positive
 from recordings.toml_input import Name, Table
 from twin.rigs.tables import AnyLaw, Preload, check_law
@@ -26,7 +26,8 @@ At = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 Along = TypeVar("Along", float, NDArray[Any])
 """One number of metres, or several."""
 
-DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+ACROSS = 0.1
+"""Cosine of the angle between two directions below which they say nothing about each other's sense."""
 ROUNDED_m = 1e-9
 """By so much a place may lie beyond an end."""
 
@@ -199,10 +200,22 @@ class Place:
     between: tuple[tuple[int, float], ...] = ()
     reads: str = "displacement"
 
-    @property
-    def backwards(self) -> bool:
-        """Whether a recording, which knows +y and -y alone, says that its sensor measures along -y."""
-        return sum(self.direction) < 0
+    def faces_against(self, recorded: str) -> bool:
+        """Whether a recording's direction points against this one.
+
+        Recordings of programs that know +y and -y alone say -y of what measures against the sum of the axes.
+
+        Raises
+        ------
+        ValueError
+            If the two lie across each other.
+        """
+        along = cosine(recorded, self.direction)
+        if abs(along) > ACROSS:
+            return along < 0
+        if recorded in ("+y", "-y"):
+            return recorded.startswith("-") != (sum(self.direction) < 0)
+        raise ValueError(f"it was recorded along {recorded}, and the rig has it along {direction_name(self.direction)}")
 
     def towards(self, direction: tuple[float, float, float]) -> Place:
         """The displacement of the same point in another direction."""
@@ -336,25 +349,3 @@ class Layout:
         if not isinstance(part, BeamPart):
             return place
         return replace(place, at=min(max(place.at + offset_m, 0.0), part.length))
-
-
-def unit_vector(direction: str | Sequence[float]) -> tuple[float, float, float]:
-    """A direction as a rig file gives it, ``+x``, ``-y`` or three numbers.
-
-    Raises
-    ------
-    ValueError
-        If it is neither, or the numbers are no unit vector.
-    """
-    if isinstance(direction, str):
-        sign, axis = direction[:1], direction.lstrip("+-")
-        if axis not in DIRECTIONS or len(direction) != 2 or sign not in "+-":
-            raise ValueError(f"direction {direction!r} is not +x, -x, +y, -y, +z, -z or a unit vector")
-        x, y, z = DIRECTIONS[axis]
-        factor = -1.0 if sign == "-" else 1.0
-        return factor * x, factor * y, factor * z
-    values = [*direction, 0.0] if len(direction) == 2 else list(direction)
-    if len(values) != 3 or not abs(math.sqrt(sum(v * v for v in values)) - 1) <= 1e-3:
-        raise ValueError(f"direction {list(direction)} is not a unit vector")
-    size = math.sqrt(sum(v * v for v in values))
-    return values[0] / size, values[1] / size, values[2] / size

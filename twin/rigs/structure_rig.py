@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
+from recordings.directions import unit_vector
 from recordings.toml_input import Name, Table
 from twin.rigs.layout import (
     At,
@@ -24,7 +25,6 @@ from twin.rigs.layout import (
     Support,
     ThinLayer,
     Tie,
-    unit_vector,
 )
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Shaker, Transducer

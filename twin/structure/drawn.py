@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from recordings.directions import AXES
 from twin.rigs import Place
-from twin.rigs.layout import DIRECTIONS
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
 
@@ -63,7 +63,7 @@ def drawn_parts(structure: Structure) -> tuple[DrawnPart, ...]:
             points, nodes = mesh.matrices.coordinates, list(mesh.matrices.nodes)
             edges = _net(points)
         rows = np.array([
-            [structure.row(Place(name, float(node), axis)) for node in nodes] for axis in DIRECTIONS.values()
+            [structure.row(Place(name, float(node), axis)) for node in nodes] for axis in AXES.values()
         ])  # fmt: skip
         parts.append(DrawnPart(name, points, edges, rows))
     return tuple(parts)
@@ -92,7 +92,7 @@ def _net(points: Array) -> NDArray[np.int64]:
 def drawn_places(structure: Structure, places: Sequence[Place], *, name: str) -> DrawnPart:
     """Places as the points of one part without lines."""
     points = np.array([point_of(structure, place) for place in places]).reshape(-1, 3)
-    rows = [[structure.row(place.towards(axis)) for place in places] for axis in DIRECTIONS.values()]
+    rows = [[structure.row(place.towards(axis)) for place in places] for axis in AXES.values()]
     return DrawnPart(name, points, np.zeros((0, 2), np.int64), np.reshape(rows, (3, len(places), len(structure.M))))
 
 

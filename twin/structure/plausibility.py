@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.directions import AXES
 from twin.rigs import Place, Rig
-from twin.rigs.layout import DIRECTIONS
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
@@ -85,7 +85,7 @@ def _damping(m: ModelledRig) -> Iterator[str]:
 
 def _masses(m: ModelledRig) -> Iterator[str]:
     # a part that its own matrices hold follows a translation only as far as its modes do: the best axis tells most
-    along = [m.structure.rigid_translation(axis) for axis in DIRECTIONS.values()]
+    along = [m.structure.rigid_translation(axis) for axis in AXES.values()]
     whole = max(float(motion @ m.structure.M @ motion) for motion in along)
     for sensor in m.rig.sensors:
         if sensor.mass > HEAVY * whole > 0:

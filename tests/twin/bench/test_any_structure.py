@@ -1,12 +1,16 @@
 """The bench of rigs that are no clamped lap joint: against all their coordinates at once; what is hidden in them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from recordings import InputError, Run
+from recordings.directions import cosine, unit_vector
 from twin.bench import no_law, open_bench
 from twin.bench.build import SUSPENSION_Hz
-from twin.identify.measured_data import _sign
-from twin.rigs import Effect, load_rig
+from twin.identify.measured_data import response_outputs
+from twin.rigs import Effect, Place, load_rig
 from twin.structure import assemble, normal_modes, rigid_motions
 
 RIGS = ("hung-lap-joint", "l-frame", "two-lap-joints", "shaking-base", "stiffened-plate")
@@ -105,8 +109,30 @@ def test_a_recording_says_which_way_a_sensor_faces():
 
     turned = [s if s.quantity == "force" else reversed_(s) for s in frame.sensor]
     rig = frame.model_copy(update={"sensor": turned, "drive": [reversed_(drive) for drive in frame.drive]})
-    for one, expected in ((frame, "+y"), (rig, "-y")):
+    for one in (frame, rig):
         channels = {channel.name: channel for channel in open_bench(one, drive="force").channels}
-        assert {channels[s.channel].direction for s in one.response_sensors} == {expected}
-        assert channels[one.force_sensor.channel].direction == "+y"  # along its drive, whichever way that points
-        assert {_sign(channels[s.channel].direction, one.place_of(s.channel)) for s in one.response_sensors} == {1.0}
+        for name, channel in channels.items():
+            assert cosine(channel.direction, one.place_of(name).direction) == pytest.approx(1.0)
+        assert {channels[s.channel].direction[1] for s in one.response_sensors} == {"x", "y"}
+
+
+@pytest.mark.parametrize(
+    ("recorded", "faces", "against"),
+    [
+        ("+x", "+x", False), ("-x", "+x", True), ("0.6,0.8,0", (0.6, 0.8, 0.0), False), ("+y", (0.6, -0.8, 0.0), True),
+        # recorded by programs that know +y and -y alone
+        ("+y", "+x", False), ("-y", "+x", True), ("+y", "-z", True), ("-y", "-x", False),
+    ],
+)  # fmt: skip
+def test_a_sensor_that_faces_the_other_way_is_told_by_the_two_directions(recorded, faces, against):
+    assert Place("arm", 0.1, unit_vector(faces)).faces_against(recorded) == against
+
+
+def test_a_sensor_across_what_the_rig_says_is_refused():
+    rig = load_rig("l-frame")
+    channels = {c.name: replace(c, direction="+z") for c in open_bench(rig, drive="force").channels}
+    run = Run(path="run.mcap", info={}, channels=channels, devices={}, steps=(), events=())
+    with pytest.raises(
+        InputError, match=r"run.mcap: channel acc\w*: it was recorded along \+z, and the rig has it along"
+    ):
+        response_outputs([run], rig)

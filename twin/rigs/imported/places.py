@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from recordings.directions import AXES
 from recordings.errors import InputError
 from twin.rigs.imported.part import ImportedPart
-from twin.rigs.layout import DIRECTIONS
 from twin.rigs.node_tables import DOFS
 
 FAR = 0.05
@@ -71,7 +71,7 @@ def find_place(parts: Sequence[ImportedPart], text: str, option: str) -> NodePla
 def place_and_direction(parts: Sequence[ImportedPart], text: str, option: str) -> tuple[NodePlace, str]:
     """A place with a direction behind a colon, along which its node moves; InputError if it does not."""
     where, _, direction = text.rpartition(":")
-    if direction[:1] not in ("+", "-") or direction[1:] not in DIRECTIONS:
+    if direction[:1] not in ("+", "-") or direction[1:] not in AXES:
         raise InputError(option, "", f"{text[:60]!r} ends in no direction", "write PLACE:+x, PLACE:-z, ...")
     place = find_place(parts, where, option)
     if direction[1:] not in place.dofs:
@@ -100,7 +100,7 @@ def usual_drive(parts: Sequence[ImportedPart], held: Iterable[NodePlace]) -> tup
         choices += [
             (float(own[row]), part, node, dof)
             for (node, dof), row in part.matrices.rows.items()
-            if dof in DIRECTIONS and (part.name, node) not in taken
+            if dof in AXES and (part.name, node) not in taken
         ]
     if not choices:
         raise InputError("--drive", "", "no node moves that could be driven", "give other matrices or fewer supports")
