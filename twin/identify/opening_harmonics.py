@@ -202,10 +202,10 @@ def balance_openings(
 
     def settle(rows: NDArray[np.int64], share: float) -> None:
         """Balance these steps with a share of what is lost."""
-        out = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
+        out: Sequence[Any] = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
         layer = openings.modulus[joint], orders, *waves, tables[joint], lost[joint] * [share, 1.0, 1.0]
         # One layout, one compilation.
-        given = [np.ascontiguousarray(array) for array in (*(array[rows] for array in around), *layer)]
+        given: Sequence[Any] = [np.ascontiguousarray(array) for array in (*(a[rows] for a in around), *layer)]
         balance(*given, *out, TURNS, BALANCED, SHORTEST)  # type: ignore[call-arg]
         for array, values in zip((X, force, more, unsettled), out, strict=True):
             array[rows] = values
