@@ -25,10 +25,14 @@ __all__ = [
     "measured_duration_s",
     "response_channels",
     "strengths_of",
+    "thresholds",
 ]
 
 Array = NDArray[Any]
 Values = Mapping[str, float]
+
+RATIO = 1.4
+"""Between neighbouring thresholds to begin from: a fit finds its way from a sixth beside the true one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +78,11 @@ class Parameter:
     def is_location(self) -> bool:
         """Whether the parameter only says where or at which frequency an effect is."""
         return bool(np.isnan(self.null))
+
+    @property
+    def is_threshold(self) -> bool:
+        """Whether it says from which amplitude or at which frequency on there is an effect, and not where."""
+        return self.is_location and "position" not in self.name
 
     @property
     def prior(self) -> tuple[float, float]:
@@ -137,6 +146,12 @@ class Cause(ABC):
 def strengths_of(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     """The parameters that have a value without effect, the main one first; none where an effect has no strength."""
     return tuple(p for p in parameters if not p.is_location)
+
+
+def thresholds(largest: float, *, least: float) -> tuple[float, ...]:
+    """Where an effect may begin in a motion up to `largest`: down to a share `least` of that, the likeliest first."""
+    shares = np.geomspace(1.0, least, 1 + round(np.log(1 / least) / np.log(RATIO)))[1:] * RATIO**0.5
+    return tuple(largest * share for share in sorted(shares, key=lambda share: abs(float(np.log(2 * share)))))
 
 
 def measured_duration_s(evidence: MeasuredData) -> float:

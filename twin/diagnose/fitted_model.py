@@ -288,7 +288,7 @@ def difference_step(parameter: Parameter, value: float, *, remakes: bool) -> flo
     their rounding is a millionth of a usual strength: a step of that size finds some tenths of the sensitivity to be
     noise, and the fit creeps.
     """
-    along = parameter.is_location and "position" in parameter.name
+    along = parameter.is_location and not parameter.is_threshold
     size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
     return (1e-3 if along else 3e-4 if remakes else 1e-6) * size
 

@@ -61,12 +61,19 @@ class Score:
 class _Signature:
     """Change (r, k) of the whitened residual with a cause's strengths in units of their scales, at one place.
 
-    Where the effect has no strength, what it leaves instead of the residual.
+    Where the effect has no strength, what it leaves instead of the residual.  There are so many thresholds to each
+    place.
     """
 
     hypothesis: CauseHypothesis
     strengths: tuple[Parameter, ...]
     columns: Array
+    thresholds: int
+
+    @property
+    def tolerated(self) -> Array:
+        """What a sound rig may have of it: shared out among the thresholds, of which it has one."""
+        return np.asarray(self.columns * [p.tolerance / np.sqrt(self.thresholds) for p in self.strengths])
 
 
 def score_causes(
@@ -89,7 +96,7 @@ def score_causes(
     common = (evidence, harmonics, model, held, prediction.residual)
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
-    tolerated = [s.columns * [p.tolerance for p in s.strengths] for s in signatures if s.strengths]
+    tolerated = [signature.tolerated for signature in signatures if signature.strengths]
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
     tolerances = Tolerances.of(columns, prediction.blocks, held)
     columns = tolerances.whitened(prediction.blocks, held)
@@ -144,6 +151,7 @@ def _signatures_of(
     for label in cause.labels(evidence):
         parameters = cause.parameters(evidence, label)
         strengths = strengths_of(parameters)
+        count = int(np.prod([len(p.starts) for p in parameters if p.is_threshold]))
         for start in _starts(parameters):
             if not strengths:
                 columns = left_by(label, start)[:, None]
@@ -158,7 +166,7 @@ def _signatures_of(
                     after = left_by(label, {**none, p.name: p.null + step})
                     columns[:, k] = (before - after) * p.scale / step
             if np.isfinite(columns).all():
-                found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns))
+                found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))
     return found
 
 

@@ -216,6 +216,9 @@ def _fitted_rivals(
     if not any(fit.errors.is_sound for fit in fits) and (promising or not model.errors.is_sound):
         rivals = _elsewhere(evidence, scores, promising, effort)
         fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report, effort)
+    if fits and not (leading := max(fits, key=lambda fit: fit.log_evidence)).errors.is_usual:
+        rivals = _at_all_thresholds(evidence, leading.hypotheses[-1])
+        fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report, effort)
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
@@ -296,6 +299,13 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
     main = strengths[0]
     full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
     return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
+
+
+def _at_all_thresholds(evidence: MeasuredData, hypothesis: CauseHypothesis) -> list[CauseHypothesis]:
+    """The same from every threshold that it may have: a likelihood has many maxima in these."""
+    parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
+    own = [(p.name, start) for p in parameters if p.is_threshold for start in p.starts]
+    return [replace(hypothesis, values={**hypothesis.values, name: start}) for name, start in own]
 
 
 def _beside_the_law(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, thresholds
 from twin.diagnose.one_sided import one_sided_harmonics
 from twin.diagnose.places import place_at, place_labels, position, single_point
 from twin.identify.measured_data import MeasuredData
@@ -23,7 +23,7 @@ class GroundStop(Cause):
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """Stiffness, gap and place."""
         largest = max(float(np.max(evidence.steps.amplitude_m, initial=0.0)), 1e-5)
-        gaps = tuple(largest * share for share in (0.5, 0.25, 0.8))
+        gaps = thresholds(largest, least=0.2)
         return (
             # Stops may be a bolt's head or a cable's foam; the softest makes harmonics that nothing else does.
             Parameter(

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_number
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_number, thresholds
 from twin.identify.joint_motion import largest_motion
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification, NonlinearForce
@@ -42,7 +42,7 @@ class JointFriction(Cause):
         points = layer_points(evidence.model.structure, evidence.rig.joints[joint].layer_elements, joint=joint)
         unit = float(evidence.model.reference_G[joint] * np.sum(points.slip_weight))
         slip = self._largest_slip(evidence, label)
-        starts = tuple(slip * share for share in (0.25, 0.1, 0.5))
+        starts = thresholds(slip, least=0.05)
         return (
             Parameter(
                 name="stiffness_N_per_m",

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number
+from twin.diagnose.cause import Cause, Parameter, Values, joint_labels, joint_name, joint_number, thresholds
 from twin.identify.joint_motion import largest_motion
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, Opening
@@ -22,12 +22,13 @@ class JointSlap(Cause):
 
     def parameters(self, evidence: MeasuredData, label: Mapping[str, str]) -> tuple[Parameter, ...]:
         """What is left of the stiffness, and the opening at which it goes."""
-        gaps = tuple(self._largest_opening(evidence, label) * share for share in (0.5, 0.2, 0.8, 0.05))
+        largest = self._largest_opening(evidence, label)
+        starts = thresholds(largest, least=0.01)
         return (
             Parameter(
                 name="stiffness_factor", scale=0.5, lower=0.0, upper=4.0, null=1.0, starts=(0.9,), model_error=0.1
             ),
-            Parameter(name="gap_m", scale=2 * gaps[0], lower=0.0, upper=6 * gaps[0], starts=gaps, model_error=0.08),
+            Parameter(name="gap_m", scale=largest, lower=0.0, upper=3 * largest, starts=starts, model_error=0.08),
         )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
