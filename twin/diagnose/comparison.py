@@ -15,15 +15,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = [
-    "SweepComparison",
-    "compare_sweeps",
-    "noise_floors",
-    "predicted_steps",
-    "relative_errors",
-    "sweeps_beside",
-]
-
 Array = NDArray[Any]
 
 CLEAR = 10.0

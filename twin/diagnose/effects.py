@@ -15,8 +15,6 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.rebinning import rebinned
 from twin.rigs import Effect
 
-__all__ = ["acting_effects", "left_out_effects", "with_effects"]
-
 
 def acting_effects(
     evidence: MeasuredData, effects: Iterable[Effect], *, source: str = "rig"

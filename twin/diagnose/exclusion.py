@@ -13,8 +13,6 @@ from twin.diagnose.places import told_place
 from twin.diagnose.score import Score
 from twin.identify.measured_data import MeasuredData
 
-__all__ = ["Exclusion", "exclusion_limits"]
-
 ONE_SIDED_95 = 1.645
 """Standard deviations that 95 % of a normal distribution lie below."""
 

@@ -8,8 +8,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Effect, Rig
 
-__all__ = ["updated_rig_file"]
-
 
 def updated_rig_file(evidence: MeasuredData, search: Search) -> Rig:
     """The nominal rig with what was identified and, as effects, what was named."""

@@ -8,8 +8,6 @@ from typing import Any
 from twin.causes import Registered, from_folders
 from twin.diagnose.cause import Cause
 
-__all__ = ["CAUSES", "DRIFTS"]
-
 
 def _model(module: Any, name: str) -> Cause:
     """The class named as the folder, in capitals."""

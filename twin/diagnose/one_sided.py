@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["one_sided_harmonics"]
-
 
 def one_sided_harmonics(amplitude: NDArray[Any], gap: float, count: int) -> NDArray[Any]:
     """Cosine coefficients 1 ... count of max(a cos t - gap, 0), in closed form.

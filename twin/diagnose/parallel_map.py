@@ -25,8 +25,6 @@ from typing import Any, TypeVar
 from twin.identify.time_limit import end_of_time, time_limit
 from twin.joint.registry import load_laws, loaded_files
 
-__all__ = ["become_helper", "in_processes", "parallel_map", "spawned_processes", "undisturbed", "usual_processes"]
-
 Found = TypeVar("Found")
 
 MOST = 4

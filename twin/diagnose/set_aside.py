@@ -9,8 +9,6 @@ import numpy as np
 from twin.identify.measured_data import MeasuredData
 from twin.identify.sweeps import rows_by_sweep
 
-__all__ = ["set_aside"]
-
 ENOUGH = 16
 """Steps of which a quarter can be spared."""
 

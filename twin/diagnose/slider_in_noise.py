@@ -23,8 +23,6 @@ from scipy.optimize import brentq
 
 from twin.identify.model_modification import NoiseMotion
 
-__all__ = ["series_spring_and_rate", "slider_in_noise"]
-
 Array = NDArray[Any]
 
 LEAST, MOST = -15.0, 15.0

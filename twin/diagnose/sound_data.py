@@ -23,8 +23,6 @@ from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig
 
-__all__ = ["SoundData", "sound_data"]
-
 
 @dataclass(frozen=True)
 class SoundData:

@@ -18,8 +18,6 @@ from twin.identify.modal_prediction import predict_held
 from twin.identify.robust_curve import RobustCurve, fit_robust_curve
 from twin.rigs.modal import LevelFit, ModalLaw, ModalRig
 
-__all__ = ["Sweep", "identify_backbone"]
-
 Array = NDArray[np.float64]
 KNOTS = 33
 FREQUENCY_SCALE = 1e-4

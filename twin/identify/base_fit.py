@@ -21,8 +21,6 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
 
-__all__ = ["REWEIGHTED", "BaseFit", "baseline_bounds", "fit_base", "law_from_steps", "starting_baseline"]
-
 Array = NDArray[Any]
 
 TURNS = 25

@@ -22,8 +22,6 @@ from scipy.signal import find_peaks
 
 from twin.identify.spectrum import BroadbandRecord, h1
 
-__all__ = ["BinnedResponse", "bin_response", "find_resonances", "hidden_resonances", "response_bins"]
-
 Complex = NDArray[Any]
 Real = NDArray[Any]
 

@@ -13,8 +13,6 @@ from twin.identify.model_modification import ModelModification
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
-__all__ = ["ChangedModels", "changed_structure"]
-
 KEPT = 16
 
 Factors = tuple[tuple[str, float], ...]

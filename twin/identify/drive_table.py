@@ -14,8 +14,6 @@ from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.identify.modal_prediction import ModalResponse
 
-__all__ = ["DriveTable", "read_drive", "write_response"]
-
 Array = NDArray[np.float64]
 
 ROW_LIMIT = 200_000

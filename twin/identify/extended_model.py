@@ -8,8 +8,6 @@ from twin.identify.linear_model import LinearModel
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 
-__all__ = ["extended_model"]
-
 
 def extended_model(evidence: MeasuredData, modification: ModelModification) -> LinearModel:
     """The linear model with the extension's structure, positions and ports."""

@@ -19,8 +19,6 @@ from scipy.signal import butter, sosfiltfilt
 
 from recordings.errors import InputError
 
-__all__ = ["FrictionFit", "FrictionIdentification", "Loop", "identify_friction", "read_damper_json"]
-
 Array = NDArray[np.float64]
 INCH, KIP = 0.0254, 4448.2216152605
 SIZE_LIMIT_BYTES = 64 << 20

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from twin.identify.time_limit import time_is_up
 
-__all__ = ["Solution", "minimise", "not_held_back"]
-
 Array = NDArray[Any]
 Ending = Literal["settled", "stuck", "out of iterations", "out of time", "not finite"]
 

@@ -14,8 +14,6 @@ from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["LINEAR_ERROR", "harmonic_fields", "harmonic_residuals"]
-
 Array = NDArray[Any]
 
 SIGNATURE_ERROR = 0.04

@@ -13,8 +13,6 @@ from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 
-__all__ = ["largest_motion"]
-
 UNKNOWN_M = 1e-8
 """Where nothing was measured that could tell."""
 

@@ -44,8 +44,6 @@ LARGEST_STEP = {
 ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pair))
 """Logarithms of factors on all joints' E' and G' to begin from."""
 
-__all__ = ["LinearFit", "base_bounds", "base_prior", "bin_broadband", "fit_linear", "reduce_broadband", "whiten"]
-
 Complex = NDArray[Any]
 Real = NDArray[Any]
 

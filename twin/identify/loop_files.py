@@ -11,8 +11,6 @@ from recordings.columns import Columns
 from recordings.errors import InputError
 from twin.identify.friction_loops import INCH, KIP, Loop, read_damper_json
 
-__all__ = ["read_loop"]
-
 COLUMNS = {"time_s": 1.0}, {"displacement_m": 1.0, "displacement_inch": INCH}, {"force_N": 1.0, "friction_kip": KIP}
 FEWEST_ROWS = 100
 UNEVEN = 0.01

@@ -10,8 +10,6 @@ from scipy.interpolate import PchipInterpolator
 
 from twin.rigs.modal import ModalLaw
 
-__all__ = ["ModalResponse", "modal_receptance", "predict_forced", "predict_held"]
-
 Array = NDArray[np.float64]
 GRID_POINTS = 3000
 BEYOND = 1.6

@@ -12,8 +12,6 @@ from recordings.tables import SweepTable, read_table
 from twin.identify.backbone import Sweep, identify_backbone
 from twin.rigs.modal import ModalRig
 
-__all__ = ["identify_sweep_table", "read_sweeps"]
-
 
 def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:
     """The modal model of a CSV table of response-controlled sweeps (columns as :func:`recordings.tables.read_table`).

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from twin.identify.model_modification import ModelModification
 from twin.rigs import Rig, Transducer
 
-__all__ = ["high_pass", "mount", "nominal_instruments"]
-
 Array = NDArray[Any]
 
 

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-__all__ = ["poles_near"]
-
 Complex = NDArray[Any]
 Real = NDArray[Any]
 

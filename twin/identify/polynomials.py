@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from twin.identify.linear_model import LinearParameters
 from twin.identify.regularisation import LCurve
 
-__all__ = ["POOR_POLYNOMIAL_PERCENT", "Iteration", "LeftOut", "PolynomialFit", "Polynomials"]
-
 Array = NDArray[Any]
 
 POOR_POLYNOMIAL_PERCENT = 0.5

@@ -19,8 +19,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
 
-__all__ = ["rebinned"]
-
 Array = NDArray[Any]
 
 LINES_AT_ONCE = 4096

@@ -27,8 +27,6 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["Prediction", "ResidualModel"]
-
 Array = NDArray[Any]
 
 

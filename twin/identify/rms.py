@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["relative_error_percent", "rms"]
-
 
 def rms(values: ArrayLike) -> float:
     """Root mean square."""

@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-__all__ = ["RobustCurve", "fit_robust_curve", "left_out_errors"]
-
 Array = NDArray[np.float64]
 FREEDOM = 2.0
 """Degrees of freedom of Student's distribution: few, so that one strange value cannot bend the curve."""

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 from twin.identify.sine_fit import SteadyState
 
-__all__ = ["still_changing"]
-
 LEAST_CHANGE = 2e-3
 """Relative change of a fundamental within its measurement below which a step is a steady state whatever its noise."""
 FALSE_ALARMS = 0.01

@@ -15,8 +15,6 @@ from recordings.run import Run
 from recordings.sweeps import sweeps
 from twin.identify.gaps import fill_gaps
 
-__all__ = ["BroadbandRecord", "FrequencyResponse", "broadband_records", "h1"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class BroadbandRecord:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from twin.identify.sine_fit import SteadyState
 
-__all__ = ["rows_by_sweep"]
-
 
 def rows_by_sweep(states: Sequence[SteadyState]) -> dict[str, NDArray[Any]]:
     """Rows of each sweep, in their order; its name with the run's where two runs have the same."""

@@ -18,8 +18,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.rigs import LayerLawTable, Rig
 from twin.structure import normal_modes
 
-__all__ = ["updated_rig"]
-
 Array = NDArray[Any]
 
 LAW_POINTS = 48

@@ -15,8 +15,6 @@ from twin.diagnose.places import place_at, position, single_point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NonlinearForce
 
-__all__ = ["LocalForce", "law_of", "named_law", "peak_and_fundamental"]
-
 Array = NDArray[Any]
 Force = Callable[[Array, Array, Array], Array]
 

@@ -20,8 +20,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 
-__all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
-
 Array = NDArray[Any]
 
 MOST_TERMS = 3

@@ -22,8 +22,6 @@ from twin.procedures import save_procedure
 from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
 from twin.rigs import Rig
 
-__all__ = ["plan_next_test"]
-
 PROCEDURE = "next.toml"
 RIVAL = 5.0
 """Gain of log evidence by which a rival is told from the best."""

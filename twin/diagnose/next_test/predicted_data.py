@@ -19,8 +19,6 @@ from twin.identify.resonances import same_resonance
 from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
 
-__all__ = ["Imagined", "predict_test_data"]
-
 Array = NDArray[Any]
 
 LAW_POINTS = 64

@@ -16,8 +16,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.procedures import Random
 
-__all__ = ["predicted_bins"]
-
 
 def predicted_bins(evidence: MeasuredData, truth: FittedModel, procedure: Random, time_s: float) -> BinnedResponse:
     """The run in bins if a model were true: its responses, with the noise that the sweeps' steps showed."""

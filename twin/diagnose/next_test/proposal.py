@@ -17,8 +17,6 @@ from twin.procedures import Procedure, Random, SteppedSine
 from twin.procedures.tables import Limits, Measure, Settle
 from twin.rigs import Rig
 
-__all__ = ["Proposal", "propose"]
-
 LONGER = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Lengths of noise, and of a measured step, over those of the recordings."""
 MOST_RMS = 4.0

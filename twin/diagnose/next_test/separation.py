@@ -13,8 +13,6 @@ from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.posterior import TEMPERATURE
 
-__all__ = ["SURE", "enough", "separation"]
-
 SURE = 1.28
 """Standard deviations that a test must have in hand, for nine in ten to part the models."""
 

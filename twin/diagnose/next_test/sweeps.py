@@ -16,8 +16,6 @@ from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance, same_resonance
 
-__all__ = ["HEADROOM", "STEPS", "Band", "sweep_bands"]
-
 Array = NDArray[Any]
 
 HEADROOM = 0.8

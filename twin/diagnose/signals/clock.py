@@ -9,8 +9,6 @@ import numpy as np
 from recordings.run import Run
 from twin.rigs import Rig
 
-__all__ = ["as_known", "with_clock"]
-
 
 def as_known(run: Run, rig: Rig) -> Run:
     """The run with what the rig file says of the converter's clock taken off, so that only the rest can be found."""

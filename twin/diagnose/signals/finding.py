@@ -8,8 +8,6 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-__all__ = ["Finding"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:

@@ -7,8 +7,6 @@ import numpy as np
 from recordings.run import Run
 from recordings.sweeps import Stretch
 
-__all__ = ["line_in_noise"]
-
 LOBE, AROUND = 2, 14
 """Spectral lines on either side that a windowed steady line fills, and that tell what the force makes there."""
 

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["smallest_step"]
-
 SAMPLES = 200_000
 
 

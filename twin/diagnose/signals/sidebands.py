@@ -17,8 +17,6 @@ from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.identify.sine_fit import Line
 
-__all__ = ["Sidebands", "find_sidebands"]
-
 Array = NDArray[Any]
 
 MOST_STEPS, LEAST_STEPS = 48, 8

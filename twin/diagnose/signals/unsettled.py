@@ -9,8 +9,6 @@ from twin.identify.settled import still_changing
 from twin.identify.sine_fit import SteadyState
 from twin.identify.sweeps import rows_by_sweep
 
-__all__ = ["find_unsettled"]
-
 LEAST_STEPS, LEAST_SHARE = 8, 0.25
 """Steps of a sweep that tell anything, and the share of them that must change: a jump alone leaves only a few."""
 

@@ -26,8 +26,6 @@ from twin.identify.rms import rms
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 
-__all__ = ["check_modes", "diagnose_frequencies"]
-
 Array = NDArray[np.float64]
 FEWEST = 3
 

@@ -21,8 +21,6 @@ from twin.identify.predict import blank_data
 from twin.rigs import Effect, Rig
 from twin.structure import Structure
 
-__all__ = ["LapJointFrequencies", "require_one_joint"]
-
 Matrix = NDArray[np.float64]
 MODULI_STD = 0.3
 """Of the logarithms of E' and G': a layer's moduli are known from its frequencies, and hardly before them."""

@@ -15,8 +15,6 @@ from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.structure.bending_modes import bending_modes
 
-__all__ = ["Active", "BaseParameter", "Change", "FrequencyModel", "Matrices"]
-
 Matrix = NDArray[np.float64]
 
 

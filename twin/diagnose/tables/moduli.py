@@ -18,8 +18,6 @@ from twin.diagnose.tables.search import FINE, moduli_alone
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 
-__all__ = ["FrequencyModuli", "fit_moduli"]
-
 Array = NDArray[np.float64]
 UNKNOWN = 10.0
 """Standard deviation of the moduli's logarithms beforehand: the frequencies alone decide, and none runs off."""

@@ -8,8 +8,6 @@ from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.search import least_gain
 
-__all__ = ["heavy_sensors"]
-
 LIGHT_KG = 0.002
 """Mass of a miniature accelerometer."""
 HEAVY_KG = 0.005

@@ -12,8 +12,6 @@ from scipy.stats import spearmanr
 from twin.diagnose.tables.result import SweepRow
 from twin.identify.rms import rms
 
-__all__ = ["Drift", "Jump", "find_drift", "find_jump"]
-
 Array = NDArray[np.float64]
 CONFOUNDED = 0.9
 """Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""

@@ -12,8 +12,6 @@ from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
 
-__all__ = ["FrequencyRow", "HeldOut", "SweepRow", "TableDiagnosis", "Tried"]
-
 
 @dataclass(frozen=True)
 class HeldOut:

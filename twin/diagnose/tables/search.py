@@ -14,20 +14,6 @@ from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.model import Active, Change
 from twin.identify.rms import rms
 
-__all__ = [
-    "FINE",
-    "PLAUSIBLE",
-    "Found",
-    "Search",
-    "Stage",
-    "least_gain",
-    "leave_one_out",
-    "moduli_alone",
-    "probabilities",
-    "rivals_of",
-    "search",
-]
-
 Array = NDArray[np.float64]
 Report = Callable[[str], None]
 

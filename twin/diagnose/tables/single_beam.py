@@ -19,8 +19,6 @@ from twin.rigs.beam import BeamRig
 from twin.structure.beam import curvature_shape, deflection_shape
 from twin.structure.free_beam import FreeBeam, free_beam
 
-__all__ = ["SingleBeamFrequencies"]
-
 Matrix = NDArray[np.float64]
 MODULUS = "youngs_modulus"
 MODULUS_STD = 0.5

@@ -25,8 +25,6 @@ from twin.identify.modal_prediction import predict_held
 from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
 
-__all__ = ["MOST_STEPS", "diagnose_sweeps"]
-
 Array = NDArray[np.float64]
 MOST_STEPS, MOST_SWEEPS = 20_000, 60
 """Beyond them a table is hardly one of stepped sines, and the fit takes minutes."""

@@ -12,8 +12,6 @@ from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.measured import Measurement
 from twin.diagnose.tables.model import Change, FrequencyModel
 
-__all__ = ["System"]
-
 Array = NDArray[np.float64]
 Changes = tuple[tuple[Change, dict[str, float]], ...]
 

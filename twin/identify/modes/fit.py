@@ -13,8 +13,6 @@ from twin.identify.modes.rational import ChartPole, pole_chart
 from twin.identify.modes.refinement import PoleFit, refine_poles
 from twin.identify.modes.stabilisation import LARGEST_DAMPING, StableGroup, stable_groups
 
-__all__ = ["ModalFit", "Mode", "fit_modes"]
-
 Array = NDArray[Any]
 
 HIGHEST_ORDER = 60

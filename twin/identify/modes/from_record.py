@@ -16,8 +16,6 @@ from twin.identify.broadband import BinnedResponse, bin_response, find_resonance
 from twin.identify.modes.fit import ModalFit, fit_modes
 from twin.identify.spectrum import BroadbandRecord, h1
 
-__all__ = ["RecordedModes", "modes_of_record"]
-
 Array = NDArray[Any]
 
 AVERAGES = 12.0

@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-__all__ = ["noise_of_residual", "noise_of_responses"]
-
 Array = NDArray[Any]
 
 SURROUNDINGS, SPACING = 201, 10

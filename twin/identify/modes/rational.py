@@ -19,8 +19,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ChartPole", "pole_chart"]
-
 Array = NDArray[Any]
 
 CHUNK = 4096

@@ -10,8 +10,6 @@ import numpy as np
 
 from twin.identify.modes.rational import ChartPole
 
-__all__ = ["LARGEST_DAMPING", "StableGroup", "stable_groups", "stable_poles"]
-
 FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.003, 0.15
 """Relative changes from one order to the next that a stable pole may have."""
 WIDEST_HALF_WIDTHS = 2.0
