@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -16,7 +16,7 @@ from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.rigs import Effect
 from twin.rigs.beam import BeamRig
-from twin.structure.beam import curvature_shape, deflection_shape
+from twin.structure.beam import curvature_shape
 from twin.structure.free_beam import FreeBeam, free_beam
 
 Matrix = NDArray[np.float64]
@@ -87,7 +87,7 @@ class SingleBeamFrequencies:
         spring = np.inf
         for name, values in acting:
             if name == "added-mass":
-                row = _row(mesh, values["position_m"], deflection_shape)
+                row = mesh.row(values["position_m"])
                 M += values["mass_kg"] * np.outer(row, row)
             elif name == "stiffness-loss":
                 K -= (1 - values["factor"]) * self._section(mesh, values["position_m"])
@@ -139,7 +139,7 @@ class SingleBeamFrequencies:
         beam, length = self.rig.beam, SECTION * self.rig.beam.length
         places, weights = np.polynomial.legendre.leggauss(8)
         points = np.clip(position_m + length / 2 * places, 0.0, beam.length)
-        rows = np.array([_row(mesh, float(point), curvature_shape) for point in points])
+        rows = np.array([mesh.row(float(point), curvature_shape) for point in points])
         return np.asarray(beam.second_moment * length / 2 * (rows.T * weights) @ rows)
 
 
@@ -159,12 +159,3 @@ def _meshed(
         length=length, width=width, thickness=thickness, youngs_modulus=1.0, density=density, shear_ratio=shear_ratio,
         rotary=shear_ratio > 0, elements=elements,
     )  # fmt: skip
-
-
-def _row(mesh: FreeBeam, position_m: float, shape: Callable[[float, float], Matrix]) -> Matrix:
-    """Row c with shape(position) = c x."""
-    e = int(np.clip(np.searchsorted(mesh.x, position_m) - 1, 0, len(mesh.x) - 2))
-    length = float(mesh.x[e + 1] - mesh.x[e])
-    row = np.zeros(len(mesh.M))
-    row[2 * e : 2 * e + 4] = shape((position_m - mesh.x[e]) / length, length)
-    return row
