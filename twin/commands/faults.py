@@ -1,7 +1,5 @@
 """`twin faults`: every fault tried many times, and how often it was noticed, what it cost, what was silently wrong."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Sweeps measured beside two models: the responses step by step, and their errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Effects that a rig file carries: what an earlier diagnosis found acts in every later prediction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What the data rule out: the largest size of each cause that a rig with these recordings could hide."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The extended model as a rig file that every other command accepts."""
 
-from __future__ import annotations
-
 from twin.diagnose.places import told_place
 from twin.diagnose.search import Search
 from twin.identify.measured_data import MeasuredData

@@ -1,7 +1,5 @@
 """The causes a diagnosis may name, by name."""
 
-from __future__ import annotations
-
 from collections.abc import MutableMapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fourier coefficients of the overshoot (a cos t - gap) above a gap, for one-sided contacts and openings."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

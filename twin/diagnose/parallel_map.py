@@ -4,8 +4,6 @@ Between the compiled kernels a fit is the interpreter's work, of which a process
 processes of their own.  They outlive a single call, and unpack the evidence once.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle

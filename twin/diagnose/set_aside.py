@@ -1,7 +1,5 @@
 """What a diagnosis keeps back for measuring the gain, where no run is held out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -13,8 +13,6 @@ slips.  In noise of one frequency Z is within 5 % of the mean describing functio
 is sqrt(2 / pi) F / E[v^2]^(1/2): what Gaussian motion makes of dry friction (Bussgang 1952).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

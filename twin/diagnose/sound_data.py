@@ -3,8 +3,6 @@
 Identification and diagnosis begin here alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

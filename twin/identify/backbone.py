@@ -5,8 +5,6 @@ modal mass, a residual and a phase offset shared by all.  Smooth robust curves t
 predict a sweep that was left out, and which sweeps no smooth curve predicts, is part of the result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Fit the base family - linear parameters and the joint's law - to all evidence at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -7,8 +7,6 @@ constants leave: white noise of each channel, noise of the force (which all chan
 joint's nonlinearity under broadband excitation distorts the lines.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -3,8 +3,6 @@
 The latest are kept: a fit moves the parameters that leave the structure alone far more often than those that change it.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache, partial
 

@@ -1,7 +1,5 @@
 """Drives in, responses out: the CSV tables of predictions."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A number with its uncertainty."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """The linear model of a rig with an extension's structure, positions and ports."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.identify.linear_model import LinearModel

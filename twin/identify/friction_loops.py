@@ -5,8 +5,6 @@ Jenkins behind a backlash.  Stiffness, backlash and spread are shared by all ten
 Loops are compared below `cutoff_Hz`: what a slow drive excites above it is ringing of the frame, not the joint's law.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

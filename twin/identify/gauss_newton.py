@@ -1,7 +1,5 @@
 """Gauss-Newton with Levenberg damping and a Gaussian prior: bounded, and every accepted step lowers the cost."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal

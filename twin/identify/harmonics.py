@@ -1,7 +1,5 @@
 """Higher harmonics of the stepped sines: they tell where on the structure a nonlinear force acts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How far the layer's points moved in the measured steps, before anything is known of the joint's law."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Base parameters from a broadband run: Gauss-Newton on whitened frequency responses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product

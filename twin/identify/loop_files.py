@@ -1,7 +1,5 @@
 """Files of force-displacement loops: CSV in SI units, or the friction damper's tables in inches and kips."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Response of a rig of kind modal: force for a given acceleration, or every acceleration that a force may give."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

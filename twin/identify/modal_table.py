@@ -1,7 +1,5 @@
 """A table of sweeps to the model of a rig of kind modal."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

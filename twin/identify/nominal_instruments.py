@@ -1,7 +1,5 @@
 """What a rig file says of its sensors' own responses: their high-passes, and how they sit on their mounts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

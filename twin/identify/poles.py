@@ -1,7 +1,5 @@
 """Poles of a frequency response that can be evaluated anywhere, such as a model's with whatever it was extended by."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

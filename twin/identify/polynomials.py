@@ -3,8 +3,6 @@
 How they are identified is :mod:`studies.force_levels`' matter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -4,8 +4,6 @@ Bins assume that the response less a reference is smooth; a reference that lacks
 sensor elsewhere, bends the bins at the resonances and makes them look noisy.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -6,8 +6,6 @@ All strengths share one singular value decomposition S = U diag(s) V': with beta
 f = s^2 / (s^2 + lambda^2) the solution is V (f beta / s), and norms and curvature are sums over singular values.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

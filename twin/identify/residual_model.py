@@ -5,8 +5,6 @@ values of the joint's law at its knots.  All sensitivities are products of recep
 on the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Which measured frequencies belong to the same resonance."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

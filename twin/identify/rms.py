@@ -1,7 +1,5 @@
 """The size of many errors as one number."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A smooth curve through few values, some of them shifted: polynomials with Student's noise, order by evidence."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

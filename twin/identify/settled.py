@@ -1,7 +1,5 @@
 """Whether measured steps were still changing: more than the noise of response and force accounts for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

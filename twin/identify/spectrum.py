@@ -1,7 +1,5 @@
 """Broadband runs: spectral lines of the whole record, and H1 with coherence for the eye."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any

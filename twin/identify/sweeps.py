@@ -1,7 +1,5 @@
 """Which steps make a sweep."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ A rig file has no place for loss factors and for frequency discrepancies.  The c
 law's loss; what the others do is a few hundredths of a per cent of the response.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A force of simple terms between ground and one place of the structure: what is fitted where no cause explains."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Where a force is missing, how it depends on the motion there, and the simplest terms that make it."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 

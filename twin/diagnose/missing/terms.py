@@ -1,7 +1,5 @@
 """The simple terms that a force nobody has named may be made of: springs, dampers, a mass, each of one power."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

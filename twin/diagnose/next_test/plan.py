@@ -1,7 +1,5 @@
 """Choosing the next test: the shortest that parts the best model from its rivals, whichever of them is true."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

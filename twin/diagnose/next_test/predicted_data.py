@@ -1,7 +1,5 @@
 """What a procedure would bring if a model were true: its prediction, with the noise that the recordings showed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

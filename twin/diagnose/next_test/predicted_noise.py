@@ -4,8 +4,6 @@ It is predicted from the sweeps' own noise, and from the model's responses in bi
 real run's.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

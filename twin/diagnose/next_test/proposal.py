@@ -1,7 +1,5 @@
 """Procedures that might tell rivals apart: bands of noise, sweeps at several forces, each for several lengths."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product

@@ -5,8 +5,6 @@ whitened difference r to the truth r' r - b' (J'J + P)^-1 b with b = J' r, J its
 information that it has from the recordings.  Half of that is the gain of log evidence, and also half its variance.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel

@@ -1,7 +1,5 @@
 """Where a proposed sweep may go: about the resonances that were swept, or about another mode of the same joint."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any

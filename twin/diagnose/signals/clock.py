@@ -1,7 +1,5 @@
 """A run as a converter with a good clock would have recorded it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

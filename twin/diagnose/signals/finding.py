@@ -1,7 +1,5 @@
 """What a look at the samples themselves can find, before any model."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

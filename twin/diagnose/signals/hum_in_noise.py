@@ -1,7 +1,5 @@
 """A steady line in a broadband run: what of a channel does not follow the force at one frequency alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from recordings.run import Run

@@ -1,7 +1,5 @@
 """How far apart the values of a channel lie."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

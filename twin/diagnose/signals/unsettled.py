@@ -1,7 +1,5 @@
 """Dwells too short: the response still changes while it is measured."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from twin.diagnose.signals.finding import Finding

@@ -1,7 +1,5 @@
 """Diagnosis of measured natural frequencies against a nominal rig."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

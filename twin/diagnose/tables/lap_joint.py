@@ -1,7 +1,5 @@
 """A lap joint's natural frequencies under every listed cause that is linear and belongs to the structure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property

@@ -1,7 +1,5 @@
 """What a diagnosis of natural frequencies asks of a structure, whether a lap joint or one beam alone."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol

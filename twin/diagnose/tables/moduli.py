@@ -1,7 +1,5 @@
 """E' and G' of a lap joint from natural frequencies alone, with hardly anything assumed of them beforehand."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

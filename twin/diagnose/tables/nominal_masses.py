@@ -1,7 +1,5 @@
 """Masses that a rig file states of its sensors, held against the frequencies: agreement may rest on them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from twin.diagnose.tables.fit import Fit, Problem

@@ -1,7 +1,5 @@
 """Whether resonances move with the order in which sweeps were run, beside a law of amplitude."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

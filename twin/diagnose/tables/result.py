@@ -1,7 +1,5 @@
 """What the diagnosis of a table says, in the contract's form."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any

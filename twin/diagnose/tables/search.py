@@ -1,7 +1,5 @@
 """Which cause natural frequencies ask for: each is added in turn, refitted, and weighed by its evidence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

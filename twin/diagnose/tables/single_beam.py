@@ -1,7 +1,5 @@
 """One uniform beam's natural frequencies, hung free or clamped, under the causes that such a specimen may have."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

@@ -4,8 +4,6 @@ No finite elements: each sweep holds its response and so is a linear mode; a smo
 dampings, and every sweep is predicted from all others.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from pathlib import Path

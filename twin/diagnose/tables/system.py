@@ -1,7 +1,5 @@
 """Parameters of one fit to natural frequencies as a vector, with priors, bounds, residuals and sensitivities."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

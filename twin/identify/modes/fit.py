@@ -1,7 +1,5 @@
 """Modal parameters from frequency responses: chart, stable poles, maximum likelihood, and the modes that pay."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

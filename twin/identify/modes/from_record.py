@@ -4,8 +4,6 @@ H1 with a window begins; what leakage and averaging cost there is won back on th
 decays at both ends are taken off with the poles found so far (:mod:`twin.identify.broadband`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

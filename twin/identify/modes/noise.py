@@ -1,7 +1,5 @@
 """The noise of frequency responses that came without one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which poles of a chart are modes: those that stay where they are as the order grows."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
