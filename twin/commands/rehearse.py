@@ -144,7 +144,7 @@ class _Job:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
-        from twin.views import rehearsal_page
+        from twin.views.rehearsal_report import rehearsal_page
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)

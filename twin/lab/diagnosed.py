@@ -101,7 +101,7 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     def save_view(self, path: str | Path) -> None:
         """Write a file for the rerun viewer."""
-        from twin.views import save_diagnosis
+        from twin.views.rerun_diagnosis import save_diagnosis
 
         save_diagnosis(self.diagnosis, Path(path))
 
