@@ -23,6 +23,7 @@ from twin.commands.output import (
     print_json,
     say,
     stage,
+    tell_assumed,
     typed,
     write_json,
 )
@@ -144,6 +145,7 @@ class _Job:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
+        from twin.rigs.assumed import assumed
         from twin.views import rehearsal_page
 
         asked, rig, source = self.prepare()
@@ -179,6 +181,7 @@ class _Job:
                 first, lambda: self.prepare()[2], self.written / "improved.mcap", nominal=nominal, rounds=self.rounds,
                 on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
+        tell_assumed(assumed(rig))
         _tell(preload, first, wall_s)
         if better is not None:
             _tell("improved procedure", better, None)
@@ -228,10 +231,8 @@ def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
 
 def _say_caution(caution: Caution) -> None:
     colour = {"stop": "red", "warning": "yellow", "note": "cyan"}[caution.severity]
-    where = f"{caution.sweep}, step {caution.index}" + (
-        f" at {caution.frequency_Hz:g} Hz" if caution.frequency_Hz else ""
-    )
-    say((caution.kind, colour), f" ({where}): {caution.reason}; {caution.advice}")
+    where = f" ({caution.place})" if caution.sweep else ""
+    say((caution.kind, colour), f"{where}: {caution.reason}; {caution.advice}")
 
 
 def _about(

@@ -83,6 +83,7 @@ class IdentifiedModuli(IdentifiedModel):
             },
             "nonlinear": {},
             "residual_percent": {f"mode {m}": float(e) for m, e in zip(self._modes(), error, strict=True)},
+            "assumed": list(self.assumed),
             "warnings": list(self.warnings),
         }
 

@@ -8,6 +8,7 @@ from twin.rehearsal.rehearsal import Caution
 
 SEVERITIES = ("stop", "warning", "note")
 CAUSES_FIRST = (
+    "implausible-rig",
     "dwell-too-short",
     "sweep-too-fast",
     "limit-reached",

@@ -25,6 +25,7 @@ from twin.rehearsal.gather import gathered
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rigs import Rig, nominal_rig_file, preload_record
+from twin.structure.plausibility import unlikely_units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +46,8 @@ class NominalRig:
         By the channel that shows each.
     branches
         Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps.
+    implausible
+        What the rig's file is unlikely to mean.
     """
 
     rig_name: str = ""
@@ -54,6 +57,7 @@ class NominalRig:
     bits: int | None = None
     drive_limits: Mapping[str, float] = field(default_factory=dict)
     branches: Sequence[Mapping[str, Any]] = ()
+    implausible: Sequence[str] = ()
 
     @classmethod
     def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> NominalRig:
@@ -66,6 +70,7 @@ class NominalRig:
             bits=rig.acquisition.bits,
             drive_limits=drive_limits(rig),
             branches=branches,
+            implausible=unlikely_units(rig),
         )
 
 
@@ -195,6 +200,7 @@ def rehearse(
         bits=nominal.bits,
         drive_limits=nominal.drive_limits,
         branches=nominal.branches,
+        implausible=nominal.implausible,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
 

@@ -10,6 +10,7 @@ from twin.rehearsal.rehearse import Rehearsed
 from twin.rehearsal.ring_down import free_decays
 from twin.rehearsal.transient import transient_left
 from twin.rigs import Rig
+from twin.rigs.assumed import assumed
 
 AS_MEASURED = (
     "sweep", "index", "frequency_Hz", "target_channel", "target_amplitude", "amplitude", "amplitude_error", "voltage_V",
@@ -34,6 +35,7 @@ def result_table(
         "rig": rig.name,
         "preload": preload,
         "seed": seed,
+        "assumed": list(assumed(rig)),
         **rehearsed_table(first),
         "branches": branches,
         "improved": _improved(better) if better is not None else None,

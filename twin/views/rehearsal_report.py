@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from twin.views.page import Page, Picture, Section, Table
+from twin.views.page import LEFT_OUT, Page, Picture, Section, Table
 from twin.views.rehearsal_figures import range_figure, responses_figures
 from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
@@ -43,13 +43,14 @@ def _improvement(result: Mapping[str, Any]) -> str:
 def rehearsal_page(result: Mapping[str, Any]) -> Page:
     """The report of a rehearsal, from what ``twin rehearse`` writes as ``result.json``."""
     preload = f", preload {result['preload']}" if result.get("preload") else ""
-    return Page(
+    page = Page(
         title="Rehearsal of a vibration test",
         answer=rehearsal_sentence(result),
         facts=f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}.",
         sections=[section for section in _sections(result) if section is not None],
         accent=BEFORE if result["must_not_run"] else AFTER if result["clear"] else CAUTION,
     )
+    return page.beginning(LEFT_OUT, result.get("assumed") or [])
 
 
 def _sections(result: Mapping[str, Any]) -> Iterator[Section | None]:
@@ -62,7 +63,7 @@ def _sections(result: Mapping[str, Any]) -> Iterator[Section | None]:
     yield Section(
         title="What was assumed",
         items=[
-            "The rig behaves as its file says; the joint's law is the twin's, with sensor noise and the converter.",
+            "The rig behaves as its file says, and where that says nothing as is told above.",
             "Predicted branches are harmonic balance without shaker, noise or converter; at a fold a sweep jumps.",
         ],
     )
@@ -85,7 +86,8 @@ def warnings_table(result: Mapping[str, Any]) -> Table:
     rows = [
         (
             w["kind"], w["severity"],
-            f"{w['sweep']}, step {w['index']}" + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
+            (f"{w['sweep']}, step {w['index']}" if w["sweep"] else "")
+            + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
             str(w["steps"]), w["reason"], w["advice"],
         )
         for w in result["warnings"]

@@ -12,10 +12,12 @@ from twin.rehearsal.checks.limits import check_limits
 from twin.rehearsal.checks.noise import check_noise
 from twin.rehearsal.checks.overload import check_overload
 from twin.rehearsal.checks.quantisation import check_quantisation
+from twin.rehearsal.checks.rig_file import check_rig_file
 from twin.rehearsal.checks.sweep_rate import check_sweep_rate
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
+    check_rig_file,
     check_noise,
     check_quantisation,
     check_jumps,
