@@ -147,6 +147,7 @@ class _Job:
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
         from twin.rigs.assumed import assumed
         from twin.views import rehearsal_page
+        from twin.views.rehearsal_noise import noise_sentence
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
@@ -193,6 +194,8 @@ class _Job:
         )
         result = plain(table)
         write_json(result, self.written / "result.json")
+        for noise in (result["improved"] or result)["noise"]:
+            say(f"  {noise_sentence(noise)}")
         rehearsal_page(result).write(self.written / "report.html", commands=[self.again])
         return result
 
@@ -212,6 +215,8 @@ def _states(result: dict[str, Any]) -> set[str]:
 
 
 def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
+    from twin.views.rehearsal_report import counted_notes
+
     result = rehearsed.rehearsal.result
     speed = f", rehearsed in {wall_s:.1f} s" if wall_s is not None else ""
     say((title, "bold"), f": {len(result.steps)} steps, {result.duration_s / 60:.1f} min on the rig{speed}")
@@ -226,7 +231,7 @@ def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
     for caution in rehearsed.cautions:
         _say_caution(caution)
     if rehearsed.clear:
-        say(("no warnings", "green"))
+        say(("no warnings" + counted_notes(len(rehearsed.cautions)), "green"))
 
 
 def _say_caution(caution: Caution) -> None:

@@ -10,6 +10,7 @@ SEVERITIES = ("stop", "warning", "note")
 CAUSES_FIRST = (
     "implausible-rig",
     "dwell-too-short",
+    "too-short",
     "sweep-too-fast",
     "limit-reached",
     "overload",

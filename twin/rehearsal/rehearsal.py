@@ -92,7 +92,8 @@ class Rehearsal:
     `damping_ratio` is what is assumed of the least damped mode in question, `bits` the converter's word length; None
     where nothing is known.  `drive_limits` are the largest values that its drive lets some channels have.
     `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
-    `implausible` is what the rig's file is unlikely to mean.
+    `implausible` is what the rig's file is unlikely to mean.  `modes` are natural frequencies, Hz, that are assumed,
+    with their damping ratios, the lowest first.
     """
 
     procedure: Procedure
@@ -103,6 +104,13 @@ class Rehearsal:
     drive_limits: Mapping[str, float] = field(default_factory=dict)
     branches: Sequence[Mapping[str, Any]] = ()
     implausible: Sequence[str] = ()
+    modes: Sequence[tuple[float, float]] = ()
+
+    @property
+    def lowest_mode(self) -> tuple[float, float] | None:
+        """Frequency, Hz, and damping ratio of the lowest mode in the band of a procedure that has one."""
+        low, high = getattr(self.procedure, "band", (math.inf, 0.0))
+        return next(((f, ratio) for f, ratio in self.modes if low <= f <= high), None)
 
     def time_constant_s(self, frequency_Hz: float) -> float:
         """Of a free decay near a frequency, s."""

@@ -14,6 +14,7 @@ from twin.rehearsal.checks.overload import check_overload
 from twin.rehearsal.checks.quantisation import check_quantisation
 from twin.rehearsal.checks.rig_file import check_rig_file
 from twin.rehearsal.checks.sweep_rate import check_sweep_rate
+from twin.rehearsal.checks.too_short import check_length
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
@@ -23,6 +24,7 @@ CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
     check_jumps,
     check_grid,
     check_dwell,
+    check_length,
     check_sweep_rate,
     check_drop_out,
     check_overload,
