@@ -15,6 +15,12 @@ Array = NDArray[np.float64]
 
 MODULUS_Pa, DENSITY_kg_m3 = (1e6, 1.3e12), (10.0, 23e3)
 """From foam to diamond; from foam to osmium."""
+SOUND_m_s = (30.0, 2e4)
+"""Speed of sound along a bar: from rubber to diamond."""
+LENGTH_m = (1e-3, 30.0)
+"""Of a beam on a shaker; metres that are millimetres lie beyond."""
+FIRST_MODE_Hz = (1.0, 2e4)
+"""What a shaker drives and accelerometers measure."""
 STOUT = 10.0
 """Length over thickness below which shear is felt in the first bending mode, by a per cent and more."""
 HEAVY = 0.05
@@ -33,17 +39,37 @@ LOOKED_AT = 4
 
 def implausible(modelled: ModelledRig) -> tuple[str, ...]:
     """A line for everything that a rig file is unlikely to mean."""
-    return tuple(line for check in CHECKS for line in check(modelled))
+    return (*unlikely_units(modelled.rig), *(line for check in CHECKS for line in check(modelled)))
 
 
-def _materials(m: ModelledRig) -> Iterator[str]:
-    for beam in m.rig.layout().beams:
+def unlikely_units(rig: Rig) -> tuple[str, ...]:
+    """The same of what the file alone shows, nothing assembled: numbers that are not in SI units, most likely."""
+    return (*_materials(rig), *_lengths(rig))
+
+
+def _lengths(rig: Rig) -> Iterator[str]:
+    for beam in rig.layout().beams:
+        if not LENGTH_m[0] <= beam.length <= LENGTH_m[1]:
+            yield f"part {beam.name!r}: {beam.length:g} m long; metres are asked for, no millimetres"
+
+
+def _first_mode(m: ModelledRig) -> Iterator[str]:
+    first = float(m.modes.frequency_Hz[0]) if len(m.modes.omega) else 0.0
+    if not FIRST_MODE_Hz[0] <= first <= FIRST_MODE_Hz[1]:
+        yield f"mode 1 at {first:.3g} Hz is beyond what a shaker drives; SI units are asked for"
+
+
+def _materials(rig: Rig) -> Iterator[str]:
+    for beam in rig.layout().beams:
         for name, value, (low, high), unit in (
             ("youngs_modulus", beam.youngs_modulus, MODULUS_Pa, "N/m2"),
             ("density", beam.density, DENSITY_kg_m3, "kg/m3"),
         ):
             if not low <= value <= high:
                 yield f"part {beam.name!r}: {name} {value:g} {unit} is no solid's; SI units are asked for"
+        sound = (beam.youngs_modulus / beam.density) ** 0.5
+        if not SOUND_m_s[0] <= sound <= SOUND_m_s[1]:
+            yield f"part {beam.name!r}: sound would run at {sound:.3g} m/s in it, which is no solid's"
 
 
 def _slenderness(m: ModelledRig) -> Iterator[str]:
@@ -129,7 +155,7 @@ def _places(rig: Rig):  # type: ignore[no-untyped-def]
 
 
 def _meshes(m: ModelledRig) -> Iterator[str]:
-    highest = float(m.modes.omega[min(9, len(m.modes.omega) - 1)])
+    highest = max(float(m.modes.omega[min(9, len(m.modes.omega) - 1)]), np.finfo(float).tiny)
     for mesh in m.structure.meshes.values():
         if isinstance(mesh, BeamMesh):
             beam = mesh.part
@@ -143,5 +169,5 @@ def _meshes(m: ModelledRig) -> Iterator[str]:
 
 
 CHECKS: tuple[Callable[[ModelledRig], Iterator[str]], ...] = (
-    _materials, _slenderness, _layers, _motions, _damping, _masses, _still_places, _meshes,
+    _first_mode, _slenderness, _layers, _motions, _damping, _masses, _still_places, _meshes,
 )  # fmt: skip
