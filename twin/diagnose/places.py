@@ -128,7 +128,7 @@ def place_at(evidence: MeasuredData, label: Mapping[str, str], values: Values) -
     if "part" not in label:
         return layout.place(values["position_m"])
     beam = layout.beam(label["part"])
-    return Place(beam.name, min(max(values["position_m"], 0.0), beam.length), (*beam.normal, 0.0))
+    return Place(beam.name, min(max(values["position_m"], 0.0), beam.length), beam.normal)
 
 
 def _coordinates(field: NodeField, values: Values) -> Array:

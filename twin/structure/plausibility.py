@@ -74,7 +74,8 @@ def _motions(m: ModelledRig) -> Iterator[str]:
 
 
 def _of_one_body(m: ModelledRig) -> int:
-    return 3 if all(isinstance(mesh, BeamMesh) for mesh in m.structure.meshes.values()) else 6
+    plane = all(isinstance(mesh, BeamMesh) and not mesh.part.in_space for mesh in m.structure.meshes.values())
+    return 3 if plane else 6
 
 
 def _damping(m: ModelledRig) -> Iterator[str]:
@@ -114,7 +115,7 @@ def _still_places(m: ModelledRig) -> Iterator[str]:
 def _largest_strains(m: ModelledRig) -> Array:
     """Largest strain of any beam's surface in each of the first modes, (LOOKED_AT,)."""
     rows = [
-        m.structure.row(Place(mesh.part.name, s, (*mesh.part.normal, 0.0), reads="strain"))
+        m.structure.row(Place(mesh.part.name, s, mesh.part.normal, reads="strain"))
         for mesh in m.structure.meshes.values() if isinstance(mesh, BeamMesh)
         for s in mesh.s
     ]  # fmt: skip
