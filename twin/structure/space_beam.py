@@ -31,9 +31,9 @@ def space_element(plane: Matrix, across: Matrix, twist: Matrix) -> Matrix:
         Between the rotations about the axis.
     """
     whole = np.zeros((*plane.shape[:-2], 12, 12))
-    whole[..., np.array(PLANE)[:, None], PLANE] = plane
-    whole[..., np.array(BENT_ACROSS)[:, None], BENT_ACROSS] = across[..., _BENDING[:, None], _BENDING] * np.outer(AGAINST, AGAINST)
-    whole[..., np.array(TWIST)[:, None], TWIST] = twist
+    mirrored = across[..., _BENDING[:, None], _BENDING] * np.outer(AGAINST, AGAINST)
+    for dofs, own in ((PLANE, plane), (BENT_ACROSS, mirrored), (TWIST, twist)):
+        whole[..., np.array(dofs)[:, None], np.array(dofs)] = own
     return whole
 
 
