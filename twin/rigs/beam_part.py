@@ -150,6 +150,14 @@ class BeamPart(Section):
         size = math.hypot(*across)
         return across[0] / size, across[1] / size, across[2] / size
 
+    @property
+    def ways_across(self) -> tuple[Vector, ...]:
+        """Directions across it in which it bends: along its thickness, and in space along its width."""
+        if not self.in_space:
+            return (self.normal,)
+        x, y, z = np.cross(self.axis, self.normal).tolist()
+        return self.normal, (x, y, z)
+
     def facing(self, other: BeamPart, at: Along) -> Along:
         """Metres along another beam that lie across from `at` metres along this one."""
         ways = zip(self.origin, self.axis, other.origin, other.axis, strict=True)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from recordings.directions import cosine, direction_name
-from recordings.numbers import Length, NonNegative, Positive
+from recordings.numbers import Length, Mass, NonNegative, Positive
 from recordings.toml_input import Name, Table
 from twin.rigs.beam_part import BeamPart
 from twin.rigs.tables import AnyLaw, Preload, check_law
@@ -111,6 +111,26 @@ class Tie(Table):
         return self
 
 
+class PointMass(Table):
+    """A lump fixed to a part at one place."""
+
+    part: Name
+    at: At
+    mass: Mass
+    """kg, in every direction in which the place moves."""
+    inertia: dict[Literal["rx", "ry", "rz"], Positive] = Field(default={})
+    """About its own centre, kg m2."""
+
+
+class Spring(Table):
+    """Springs between two places, along the axes and about them; they have no length."""
+
+    between: tuple[Name, Name]
+    at: tuple[At, At]
+    stiffness: dict[Dof, Positive] = Field(min_length=1)
+    """N/m, and N m/rad of rotations."""
+
+
 @dataclass(frozen=True)
 class Place:
     """A point of a part and a direction there.
@@ -191,12 +211,21 @@ class Layout:
     ties: tuple[Tie, ...]
     stretches: tuple[Stretch, ...]
     passable: bool = False
+    masses: tuple[PointMass, ...] = ()
+    springs: tuple[Spring, ...] = ()
     folder: Path | None = field(default=None, compare=False)
 
     @property
     def beams(self) -> tuple[BeamPart, ...]:
         """The parts that are beams."""
         return tuple(part for part in self.parts if isinstance(part, BeamPart))
+
+    @property
+    def attached(self) -> tuple[tuple[str, float], ...]:
+        """Part and place of every support, lump and end of a spring or a tie, but for ties of pairs of nodes."""
+        ends = [end for spring in self.springs for end in zip(spring.between, spring.at, strict=True)]
+        ends += [end for tie in self.ties if tie.at for end in zip(tie.between, tie.at, strict=True)]
+        return (*((s.part, s.at) for s in self.supports), *((m.part, m.at) for m in self.masses), *ends)
 
     def part(self, name: str) -> Part:
         """The part of that name; KeyError if there is none."""

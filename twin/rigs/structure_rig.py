@@ -22,6 +22,8 @@ from twin.rigs.layout import (
     MatricesPart,
     Part,
     Place,
+    PointMass,
+    Spring,
     Stretch,
     Support,
     ThinLayer,
@@ -81,6 +83,8 @@ class StructureRig(Rig):
     support: list[Support] = Field(default=[], max_length=100)
     joint: list[ThinLayer] = Field(default=[], max_length=50)
     tie: list[Tie] = Field(default=[], max_length=100)
+    mass: list[PointMass] = Field(default=[], max_length=100)
+    spring: list[Spring] = Field(default=[], max_length=100)
     drive: list[PlacedDrive] = Field(min_length=1, max_length=16)
     sensor: list[PlacedSensor] = Field(min_length=1, max_length=64)
     _folder: Path | None = PrivateAttr(default=None)
@@ -105,6 +109,13 @@ class StructureRig(Rig):
             self._check_joint(joint)
         for number, tie in enumerate(self.tie):
             self._check_tie(f"tie.{number}", tie)
+        for number, mass in enumerate(self.mass):
+            self._check_place(f"mass.{number}", mass.part, mass.at)
+            self._check_moves(f"mass.{number}", mass.part, list(mass.inertia))
+        for number, spring in enumerate(self.spring):
+            for name, at in zip(spring.between, spring.at, strict=True):
+                self._check_place(f"spring.{number}", name, at)
+                self._check_moves(f"spring.{number}", name, list(spring.stiffness))
         for drive in self.drive:
             self._check_place(f"drive {drive.name!r}", drive.part, drive.at)
             self._check_plane(f"drive {drive.name!r}", drive.place)
@@ -135,6 +146,11 @@ class StructureRig(Rig):
             raise ValueError(f"{where}: at {at:g} lies beyond the end of {name!r} at {part.length:.6g} m")
         if isinstance(part, MatricesPart) and at != int(at):
             raise ValueError(f"{where}: at {at:g} is no node number of {name!r}")
+
+    def _check_moves(self, where: str, name: str, dofs: Sequence[str]) -> None:
+        part = self._find(where, name)
+        if isinstance(part, BeamPart) and not part.in_space and (lost := set(dofs) - {"x", "y", "rz"}):
+            raise ValueError(f"{where}: {name!r} is a plane beam and moves along x and y and about z, not {min(lost)}")
 
     def _check_plane(self, where: str, place: Place) -> None:
         part = self._find(where, place.part)
@@ -251,7 +267,8 @@ class StructureRig(Rig):
     def _layout(self, parts: Sequence[Part], joints: Sequence[ThinLayer]) -> Layout:
         stretches = tuple(Stretch(p.name, 0.0, p.length) for p in parts if isinstance(p, BeamPart))
         return Layout(
-            tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches, folder=self._folder
+            tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches,
+            masses=tuple(self.mass), springs=tuple(self.spring), folder=self._folder,
         )  # fmt: skip
 
     @property

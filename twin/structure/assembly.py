@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import BeamPart, Layout, Rig, Support, Tie
+from twin.rigs import BeamPart, Layout, PointMass, Rig, Spring, Support, Tie
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.constraints import free_coordinates
 from twin.structure.joint_operators import joint_operators
@@ -45,6 +45,10 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     for part in reduced:
         own = slice(part.first, part.first + part.size)
         M[own, own], K0[own, own] = part.reduced.M, part.reduced.K
+    for mass in layout.masses:
+        _add_mass(M, mass, meshes[mass.part])
+    for spring in layout.springs:
+        _add_spring(K0, spring, *(meshes[name] for name in spring.between))
     constraints = [np.zeros((0, size))]
     for support in layout.supports:
         constraints.append(_fixed(support, meshes[support.part], size))
@@ -123,6 +127,20 @@ def _add_springs(K0: Matrix, support: Support, mesh: Mesh) -> None:
         row = _row(mesh, support.at, name, len(K0))
         if row is not None:
             K0 += stiffness * np.outer(row, row)
+
+
+def _add_mass(M: Matrix, mass: PointMass, mesh: Mesh) -> None:
+    for name, inertia in (*((axis, mass.mass) for axis in AXES), *mass.inertia.items()):
+        row = _row(mesh, mass.at, name, len(M))
+        if row is not None:
+            M += inertia * np.outer(row, row)
+
+
+def _add_spring(K0: Matrix, spring: Spring, first: Mesh, second: Mesh) -> None:
+    for name, stiffness in spring.stiffness.items():
+        one, two = _row(first, spring.at[0], name, len(K0)), _row(second, spring.at[1], name, len(K0))
+        if one is not None and two is not None:
+            K0 += stiffness * np.outer(two - one, two - one)
 
 
 def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Matrix:

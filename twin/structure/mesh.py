@@ -58,8 +58,7 @@ class BeamMesh:
     @property
     def frame(self) -> Array:
         """Components of axis, normal and the direction across both in x, y and z, (3, 3)."""
-        axis, normal = np.array(self.part.axis), np.array(self.part.normal)
-        return np.array([axis, normal, np.cross(axis, normal)])
+        return np.array([self.part.axis, self.part.normal, np.cross(self.part.axis, self.part.normal)])
 
     @property
     def points(self) -> Array:
@@ -208,15 +207,11 @@ def _shares(lengths: Array, elements: int) -> NDArray[np.int64]:
 
 
 def _single_nodes(layout: Layout) -> dict[str, Array]:
-    """Places on beams that a support or a tie needs a node at."""
+    """Places on beams that need a node: of a support, a tie, a mass or a spring."""
     found: dict[str, list[float]] = {}
-    for support in layout.supports:
-        found.setdefault(support.part, []).append(support.at)
-    for tie in layout.ties:
-        if tie.at is not None:
-            for name, at in zip(tie.between, tie.at, strict=True):
-                found.setdefault(name, []).append(at)
-    return {name: np.array(sorted(at)) for name, at in found.items()}
+    for name, at in layout.attached:
+        found.setdefault(name, []).append(at)
+    return {name: np.array(sorted(places)) for name, places in found.items()}
 
 
 def _near(layout: Layout) -> float:

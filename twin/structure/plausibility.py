@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.directions import AXES
-from twin.rigs import Place, Rig
+from twin.rigs import BeamPart, Place, Rig
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
@@ -27,6 +27,8 @@ STILL = 0.01
 """Motion in a mode, over the largest of any place, below which a place counts as a node of it."""
 STIFF = 1e3
 """Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other way."""
+UNLIKE = 1.5
+"""Height of a layer over the distance of the axes that it joins, from which one of them is likely to be mistyped."""
 LOOKED_AT = 4
 """Modes in which a drive or a sensor should move."""
 
@@ -61,6 +63,20 @@ def _layers(m: ModelledRig) -> Iterator[str]:
             ratio = moduli.shear_modulus / moduli.normal_modulus
             if not 1 / STIFF < ratio < STIFF:
                 yield f"joint {joint.name!r}, preload {name}: G' is {ratio:.2g} times E'"
+
+
+def _heights(m: ModelledRig) -> Iterator[str]:
+    layout = m.rig.layout()
+    for joint in layout.joints:
+        first, second = (layout.part(name) for name in joint.between)
+        if isinstance(first, BeamPart) and isinstance(second, BeamPart):
+            apart = abs(float((second.origin - first.origin) @ np.array(first.normal)))
+            # both axes drawn as one line is the usual way to draw a single lap joint
+            if apart > 0 and not 1 / UNLIKE < joint.layer_height / apart < UNLIKE:
+                yield (
+                    f"joint {joint.name!r}: layer_height {joint.layer_height:g} m, and the axes of {first.name!r} and "
+                    f"{second.name!r} lie {apart:.4g} m apart; it is measured from neutral axis to neutral axis"
+                )
 
 
 def _motions(m: ModelledRig) -> Iterator[str]:
@@ -144,5 +160,5 @@ def _meshes(m: ModelledRig) -> Iterator[str]:
 
 
 CHECKS: tuple[Callable[[ModelledRig], Iterator[str]], ...] = (
-    _materials, _slenderness, _layers, _motions, _damping, _masses, _still_places, _meshes,
+    _materials, _slenderness, _layers, _heights, _motions, _damping, _masses, _still_places, _meshes,
 )  # fmt: skip
