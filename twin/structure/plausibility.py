@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.directions import AXES
-from twin.rigs import Place, Rig
+from twin.rigs import BeamPart, Place, Rig
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
@@ -33,6 +33,8 @@ STILL = 0.01
 """Motion in a mode, over the largest of any place, below which a place counts as a node of it."""
 STIFF = 1e3
 """Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other way."""
+UNLIKE = 1.5
+"""Height of a layer over the distance of the axes that it joins, from which one of them is likely to be mistyped."""
 LOOKED_AT = 4
 """Modes in which a drive or a sensor should move."""
 
@@ -89,6 +91,20 @@ def _layers(m: ModelledRig) -> Iterator[str]:
                 yield f"joint {joint.name!r}, preload {name}: G' is {ratio:.2g} times E'"
 
 
+def _heights(m: ModelledRig) -> Iterator[str]:
+    layout = m.rig.layout()
+    for joint in layout.joints:
+        first, second = (layout.part(name) for name in joint.between)
+        if isinstance(first, BeamPart) and isinstance(second, BeamPart):
+            apart = abs(float((second.origin - first.origin) @ np.array(first.normal)))
+            # both axes drawn as one line is the usual way to draw a single lap joint
+            if apart > 0 and not 1 / UNLIKE < joint.layer_height / apart < UNLIKE:
+                yield (
+                    f"joint {joint.name!r}: layer_height {joint.layer_height:g} m, and the axes of {first.name!r} and "
+                    f"{second.name!r} lie {apart:.4g} m apart; it is measured from neutral axis to neutral axis"
+                )
+
+
 def _motions(m: ModelledRig) -> Iterator[str]:
     held = 0 if m.rig.layout().supports else _of_one_body(m)
     if m.rigid > held:
@@ -100,7 +116,8 @@ def _motions(m: ModelledRig) -> Iterator[str]:
 
 
 def _of_one_body(m: ModelledRig) -> int:
-    return 3 if all(isinstance(mesh, BeamMesh) for mesh in m.structure.meshes.values()) else 6
+    plane = all(isinstance(mesh, BeamMesh) and not mesh.part.in_space for mesh in m.structure.meshes.values())
+    return 3 if plane else 6
 
 
 def _damping(m: ModelledRig) -> Iterator[str]:
@@ -140,7 +157,7 @@ def _still_places(m: ModelledRig) -> Iterator[str]:
 def _largest_strains(m: ModelledRig) -> Array:
     """Largest strain of any beam's surface in each of the first modes, (LOOKED_AT,)."""
     rows = [
-        m.structure.row(Place(mesh.part.name, s, (*mesh.part.normal, 0.0), reads="strain"))
+        m.structure.row(Place(mesh.part.name, s, mesh.part.normal, reads="strain"))
         for mesh in m.structure.meshes.values() if isinstance(mesh, BeamMesh)
         for s in mesh.s
     ]  # fmt: skip
@@ -169,5 +186,5 @@ def _meshes(m: ModelledRig) -> Iterator[str]:
 
 
 CHECKS: tuple[Callable[[ModelledRig], Iterator[str]], ...] = (
-    _first_mode, _slenderness, _layers, _motions, _damping, _masses, _still_places, _meshes,
+    _first_mode, _slenderness, _layers, _heights, _motions, _damping, _masses, _still_places, _meshes,
 )  # fmt: skip

@@ -87,6 +87,7 @@ def test_millimetres_in_all_lengths_and_gigapascals_are_told(capsys, tmp_path):
         ("mass = 0.002", "mass = 0.2", "of the structure"),
         ('part = "middle"\nat = 0.1', 'part = "root"\nat = 0.0', "nothing moves there"),
         ("shear_modulus = 76000000.0", "shear_modulus = 7.6e12", "times E'"),
+        ("layer_height = 0.00636", "layer_height = 0.000636", "lie 0.00636 m apart; it is measured from neutral axis"),
         ("elements = 18", "elements = 4", "coarse"),
         ('fix = [\n    "x",\n    "y",\n    "rz",\n]', 'fix = ["x"]', "nothing holds"),
     ],
