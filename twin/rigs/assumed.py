@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from twin.rigs.beam import BeamRig
+from twin.rigs.beam_part import Section
 from twin.rigs.kinds import AnyRig
-from twin.rigs.layout import Section
 from twin.rigs.rig import Rig
 from twin.rigs.tables import Acquisition, Drift, LawOfRig
 

@@ -31,7 +31,8 @@ def files(tmp_path, monkeypatch):
     rig, law = tmp_path / "rig.toml", tmp_path / "law.py"
     text = nominal_rig_file(load_rig("steel-lap-joint")).decode()
     own = '[joint.law.slip]\nname = "held"\nspring = 1e7\n'
-    assert (calibrated := '[joint.law]\nof = "steel-lap-joint"\n') in text
+    calibrated = '[joint.law]\nof = "steel-lap-joint"\n'
+    assert calibrated in text
     rig.write_text(text.replace(calibrated, own))
     law.write_text(LAW)
     return rig, law
