@@ -1,1 +1,1 @@
-"""Speed: what is promised, measured on this machine beside something else that gives the same answer."""
+"""What is promised: speed beside something else that gives the same answer, and faults that must be noticed."""

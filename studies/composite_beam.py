@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from studies.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
 from studies.identifiability import profile_likelihood
 from studies.reproduction import Reproduction, TriedModel, compared, describe_update
+from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from studies.tables import Study, load_study
-from twin.structure.free_beam import FreeBeam, free_beam
+from twin.structure.free_beam import FreeBeam, chained, free_beam
 
 RELATIVE_STD = 1e-2
 """Weight of each frequency, about what the simplest adequate model leaves.
@@ -133,10 +134,17 @@ def _bernoulli(study: Study) -> Callable[[Mapping[str, float]], Pencil]:
 
 def _timoshenko(study: Study) -> Callable[[Mapping[str, float]], Pencil]:
     def pencil(values: Mapping[str, float]) -> Pencil:
-        E = values["youngs_modulus"]
-        beam = _beam(study, youngs_modulus=E, shear_ratio=values["shear_ratio"])
-        dK = {"youngs_modulus": beam.K / E, "shear_ratio": beam.K_shear}
-        return Pencil(beam.M, beam.K, beam.transverse, {"shear_ratio": beam.M_shear}, dK)
+        E, ratio = values["youngs_modulus"], values["shear_ratio"]
+        beam = _beam(study, youngs_modulus=E, shear_ratio=ratio)
+        elements = len(beam.x) - 1
+        area, radius2 = study.stated["width"] * study.stated["thickness"], study.stated["thickness"] ** 2 / 12
+        element = {"radius2": radius2, "length": study.stated["length"] / elements, "shear_ratio": ratio}
+        by_mass = timoshenko_mass_derivative(mass_per_length=study.stated["density"] * area, **element)
+        by_stiffness = timoshenko_stiffness_derivative(EI=E * area * radius2, **element)
+        dM, dK = (chained(part, elements) for part in (by_mass, by_stiffness))
+        return Pencil(
+            beam.M, beam.K, beam.transverse, {"shear_ratio": dM}, {"youngs_modulus": beam.K / E, "shear_ratio": dK}
+        )
 
     return pencil
 
@@ -151,7 +159,7 @@ def _sensor(study: Study, f: NDArray[np.float64], *, with_shear: bool) -> _Trial
     beam = _beam(study, youngs_modulus=1.0, shear_ratio=0.0)
 
     def at(place: float) -> _Trial:
-        row = beam.deflection(place * study.stated["length"])
+        row = beam.row(place * study.stated["length"])
         unit = np.outer(row, row)
 
         def pencil(values: Mapping[str, float]) -> Pencil:

@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from twin.structure.assembly import add_chain
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.mesh import BeamMesh
 from twin.structure.structure import Structure
-from twin.structure.timoshenko import timoshenko_mass, timoshenko_mass_derivative, timoshenko_stiffness_derivative
+from twin.structure.timoshenko import timoshenko_mass
 
 Matrix = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-__all__ = ["Bar", "ExactFrame", "at_angle", "energies"]
+__all__ = ["Bar", "ExactFrame", "at_angle", "clamped_count", "dynamic_stiffness", "energies"]
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class ExactFrame:
             c, s = along / length
             turn = np.kron(np.eye(2), [[c, s, 0], [-s, c, 0], [0, 0, 1]])
             dofs = np.concatenate([3 * names.index(corner) + np.arange(3) for corner in (bar.begin, bar.end)])
-            D[np.ix_(dofs, dofs)] += turn.T @ _dynamic_stiffness(bar, length, omega) @ turn
-            clamped += _clamped_count(bar, length, omega)
+            D[np.ix_(dofs, dofs)] += turn.T @ dynamic_stiffness(bar, length, omega) @ turn
+            clamped += clamped_count(bar, length, omega)
         for motion, stiffness in self.springs.items():
             D[motions.index(motion), motions.index(motion)] += stiffness
         free = [number for number, motion in enumerate(motions) if motion not in self.held]
@@ -131,7 +131,7 @@ def _waves(bar: Bar, length: float, omega: float) -> tuple[float, float]:
     return length * omega * float(np.sqrt(bar.mass_per_length / bar.EA)), float(bending)
 
 
-def _dynamic_stiffness(bar: Bar, length: float, omega: float) -> np.ndarray:
+def dynamic_stiffness(bar: Bar, length: float, omega: float) -> np.ndarray:
     """Over displacement along, across and turn of either end."""
     mu, b = _waves(bar, length, omega)
     D = np.zeros((6, 6))
@@ -163,7 +163,7 @@ def _both_ends(D: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
     return D
 
 
-def _clamped_count(bar: Bar, length: float, omega: float) -> int:
+def clamped_count(bar: Bar, length: float, omega: float) -> int:
     """How many natural frequencies of the bar with both ends held lie below."""
     mu, b = _waves(bar, length, omega)
     whole = int(b / np.pi)

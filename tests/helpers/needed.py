@@ -16,8 +16,8 @@ import pytest
 __all__ = ["missing_of", "needs", "package", "program"]
 
 DEBIAN = {
-    "bash": "bash", "chromium": "chromium", "git": "git", "java": "default-jre-headless", "pgrep": "procps",
-    "socat": "socat", "a Vulkan driver": "mesa-vulkan-drivers",
+    "bash": "bash", "ccx": "calculix-ccx", "chromium": "chromium", "git": "git", "java": "default-jre-headless",
+    "pgrep": "procps", "socat": "socat", "a Vulkan driver": "mesa-vulkan-drivers",
 }  # fmt: skip
 """Package of Debian that brings it; what is not here comes with a package of Python."""
 _REASON = "missing: {what} ({how})"

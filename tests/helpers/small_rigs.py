@@ -17,13 +17,15 @@ __all__ = ["DRAWN", "HIDDEN", "rig_file", "write_procedures"]
 
 STEEL = {"width": 0.0254, "thickness": 0.00636, "youngs_modulus": 198e9, "density": 7880.0}
 LENGTH_m, NODES = 0.3, 21
-DRAWN = ("beam-clamped", "beam-hung", "matrices-clamped", "matrices-hung")
-"""Rigs without a joint: of a beam, and of the same beam as a plane part given by matrices, rows x, y and rz."""
+DRAWN = ("beam-clamped", "beam-hung", "matrices-clamped", "matrices-hung", "bars-in-space")
+"""A beam without a joint, and the same as a plane part given by matrices, rows x, y and rz; two bolted bars in space,
+each triaxial sensor three channels, with a lump on one of them and a spring between them."""
 HIDDEN = {
     "beam-clamped": {"part": "bar", "position_m": 0.22, "mass_kg": 0.03},
     "beam-hung": {"part": "bar", "position_m": 0.22, "mass_kg": 0.03},
     "matrices-clamped": {"part": "bar", "node": 16, "mass_kg": 0.03},
     "matrices-hung": {"part": "bar", "node": 16, "mass_kg": 0.03},
+    "bars-in-space": {"part": "upper", "position_m": 0.15, "mass_kg": 0.03},
     "hung-lap-joint": {"part": "upper", "position_m": 0.2, "mass_kg": 0.03},
     "hybrid-joint": {"position_m": 0.5, "mass_kg": 0.05},
     "l-frame": {"part": "arm", "position_m": 0.2, "mass_kg": 0.03},
@@ -42,7 +44,7 @@ def rig_file(name: str, folder: Path, *, effect: dict[str, Any] | None = None) -
     if name in RIG_FILES:
         save_rig(load_rig(name), path)
     else:
-        path.write_text(tomli_w.dumps(_bar(name, folder)))
+        path.write_text(tomli_w.dumps(_in_space() if name == "bars-in-space" else _bar(name, folder)))
     if effect is not None:
         table = tomllib.loads(path.read_text())
         path.write_text(tomli_w.dumps({**table, "effect": [*table.get("effect", []), effect]}))
@@ -82,6 +84,40 @@ def _bar(name: str, folder: Path) -> dict[str, Any]:
         "sensor": [
             {**drive, "channel": "force", "quantity": "force", "range": 50.0, "noise_density": 2e-4},
             *({**sensor, "channel": f"acc{n}", "at": at[n], "direction": "+y"} for n in (1, 2)),
+        ],
+    }  # fmt: skip
+
+
+def _in_space() -> dict[str, Any]:
+    """A post that leans, a bar bolted onto its side, a triaxial accelerometer on the bar's end."""
+    lean = np.array([0.0, 0.28, 0.96])
+    face = np.array([0.0, -0.96, 0.28])
+    aside = (0.00636 * face).tolist()
+    section = {**STEEL, "thickness_direction": face.tolist()}
+    place = {"part": "post", "at": 0.06, "direction": face.tolist()}
+    sensor = {"quantity": "acceleration", "mass": 0.001, "range": 4900.0, "noise_density": 5e-4}
+    upper = [[a + s * along for a, along in zip(aside, lean, strict=True)] for s in (0.15, 0.35)]
+    return {
+        "format": 2, "name": "bars-in-space",
+        "part": [
+            beam("post", (0.0, 0.0, 0.0), tuple(0.2 * lean), section), beam("upper", *map(tuple, upper), section),
+        ],
+        "support": [{"part": "post", "at": 0.0, "fix": ["x", "y", "z", "rx", "ry", "rz"]}],
+        "joint": [{
+            "name": "lap", "kind": "thin-layer", "between": ["post", "upper"], "from": 0.15, "to": 0.2,
+            "layer_height": 0.00636, "preload": {"120N": {"normal_modulus": 3.9e8, "shear_modulus": 7.6e7}},
+        }],
+        "mass": [{"part": "upper", "at": 0.1, "mass": 0.01, "inertia": {"rx": 1e-6}}],
+        "spring": [{"between": ["post", "upper"], "at": [0.1, 0.02], "stiffness": {"x": 500.0, "ry": 1.0}}],
+        "damping": {"modal_ratio": [0.01]},
+        "drive": {**SHAKER, **place},
+        "sensor": [
+            {**place, "channel": "force", "quantity": "force", "range": 50.0, "noise_density": 2e-4},
+            {**sensor, "part": "post", "at": 0.14, "channel": "acc1", "direction": face.tolist()},
+            *(
+                {**sensor, "part": "upper", "at": 0.2, "channel": f"end-{axis}", "direction": f"+{axis}"}
+                for axis in "xyz"
+            ),
         ],
     }  # fmt: skip
 

@@ -246,6 +246,8 @@ def _described(instrument: InstrumentChannel) -> Channel:
 
 def drive_limits(rig: Rig) -> dict[str, float]:
     """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
+    if rig.shaker.ideal:
+        return {}
     shaker = Shaker.of(rig.shaker)
     limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
@@ -283,7 +285,7 @@ def open_bench(
     sample_rate_Hz
         The nearest of :data:`SAMPLE_RATES_Hz` is taken.
     drive
-        ``force`` takes the shaker away and applies the generator's volts as newtons.
+        ``force`` takes the shaker away and applies the generator's volts as newtons, as for a rig that has none.
     monitors
         Further channels behind the sensors: ``voltage`` of the generator and of the ``amplifier`` (V), coil ``current``
         (A), ``stroke`` of the armature (m).
@@ -307,7 +309,7 @@ def open_bench(
         plan,
         seed=seed,
         sample_rate_Hz=sample_rate_Hz,
-        drive=drive,
+        drive="force" if rig.shaker.ideal else drive,
         noise=noise,
         converter=converter,
         internal_rate_Hz=internal_rate_Hz,

@@ -225,7 +225,7 @@ class Plan:
             beam = self.beam(part)
             if not 0 <= position_m <= beam.length + 1e-9:
                 raise ValueError(f"position {position_m} m is not on {part!r}, which is {beam.length:.6g} m long")
-            place = Place(part, min(position_m, beam.length), (*beam.normal, 0.0))
+            place = Place(part, min(position_m, beam.length), beam.normal)
         else:
             place = self.layout.place(position_m)
         return place.towards(unit_vector(direction)) if direction else place

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
-from twin.checks.responses import LEAST_SAMPLES, NoiseResponse
+from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
 
 __all__ = ["look_at_aliasing", "look_at_belonging"]
@@ -20,30 +21,52 @@ Array = NDArray[Any]
 
 HARMONICS = 5
 """That a sine's response may have much of."""
+STILL = 0.01
+"""Of the response that is largest, below which a sensor across the motion reads hardly anything else."""
 TOP = (0.47, 0.499)
 """Of the sample rate: where a filter passes nothing."""
 
 
 def look_at_belonging(
-    run: Run, noise: Sequence[NoiseResponse], *, force: str, channels: Sequence[str]
+    run: Run,
+    noise: Sequence[NoiseResponse],
+    sines: Sequence[SineResponse],
+    expected: ExpectedResponse,
+    *,
+    force: str,
+    channels: Sequence[str],
 ) -> list[Finding]:
-    """Channels whose noise is not the force's, or whose steps are no sines."""
+    """Channels whose noise is not the force's, or whose steps are no sines; set aside where hardly anything moves."""
     measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
     findings: list[Finding] = []
     for number, channel in enumerate(channels):
         coherence = [float(np.median(one.coherence[:, number])) for one in noise]
         if coherence and max(coherence) < UNRELATED:
             found = f"median coherence {max(coherence):.2g}"
-            findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found))
-    for channel in (force, *channels):
+            still = _is_still(noise, expected, number)
+            findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found, still=still))
+    for number, channel in enumerate((force, *channels), start=-1):
         shares = [share for one in measured if np.isfinite(share := _share(run, channel, one))]
         if shares and np.median(shares) < NOT_A_SINE:
             found = f"{np.median(shares):.0%} of its power there"
-            findings.append(_finding(run, channel, "sines at the steps' frequencies", found))
+            still = channel != force and _is_still(sines, expected, number)
+            findings.append(_finding(run, channel, "sines at the steps' frequencies", found, still=still))
     return findings
 
 
-def _finding(run: Run, channel: str, expected: str, found: str) -> Finding:
+def _is_still(responses: Sequence[NoiseResponse | SineResponse], expected: ExpectedResponse, number: int) -> bool:
+    """Whether a channel lies across the rig's motion: it should read next to nothing beside another of its quantity."""
+    if not responses:
+        return False
+    size = np.abs(expected.H(np.concatenate([one.frequency_Hz for one in responses])))
+    outputs = expected.model.outputs
+    alike = [n for n, output in enumerate(outputs) if output.quantity == outputs[number].quantity]
+    return bool(np.median(size[:, number] / np.max(size[:, alike], axis=1)) < STILL)
+
+
+def _finding(run: Run, channel: str, expected: str, found: str, *, still: bool) -> Finding:
+    if still:
+        return Finding(run.path, channel, "across", "next to nothing across the rig's motion", found, "set aside")
     return Finding(run.path, channel, "unrelated", expected, found, "stopped")
 
 

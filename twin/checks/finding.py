@@ -13,6 +13,7 @@ __all__ = ["Action", "Finding"]
 Action = Literal["stopped", "set aside", "told"]
 
 REMEDIES = {
+    "across": "its fits go without it; turn the sensor to measure with it",
     "aliasing": "record with an anti-aliasing filter, or at a higher rate",
     "clock": "correct the file's time stamps or its sample rates",
     "dead": "check cable and supply",

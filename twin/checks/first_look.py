@@ -26,7 +26,7 @@ from twin.checks.specimen import look_at_specimens
 from twin.checks.thresholds import SHAPE
 from twin.diagnose.signals import as_known
 from twin.identify.measured_data import common_preload, response_outputs
-from twin.identify.rig_channels import in_directions_of, own_channels
+from twin.identify.rig_channels import in_directions_of, own_channels, without_channels
 from twin.rigs import Rig
 
 __all__ = ["FirstLook", "first_look"]
@@ -104,6 +104,8 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
         findings += repeated
         if not any(finding.action == "stopped" for finding in repeated):
             findings += _against_model(first, second, rig, common, findings)
+            across = {finding.channel for finding in findings if finding.kind == "across"}
+            first, second = ([without_channels(run, across) for run in runs] for runs in (first, second))
             return FirstLook(tuple(first), tuple(second), _in_order(findings))
     return FirstLook(tuple(clean[:learnt]), tuple(clean[learnt:]), _in_order(findings))
 
@@ -138,7 +140,7 @@ def _against_model(
         sines = sine_responses(run, force=force, channels=channels)
         responses.append((noise, sines))
         over_target = amplitudes_over_target(run, (force, *channels))
-        own = look_at_belonging(run, noise, force=force, channels=channels)
+        own = look_at_belonging(run, noise, sines, expected, force=force, channels=channels)
         own = own or look_at_target(run, over_target, force=force)
         if not any(finding.action == "stopped" for finding in own):
             own += look_at_order(run, noise, sines, expected, force=force, channels=channels)

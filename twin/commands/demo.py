@@ -89,7 +89,6 @@ def _demonstrate(out: Path, seed: int, cause: str | None, stages: Stages) -> dic
         case = draw_demo_case(nominal, seed=seed, cause=cause)
         save_rig(case.rig, folder / TRUTH)
         with ServedRig(folder / TRUTH, folder=folder, seed=seed) as served:
-            import twin.views  # noqa: F401
             from twin.diagnose import in_processes, usual_processes  # takes long, while the instruments start
 
             # The helpers compile what a diagnosis needs while the rig is being measured.
@@ -199,7 +198,8 @@ def _diagnose(runs: dict[str, Run], nominal: Rig, out: Path, stages: Stages) -> 
 def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:
     from twin.demo import BROADBAND, HELD_OUT, SWEEPS
     from twin.rigs import save_rig
-    from twin.views import diagnosis_page, save_diagnosis
+    from twin.views.report import diagnosis_page
+    from twin.views.rerun_diagnosis import save_diagnosis
 
     stages.begin("report", "Writing the report and the pictures")
     diagnosis_page(found).write(out / REPORT, commands=[_again(BROADBAND, SWEEPS, "--held-out", HELD_OUT)])

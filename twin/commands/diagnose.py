@@ -17,6 +17,7 @@ from twin.commands.output import (
     print_json,
     print_tables,
     say,
+    tell_assumed,
     trace,
     typed,
     working,
@@ -140,6 +141,7 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
     """The answer for a person."""
     from twin.views.answer import causes_table
 
+    tell_assumed(data["assumed"])
     say((data["answer"], "bold"))
     misfit = data["misfit"]
     say(

@@ -17,6 +17,7 @@ from twin.commands.output import (
     print_json,
     print_tables,
     say,
+    tell_assumed,
     typed,
     working,
 )
@@ -70,6 +71,7 @@ def command(
         model = rig.identify(runs, preload=preload, report=begin)
         begin("writing the model" + (" and the report" if page else ""))
         _write(model, out, page)
+    tell_assumed(model.assumed)
     for warning in model.warnings:
         say(f"warning: {warning}")
     files = {"model": str(out), "report": None if page is None else str(page)}

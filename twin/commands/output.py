@@ -6,7 +6,7 @@ import json
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -119,6 +119,12 @@ def say(*pieces: str | tuple[str, str]) -> None:
     """
     parts = [(piece, "") if isinstance(piece, str) else piece for piece in pieces]
     console.print(Text.assemble(*((printable(text), style) for text, style in parts)), soft_wrap=True)
+
+
+def tell_assumed(lines: Sequence[str]) -> None:
+    """Say what stands for what a rig file leaves out."""
+    if lines:
+        say(("assumed", "cyan"), f": {'; '.join(lines)}")
 
 
 def print_tables(*tables: Table, to: Console | None = None) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from recordings.whole import check_writable
-from twin.commands.output import json_option, overwrite_option, print_json, say, working
+from twin.commands.output import json_option, overwrite_option, print_json, say, tell_assumed, working
 from twin.commands.own_code import causes_option, laws_option
 
 
@@ -38,9 +38,10 @@ def command(model: str, drive: Path, out: Path, preload: str | None, overwrite: 
         )  # fmt: skip
     response = predicted.response
     write_response(response, out)
+    tell_assumed(predicted.assumed)
     for warning in predicted.warnings:
         say(f"warning: {warning}")
     rows, branches = len(response.step), response.branches
     if as_json:
-        print_json({"rows": rows, "branches": branches})
+        print_json({"rows": rows, "branches": branches, "assumed": predicted.assumed})
     say(f"{rows} solutions, at most {branches} at a step, in {out}")

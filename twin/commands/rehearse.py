@@ -23,6 +23,7 @@ from twin.commands.output import (
     print_json,
     say,
     stage,
+    tell_assumed,
     typed,
     write_json,
 )
@@ -144,7 +145,9 @@ class _Job:
         """Rehearse, improve, write; returns what went into result.json."""
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
-        from twin.views import rehearsal_page
+        from twin.rigs.assumed import assumed
+        from twin.views.rehearsal_noise import noise_sentence
+        from twin.views.rehearsal_report import rehearsal_page
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
@@ -179,6 +182,7 @@ class _Job:
                 first, lambda: self.prepare()[2], self.written / "improved.mcap", nominal=nominal, rounds=self.rounds,
                 on_step=meter.step, progress=meter.time, on_round=partial(meter.begin, "improving"),
             )  # fmt: skip
+        tell_assumed(assumed(rig))
         _tell(preload, first, wall_s)
         if better is not None:
             _tell("improved procedure", better, None)
@@ -190,6 +194,8 @@ class _Job:
         )
         result = plain(table)
         write_json(result, self.written / "result.json")
+        for noise in (result["improved"] or result)["noise"]:
+            say(f"  {noise_sentence(noise)}")
         rehearsal_page(result).write(self.written / "report.html", commands=[self.again])
         return result
 
@@ -209,6 +215,8 @@ def _states(result: dict[str, Any]) -> set[str]:
 
 
 def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
+    from twin.views.rehearsal_report import counted_notes
+
     result = rehearsed.rehearsal.result
     speed = f", rehearsed in {wall_s:.1f} s" if wall_s is not None else ""
     say((title, "bold"), f": {len(result.steps)} steps, {result.duration_s / 60:.1f} min on the rig{speed}")
@@ -223,15 +231,13 @@ def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
     for caution in rehearsed.cautions:
         _say_caution(caution)
     if rehearsed.clear:
-        say(("no warnings", "green"))
+        say(("no warnings" + counted_notes(len(rehearsed.cautions)), "green"))
 
 
 def _say_caution(caution: Caution) -> None:
     colour = {"stop": "red", "warning": "yellow", "note": "cyan"}[caution.severity]
-    where = f"{caution.sweep}, step {caution.index}" + (
-        f" at {caution.frequency_Hz:g} Hz" if caution.frequency_Hz else ""
-    )
-    say((caution.kind, colour), f" ({where}): {caution.reason}; {caution.advice}")
+    where = f" ({caution.place})" if caution.sweep else ""
+    say((caution.kind, colour), f"{where}: {caution.reason}; {caution.advice}")
 
 
 def _about(

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import json_option, overwrite_option, print_json, say, working
+from twin.commands.output import json_option, overwrite_option, print_json, say, tell_assumed, working
 from twin.commands.own_code import causes_option, laws_option
 from twin.commands.rig_import import command as import_command
 
@@ -44,6 +44,7 @@ def show(
     """
     from twin.bench import check_effects
     from twin.rigs import known_preload, load_rig
+    from twin.rigs.assumed import assumed
     from twin.structure.modelled_rig import modelled_rig
     from twin.structure.plausibility import implausible
 
@@ -65,6 +66,7 @@ def show(
             "joints": [joint.name for joint in loaded.joints],
             "laws": {joint.name: joint.law.sentence for joint in loaded.joints if joint.law is not None},
             "sensors": [sensor.channel for sensor in loaded.sensors],
+            "assumed": assumed(loaded),
             "warnings": list(warnings),
         })  # fmt: skip
         return
@@ -72,6 +74,7 @@ def show(
     for joint in loaded.joints:
         if joint.law is not None:
             say(f"{joint.name}: {joint.law.sentence}")
+    tell_assumed(assumed(loaded))
     if modelled.rigid:
         say(f"{modelled.rigid} rigid motions")
     for number, frequency in enumerate(frequencies, start=1):

@@ -98,7 +98,8 @@ def _save(what: Path, out: Path) -> Path:
 def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -> Path:
     from recordings import read_run
     from recordings.tables import read_table
-    from twin.views import save_run, save_table
+    from twin.views.rerun_run import save_run
+    from twin.views.rerun_table import save_table
 
     if recording.suffix.lower() == ".rrd":
         return Path(shutil.copyfile(recording, out))

@@ -1,7 +1,5 @@
 """Sweeps measured beside two models: the responses step by step, and their errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,15 +12,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
-
-__all__ = [
-    "SweepComparison",
-    "compare_sweeps",
-    "noise_floors",
-    "predicted_steps",
-    "relative_errors",
-    "sweeps_beside",
-]
 
 Array = NDArray[Any]
 

@@ -37,6 +37,7 @@ from twin.identify.rms import rms
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
+from twin.structure.plausibility import unlikely_units
 
 __all__ = ["diagnose"]
 
@@ -271,6 +272,7 @@ def _notes_on(rig: Rig) -> tuple[str, ...]:
     known = [effect.cause for effect in rig.effect if effect.cause in CAUSES]
     notes = [f"the rig file's effects act already, and any cause is beside them: {', '.join(known)}"] if known else []
     notes += left_out_effects(rig.effect)
+    notes += [f"implausible: {line}" for line in unlikely_units(rig)]
     if rig.drift.temperature_K_per_h or rig.drift.preload_loss_per_h:
         notes.append("the rig file's drift is left out: a drift is found whole")
     leaning = [sensor.channel for sensor in rig.response_sensors if sensor.transverse_sensitivity]

@@ -1,7 +1,5 @@
 """Effects that a rig file carries: what an earlier diagnosis found acts in every later prediction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -14,8 +12,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.rebinning import rebinned
 from twin.rigs import Effect
-
-__all__ = ["acting_effects", "left_out_effects", "with_effects"]
 
 
 def acting_effects(

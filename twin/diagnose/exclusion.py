@@ -1,7 +1,5 @@
 """What the data rule out: the largest size of each cause that a rig with these recordings could hide."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,8 +10,6 @@ from twin.diagnose.cause import strengths_of
 from twin.diagnose.places import told_place
 from twin.diagnose.score import Score
 from twin.identify.measured_data import MeasuredData
-
-__all__ = ["Exclusion", "exclusion_limits"]
 
 ONE_SIDED_95 = 1.645
 """Standard deviations that 95 % of a normal distribution lie below."""

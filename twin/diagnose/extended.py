@@ -1,14 +1,10 @@
 """The extended model as a rig file that every other command accepts."""
 
-from __future__ import annotations
-
 from twin.diagnose.places import told_place
 from twin.diagnose.search import Search
 from twin.identify.measured_data import MeasuredData
 from twin.identify.updated_rig import updated_rig
 from twin.rigs import Effect, Rig
-
-__all__ = ["updated_rig_file"]
 
 
 def updated_rig_file(evidence: MeasuredData, search: Search) -> Rig:

@@ -1,14 +1,10 @@
 """The causes a diagnosis may name, by name."""
 
-from __future__ import annotations
-
 from collections.abc import MutableMapping
 from typing import Any
 
 from twin.causes import Registered, from_folders
 from twin.diagnose.cause import Cause
-
-__all__ = ["CAUSES", "DRIFTS"]
 
 
 def _model(module: Any, name: str) -> Cause:

@@ -1,13 +1,9 @@
 """Fourier coefficients of the overshoot (a cos t - gap) above a gap, for one-sided contacts and openings."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["one_sided_harmonics"]
 
 
 def one_sided_harmonics(amplitude: NDArray[Any], gap: float, count: int) -> NDArray[Any]:

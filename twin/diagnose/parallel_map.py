@@ -4,8 +4,6 @@ Between the compiled kernels a fit is the interpreter's work, of which a process
 processes of their own.  They outlive a single call, and unpack the evidence once.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle
@@ -24,8 +22,6 @@ from typing import Any, TypeVar
 
 from twin.identify.time_limit import end_of_time, time_limit
 from twin.joint.registry import load_laws, loaded_files
-
-__all__ = ["become_helper", "in_processes", "parallel_map", "spawned_processes", "undisturbed", "usual_processes"]
 
 Found = TypeVar("Found")
 

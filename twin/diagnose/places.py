@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from recordings.directions import unit_vector
+from recordings.directions import direction_name, unit_vector
 from twin.diagnose.cause import Parameter, Values
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import BeamPart, Place
@@ -39,7 +39,8 @@ REGION = 0.95
 def place_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     """Where a place is searched: along the whole structure where one beam leads to the next, else on each part.
 
-    On a part given by matrices that is thin in no direction a push may go along any axis, one search each.
+    On a beam in space a push may go along thickness and width, and on a part given by matrices that is thin in no
+    direction along any axis, one search each.
     """
     layout = evidence.rig.layout()
     if layout.passable:
@@ -47,10 +48,10 @@ def place_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
     found: list[Mapping[str, str]] = []
     for part in layout.parts:
         if isinstance(part, BeamPart):
-            found.append({"part": part.name})
+            across = part.ways_across
         else:
             across = evidence.model.structure.node_field(part.name).across
-            found += [{"part": part.name, **({"direction": _told(d)} if len(across) > 1 else {})} for d in across]
+        found += [{"part": part.name, **({"direction": direction_name(d)} if len(across) > 1 else {})} for d in across]
     return tuple(found)
 
 
@@ -121,24 +122,18 @@ def position(
 def place_at(evidence: MeasuredData, label: Mapping[str, str], values: Values) -> Place:
     """The place that a label and its position name: across its beam, or in the label's direction."""
     layout, field = evidence.rig.layout(), node_field(evidence, label)
+    told = unit_vector(label["direction"]) if "direction" in label else None
     if field is not None:
         at = _coordinates(field, values)
-        direction = unit_vector(label["direction"]) if "direction" in label else field.across[0]
-        return Place(label["part"], float(field.nearest(at)), direction, field.weights(at))
+        return Place(label["part"], float(field.nearest(at)), told or field.across[0], field.weights(at))
     if "part" not in label:
         return layout.place(values["position_m"])
     beam = layout.beam(label["part"])
-    return Place(beam.name, min(max(values["position_m"], 0.0), beam.length), (*beam.normal, 0.0))
+    return Place(beam.name, min(max(values["position_m"], 0.0), beam.length), told or beam.normal)
 
 
 def _coordinates(field: NodeField, values: Values) -> Array:
     return np.array([values[f"position_{number}_m"] for number in range(1, len(field.extent) + 1)])
-
-
-def _told(direction: tuple[float, float, float]) -> str:
-    """A unit vector along an axis as a rig file has it, such as ``+z``."""
-    axis = int(np.argmax(np.abs(direction)))
-    return f"{'+' if direction[axis] > 0 else '-'}{'xyz'[axis]}"
 
 
 def told_place(

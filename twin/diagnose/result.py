@@ -1,7 +1,5 @@
 """What a diagnosis says, as the command line's contract has it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal

@@ -1,15 +1,11 @@
 """What a diagnosis keeps back for measuring the gain, where no run is held out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 
 from twin.identify.measured_data import MeasuredData
 from twin.identify.sweeps import rows_by_sweep
-
-__all__ = ["set_aside"]
 
 ENOUGH = 16
 """Steps of which a quarter can be spared."""

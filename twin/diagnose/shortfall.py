@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from twin.diagnose.result import Misfit, Verdict
 
-__all__ = ["explains", "shortfall", "told_with"]
-
 SEVERAL_TIMES = 3.0
 """Error on what was held out over what sound rigs' models leave, beyond which something is unexplained: a model that is
 right leaves 1, and moduli known as well as a campaign tells them add less than as much again."""

@@ -13,8 +13,6 @@ slips.  In noise of one frequency Z is within 5 % of the mean describing functio
 is sqrt(2 / pi) F / E[v^2]^(1/2): what Gaussian motion makes of dry friction (Bussgang 1952).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -22,8 +20,6 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from twin.identify.model_modification import NoiseMotion
-
-__all__ = ["series_spring_and_rate", "slider_in_noise"]
 
 Array = NDArray[Any]
 

@@ -3,8 +3,6 @@
 Identification and diagnosis begin here alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,8 +20,6 @@ from twin.diagnose.signals import (
 from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.rig_channels import own_channels
 from twin.rigs import Rig
-
-__all__ = ["SoundData", "sound_data"]
 
 
 @dataclass(frozen=True)

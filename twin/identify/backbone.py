@@ -5,8 +5,6 @@ modal mass, a residual and a phase offset shared by all.  Smooth robust curves t
 predict a sweep that was left out, and which sweeps no smooth curve predicts, is part of the result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,8 +15,6 @@ from scipy.optimize import least_squares
 from twin.identify.modal_prediction import predict_held
 from twin.identify.robust_curve import RobustCurve, fit_robust_curve
 from twin.rigs.modal import LevelFit, ModalLaw, ModalRig
-
-__all__ = ["Sweep", "identify_backbone"]
 
 Array = NDArray[np.float64]
 KNOTS = 33

@@ -1,7 +1,5 @@
 """Fit the base family - linear parameters and the joint's law - to all evidence at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,8 +18,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
-
-__all__ = ["REWEIGHTED", "BaseFit", "baseline_bounds", "fit_base", "law_from_steps", "starting_baseline"]
 
 Array = NDArray[Any]
 

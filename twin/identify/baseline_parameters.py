@@ -13,8 +13,6 @@ from twin.identify.blocks import Blocks
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import LinearParameters
 
-__all__ = ["BaselineParameters"]
-
 Array = NDArray[Any]
 
 

@@ -7,8 +7,6 @@ constants leave: white noise of each channel, noise of the force (which all chan
 joint's nonlinearity under broadband excitation distorts the lines.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -21,8 +19,6 @@ from scipy.optimize import nnls
 from scipy.signal import find_peaks
 
 from twin.identify.spectrum import BroadbandRecord, h1
-
-__all__ = ["BinnedResponse", "bin_response", "find_resonances", "hidden_resonances", "response_bins"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]

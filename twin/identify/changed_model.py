@@ -3,8 +3,6 @@
 The latest are kept: a fit moves the parameters that leave the structure alone far more often than those that change it.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache, partial
 
@@ -12,8 +10,6 @@ from twin.identify.linear_model import LinearModel, Output, build_linear_model
 from twin.identify.model_modification import ModelModification
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
-
-__all__ = ["ChangedModels", "changed_structure"]
 
 KEPT = 16
 

@@ -10,8 +10,6 @@ from twin.identify.receptance import ModalBasis, update_receptance
 from twin.identify.slipping import slipping_harmonics
 from twin.identify.structural_modification import PortPairs
 
-__all__ = ["compile_kernels"]
-
 
 def compile_kernels() -> None:
     """Call each kernel once, those first that take the longest; what is compiled stays in the cache."""

@@ -1,7 +1,5 @@
 """Drives in, responses out: the CSV tables of predictions."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +11,6 @@ from recordings.columns import Columns
 from recordings.errors import InputError
 from recordings.whole import whole_file
 from twin.identify.modal_prediction import ModalResponse
-
-__all__ = ["DriveTable", "read_drive", "write_response"]
 
 Array = NDArray[np.float64]
 

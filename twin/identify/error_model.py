@@ -19,8 +19,6 @@ from twin.identify.linear_fit import FREQUENCY_STD, MODULI_STD
 from twin.identify.measured_data import StepArrays
 from twin.identify.sweeps import rows_by_sweep
 
-__all__ = ["SOUND", "Covariances", "Discrepancy", "ErrorModel", "continuation", "log_determinant", "log_prior"]
-
 Array = NDArray[Any]
 
 

@@ -1,10 +1,6 @@
 """A number with its uncertainty."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-
-__all__ = ["Estimate"]
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,10 @@
 """The linear model of a rig with an extension's structure, positions and ports."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.identify.linear_model import LinearModel
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-
-__all__ = ["extended_model"]
 
 
 def extended_model(evidence: MeasuredData, modification: ModelModification) -> LinearModel:

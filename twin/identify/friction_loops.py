@@ -5,8 +5,6 @@ Jenkins behind a backlash.  Stiffness, backlash and spread are shared by all ten
 Loops are compared below `cutoff_Hz`: what a slow drive excites above it is ringing of the frame, not the joint's law.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,8 +16,6 @@ from scipy.optimize import least_squares
 from scipy.signal import butter, sosfiltfilt
 
 from recordings.errors import InputError
-
-__all__ = ["FrictionFit", "FrictionIdentification", "Loop", "identify_friction", "read_damper_json"]
 
 Array = NDArray[np.float64]
 INCH, KIP = 0.0254, 4448.2216152605

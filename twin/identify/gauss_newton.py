@@ -1,7 +1,5 @@
 """Gauss-Newton with Levenberg damping and a Gaussian prior: bounded, and every accepted step lowers the cost."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -10,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.time_limit import time_is_up
-
-__all__ = ["Solution", "minimise", "not_held_back"]
 
 Array = NDArray[Any]
 Ending = Literal["settled", "stuck", "out of iterations", "out of time", "not finite"]

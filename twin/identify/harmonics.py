@@ -1,7 +1,5 @@
 """Higher harmonics of the stepped sines: they tell where on the structure a nonlinear force acts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -13,8 +11,6 @@ from twin.identify.opening_harmonics import at_harmonic
 from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
-
-__all__ = ["LINEAR_ERROR", "harmonic_fields", "harmonic_residuals"]
 
 Array = NDArray[Any]
 

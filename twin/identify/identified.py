@@ -1,7 +1,5 @@
 """From evidence to a model file: the rig with identified moduli, damping and joint law."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -16,8 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
-__all__ = ["KNOTS", "LayerLaw", "choose_knots", "curve_precision", "packed_laws", "spacing", "spline_basis"]
-
 Array = NDArray[Any]
 
 SMALLEST = 0.01

@@ -1,7 +1,5 @@
 """How far the layer's points moved in the measured steps, before anything is known of the joint's law."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -12,8 +10,6 @@ from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
-
-__all__ = ["largest_motion"]
 
 UNKNOWN_M = 1e-8
 """Where nothing was measured that could tell."""

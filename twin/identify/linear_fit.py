@@ -1,7 +1,5 @@
 """Base parameters from a broadband run: Gauss-Newton on whitened frequency responses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
@@ -43,8 +41,6 @@ LARGEST_STEP = {
 """Of the base parameters in one step of a fit."""
 ELSEWHERE = tuple(pair for pair in product((-0.5, 0.0, 0.4), repeat=2) if any(pair))
 """Logarithms of factors on all joints' E' and G' to begin from."""
-
-__all__ = ["LinearFit", "base_bounds", "base_prior", "bin_broadband", "fit_linear", "reduce_broadband", "whiten"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]

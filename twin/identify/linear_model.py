@@ -20,8 +20,6 @@ from twin.identify.structural_modification import PortPairs
 from twin.rigs import Place, Rig
 from twin.structure import Structure, assemble
 
-__all__ = ["DAMPED_MODES", "LinearModel", "LinearParameters", "Output", "Ports", "build_linear_model"]
-
 Complex = NDArray[Any]
 Real = NDArray[Any]
 

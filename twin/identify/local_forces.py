@@ -26,8 +26,6 @@ from twin.identify.joint_law import LayerLaw, packed_laws, spline_basis
 from twin.identify.model_modification import NoiseMotion, NonlinearForce
 from twin.identify.slipping import RIPPLES, Slider, common_spring
 
-__all__ = ["Influence", "LocalForces", "Surroundings"]
-
 Array = NDArray[Any]
 
 TURNS, SETTLED = 15, 1e-9

@@ -1,7 +1,5 @@
 """Files of force-displacement loops: CSV in SI units, or the friction damper's tables in inches and kips."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +8,6 @@ from numpy.typing import NDArray
 from recordings.columns import Columns
 from recordings.errors import InputError
 from twin.identify.friction_loops import INCH, KIP, Loop, read_damper_json
-
-__all__ = ["read_loop"]
 
 COLUMNS = {"time_s": 1.0}, {"displacement_m": 1.0, "displacement_inch": INCH}, {"force_N": 1.0, "friction_kip": KIP}
 FEWEST_ROWS = 100

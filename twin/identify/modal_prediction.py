@@ -1,7 +1,5 @@
 """Response of a rig of kind modal: force for a given acceleration, or every acceleration that a force may give."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +7,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from twin.rigs.modal import ModalLaw
-
-__all__ = ["ModalResponse", "modal_receptance", "predict_forced", "predict_held"]
 
 Array = NDArray[np.float64]
 GRID_POINTS = 3000

@@ -1,7 +1,5 @@
 """A table of sweeps to the model of a rig of kind modal."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +9,6 @@ from recordings.quantities import quantity
 from recordings.tables import SweepTable, read_table
 from twin.identify.backbone import Sweep, identify_backbone
 from twin.rigs.modal import ModalRig
-
-__all__ = ["identify_sweep_table", "read_sweeps"]
 
 
 def identify_sweep_table(path: Path, rig: ModalRig) -> ModalRig:

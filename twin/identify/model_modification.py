@@ -16,8 +16,6 @@ from twin.identify.slipping import Slider
 from twin.rigs import Place
 from twin.structure import Structure
 
-__all__ = ["UNCHANGED", "Attachment", "ModelModification", "NoiseMotion", "NonlinearForce", "Opening", "point_mass"]
-
 Array = NDArray[Any]
 
 UNCHANGED = (1.0, 1.0)

@@ -1,7 +1,5 @@
 """What a rig file says of its sensors' own responses: their high-passes, and how they sit on their mounts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -10,8 +8,6 @@ from numpy.typing import NDArray
 
 from twin.identify.model_modification import ModelModification
 from twin.rigs import Rig, Transducer
-
-__all__ = ["high_pass", "mount", "nominal_instruments"]
 
 Array = NDArray[Any]
 

@@ -1,15 +1,11 @@
 """Poles of a frequency response that can be evaluated anywhere, such as a model's with whatever it was extended by."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
-
-__all__ = ["poles_near"]
 
 Complex = NDArray[Any]
 Real = NDArray[Any]

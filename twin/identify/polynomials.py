@@ -3,8 +3,6 @@
 How they are identified is :mod:`studies.force_levels`' matter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +11,6 @@ from numpy.typing import NDArray
 
 from twin.identify.linear_model import LinearParameters
 from twin.identify.regularisation import LCurve
-
-__all__ = ["POOR_POLYNOMIAL_PERCENT", "Iteration", "LeftOut", "PolynomialFit", "Polynomials"]
 
 Array = NDArray[Any]
 

@@ -23,8 +23,6 @@ from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.law_table import layer_table
 from twin.structure.point_law import Curve
 
-__all__ = ["RigPrediction", "RigResponse", "blank_data"]
-
 Array = NDArray[Any]
 
 LAW_KNOTS = 80

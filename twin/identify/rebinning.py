@@ -4,8 +4,6 @@ Bins assume that the response less a reference is smooth; a reference that lacks
 sensor elsewhere, bends the bins at the resonances and makes them look noisy.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -18,8 +16,6 @@ from twin.identify.linear_fit import bin_broadband
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
-
-__all__ = ["rebinned"]
 
 Array = NDArray[Any]
 

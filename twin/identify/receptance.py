@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from twin.structure import JointOperators, Modes, normal_modes, rigid_motions
 
-__all__ = ["ModalBasis", "attach", "layer_ports", "lowest_modes_basis", "update_receptance", "update_receptance_numpy"]
-
 Complex = NDArray[Any]
 Real = NDArray[Any]
 

@@ -6,15 +6,11 @@ All strengths share one singular value decomposition S = U diag(s) V': with beta
 f = s^2 / (s^2 + lambda^2) the solution is V (f beta / s), and norms and curvature are sums over singular values.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["LCurve", "Tikhonov", "decompose"]
 
 Array = NDArray[Any]
 

@@ -5,8 +5,6 @@ values of the joint's law at its knots.  All sensitivities are products of recep
 on the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,8 +24,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
 from twin.identify.whitening import HarmonicResiduals
-
-__all__ = ["Prediction", "ResidualModel"]
 
 Array = NDArray[Any]
 

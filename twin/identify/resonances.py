@@ -1,13 +1,9 @@
 """Which measured frequencies belong to the same resonance."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["by_resonance", "same_resonance"]
 
 APART = 1.5
 """Ratio of neighbouring frequencies beyond which they belong to different resonances."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from recordings.directions import cosine, direction_name, unit_vector
@@ -9,19 +10,24 @@ from recordings.errors import InputError
 from recordings.run import Channel, Run
 from twin.rigs import Rig
 
-__all__ = ["faces_against", "in_directions_of", "own_channels"]
+__all__ = ["faces_against", "in_directions_of", "own_channels", "without_channels"]
 
 
 def own_channels(run: Run, rig: Rig) -> Run:
     """The run with those channels of the rig alone that have samples: others say nothing about it."""
     recorded = {name for device in run.devices.values() for name, samples in device.values.items() if len(samples)}
     used = recorded & {rig.force_sensor.channel, *(sensor.channel for sensor in rig.response_sensors)}
+    return without_channels(run, set(run.channels) - used)
+
+
+def without_channels(run: Run, lost: Collection[str]) -> Run:
+    """The run without some of its channels, and without devices that have no other."""
     devices = {
-        name: replace(device, values={channel: x for channel, x in device.values.items() if channel in used})
+        name: replace(device, values={channel: x for channel, x in device.values.items() if channel not in lost})
         for name, device in run.devices.items()
-        if used & set(device.values)
+        if set(device.values) - set(lost)
     }
-    return replace(run, channels={n: c for n, c in run.channels.items() if n in used}, devices=devices)
+    return replace(run, channels={n: c for n, c in run.channels.items() if n not in lost}, devices=devices)
 
 
 def in_directions_of(run: Run, first: Run, rig: Rig) -> Run:

@@ -1,13 +1,9 @@
 """The size of many errors as one number."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-__all__ = ["relative_error_percent", "rms"]
 
 
 def rms(values: ArrayLike) -> float:

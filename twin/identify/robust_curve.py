@@ -1,14 +1,10 @@
 """A smooth curve through few values, some of them shifted: polynomials with Student's noise, order by evidence."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
-
-__all__ = ["RobustCurve", "fit_robust_curve", "left_out_errors"]
 
 Array = NDArray[np.float64]
 FREEDOM = 2.0

@@ -1,13 +1,9 @@
 """Whether measured steps were still changing: more than the noise of response and force accounts for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
 from twin.identify.sine_fit import SteadyState
-
-__all__ = ["still_changing"]
 
 LEAST_CHANGE = 2e-3
 """Relative change of a fundamental within its measurement below which a step is a steady state whatever its noise."""

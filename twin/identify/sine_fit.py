@@ -16,8 +16,6 @@ from scipy.linalg import cho_factor, cho_solve
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 
-__all__ = ["Line", "SteadyState", "steady_states"]
-
 MOST_HARMONICS = 40
 NEIGHBOURS = 12
 """Spectral lines on each side of a harmonic from which its noise is estimated."""

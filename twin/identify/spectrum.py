@@ -1,7 +1,5 @@
 """Broadband runs: spectral lines of the whole record, and H1 with coherence for the eye."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,8 +12,6 @@ from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from twin.identify.gaps import fill_gaps
-
-__all__ = ["BroadbandRecord", "FrequencyResponse", "broadband_records", "h1"]
 
 
 @dataclass(frozen=True, kw_only=True)

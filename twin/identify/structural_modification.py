@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from twin.identify.receptance import ModalBasis, update_receptance_numpy
 
-__all__ = ["PortPairs", "softened_receptance_numpy"]
-
 Complex = NDArray[Any]
 Real = NDArray[Any]
 

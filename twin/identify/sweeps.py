@@ -1,7 +1,5 @@
 """Which steps make a sweep."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,8 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.sine_fit import SteadyState
-
-__all__ = ["rows_by_sweep"]
 
 
 def rows_by_sweep(states: Sequence[SteadyState]) -> dict[str, NDArray[Any]]:

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["end_of_time", "time_is_up", "time_limit"]
-
 _end: ContextVar[float] = ContextVar("_end", default=float("inf"))
 
 

@@ -4,8 +4,6 @@ A rig file has no place for loss factors and for frequency discrepancies.  The c
 law's loss; what the others do is a few hundredths of a per cent of the response.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -17,8 +15,6 @@ from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import LayerLawTable, Rig
 from twin.structure import normal_modes
-
-__all__ = ["updated_rig"]
 
 Array = NDArray[Any]
 

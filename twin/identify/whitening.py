@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from twin.structure import Structure
 
-__all__ = ["HarmonicResiduals"]
-
 Array = NDArray[Any]
 
 

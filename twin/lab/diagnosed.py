@@ -21,7 +21,7 @@ from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import Fitted, has_law, shown_models
 from twin.views.figures import law_figure, sweeps_figure
 from twin.views.missing_force import missing_force_figure
-from twin.views.page import Page, Section
+from twin.views.page import LEFT_OUT, Page
 from twin.views.report import diagnosis_page
 from twin.views.table import Table
 from twin.views.table_report import table_figure, table_page, tried_table
@@ -84,11 +84,8 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     def page(self) -> Page:
         """The report, with what a first look saw before all else."""
-        page = diagnosis_page(self.diagnosis)
-        if not self.findings:
-            return page
-        seen = Section(title="At first look", items=[finding.line for finding in self.findings])
-        return replace(page, sections=[seen, *page.sections])
+        page = diagnosis_page(self.diagnosis).beginning(LEFT_OUT, self.assumed)
+        return page.beginning("At first look", [finding.line for finding in self.findings])
 
     def save(self, folder: str | Path) -> dict[str, Any]:
         """Write the extended model, and then a file for the rerun viewer, into a folder, made if it is not there.
@@ -101,7 +98,7 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     def save_view(self, path: str | Path) -> None:
         """Write a file for the rerun viewer."""
-        from twin.views import save_diagnosis
+        from twin.views.rerun_diagnosis import save_diagnosis
 
         save_diagnosis(self.diagnosis, Path(path))
 
@@ -133,7 +130,12 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
         """As ``twin diagnose --json`` prints it."""
         found = self.diagnosis.to_dict()
         notes = [*(finding.line for finding in self.findings), *found["notes"]]
-        return {**found, "notes": notes, "findings": [asdict(finding) for finding in self.findings]}
+        return {
+            **found,
+            "assumed": list(self.assumed),
+            "notes": notes,
+            "findings": [asdict(finding) for finding in self.findings],
+        }
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -159,7 +161,7 @@ class DiagnosedTables(_Diagnosed):
 
     def page(self) -> Page:
         """The report."""
-        return table_page(self.diagnosis)
+        return table_page(self.diagnosis).beginning(LEFT_OUT, self.assumed)
 
     def plot(self) -> Figure:
         """Errors of the frequencies, or resonances of the sweeps beside their law."""
@@ -167,4 +169,4 @@ class DiagnosedTables(_Diagnosed):
 
     def to_dict(self) -> dict[str, Any]:
         """As ``twin diagnose --json`` prints it."""
-        return self.diagnosis.to_dict(EXTENDED)
+        return {**self.diagnosis.to_dict(EXTENDED), "assumed": list(self.assumed)}

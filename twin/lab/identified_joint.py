@@ -17,11 +17,12 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit
 from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload
+from twin.structure.plausibility import unlikely_units
 from twin.views.curves import Fitted
 from twin.views.identified_figures import identified_law_figure, strength_figure
 from twin.views.identified_report import fitted_sweeps, identified_page, identified_sentence
 from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
-from twin.views.page import Page
+from twin.views.page import LEFT_OUT, Page
 from twin.views.table import Table
 
 Report = Callable[[str], None]
@@ -62,7 +63,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
 
     def page(self) -> Page:
         """The report."""
-        return identified_page(self.found, self.evidence, self.warnings)
+        return identified_page(self.found, self.evidence, self.warnings).beginning(LEFT_OUT, self.assumed)
 
     def plot_law(self) -> Figure:
         """Softening over opening and loss over slip, with one standard deviation, and the papers' polynomials."""
@@ -102,6 +103,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
             "nonlinear": nonlinear,
             "residual_percent": found.residual_percent,
             "chi2_per_dof": found.chi2_per_dof,
+            "assumed": list(self.assumed),
             "warnings": list(self.warnings),
         }
 
@@ -114,7 +116,7 @@ def identify_recordings(
     report("reducing the runs to responses")
     sound = sound_data(runs, rig, preload=preload, source=source)
     found = with_polynomials(identify_rig(sound.evidence, report=report), sound.evidence, report=report)
-    warnings = [*looked.told, *left_out_effects(rig.effect)]
+    warnings = [*(f"implausible: {line}" for line in unlikely_units(rig)), *looked.told, *left_out_effects(rig.effect)]
     warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]
     try:
         open_bench(found.rig)

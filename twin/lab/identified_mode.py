@@ -62,6 +62,7 @@ class IdentifiedMode(IdentifiedModel):
             },
             "nonlinear": {"law": law.model_dump(), "levels": [level.model_dump() for level in self.model.level]},
             "residual_percent": {level.level: 100 * level.left_out_force_rms for level in self.model.level},
+            "assumed": list(self.assumed),
             "warnings": list(self.warnings),
         }
 

@@ -64,7 +64,8 @@ class IdentifiedModuli(IdentifiedModel):
                 f"mode {mode}": error
                 for mode, error in zip(found.mode.tolist(), found.error_percent.tolist(), strict=True)
             },
-            "warnings": list(found.warnings),
+            "assumed": list(self.assumed),
+            "warnings": list(self.warnings),
         }
 
 

@@ -13,6 +13,7 @@ from recordings import whole_file
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
 from twin.lab.shown import Reported
+from twin.rigs.assumed import assumed
 from twin.rigs.kinds import AnyRig, save_any_rig
 from twin.views.curves import Fitted
 from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
@@ -36,6 +37,11 @@ class ModelResult(Reported, ABC):
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """As the command prints it with ``--json``, without the model file's name."""
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What stands for what the rig file leaves out; its law was found."""
+        return assumed(self.file, law=False, bench=False)
 
     @property
     def rig(self) -> LabRig:

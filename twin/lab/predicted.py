@@ -12,10 +12,13 @@ from twin.identify.modal_prediction import ModalResponse, predict_forced, predic
 from twin.identify.predict import RigPrediction, RigResponse, blank_data
 from twin.lab.shown import Shown
 from twin.rigs import LawTable
+from twin.rigs.assumed import assumed
 from twin.rigs.beam import BeamRig
 from twin.rigs.kinds import AnyRig
 from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
+from twin.rigs.store import no_structure
+from twin.structure.plausibility import unlikely_units
 from twin.views.figures import dressed, panels
 from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table
@@ -33,18 +36,21 @@ class PredictedResponse(Shown):
         Its columns as arrays.
     given : str
         ``force`` or ``acceleration``.
+    assumed : tuple of str
+        What stands for what the rig file leaves out.
     warnings : tuple of str
     """
 
     response: ModalResponse
     given: str
+    assumed: tuple[str, ...] = ()
     warnings: tuple[str, ...]
 
     @property
     def sentence(self) -> str:
         """How many solutions there are."""
         told = f"{len(self.response.step)} solutions, at most {self.response.branches} at a step"
-        return "; ".join([told, *self.warnings]) + "."
+        return "; ".join([told, *self.warnings]) + "." + "".join(f"  Assumed: {line}." for line in self.assumed)
 
     def tables(self) -> Sequence[Table]:
         """The first rows."""
@@ -111,7 +117,7 @@ def predict_response(
         predict = predict_held if held else predict_forced
         return PredictedResponse(response=predict(rig.law, frequency, level), given=name, warnings=())
     if isinstance(rig, BeamRig):
-        raise InputError(source, "kind", "is a beam alone", "a prediction needs a rig with drive and sensors")
+        raise no_structure(rig.kind, source)
     evidence = blank_data(rig, known_preload(rig, preload))
     law = rig.joints[0].law if rig.joints else None
     if isinstance(law, LawTable) and law.channel not in evidence.channels:
@@ -120,8 +126,7 @@ def predict_response(
             f"the rig has {', '.join(evidence.channels)}",
         )  # fmt: skip
     warnings = left_out_effects(rig.effect)
-    if all(joint.law is None for joint in rig.joints):
-        warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")
+    warnings += [f"implausible: {line}" for line in unlikely_units(rig)]
     evidence = with_effects(evidence, source=source)
     try:
         model = RigResponse(evidence)
@@ -129,7 +134,7 @@ def predict_response(
         raise InputError(source, "joint.law", str(error).removeprefix("joint.law: ")) from error
     found = model.held(frequency, level) if held else model.forced(frequency, level)
     warnings += _told(found)
-    return PredictedResponse(response=found, given=name, warnings=tuple(warnings))
+    return PredictedResponse(response=found, given=name, assumed=assumed(rig, bench=False), warnings=tuple(warnings))
 
 
 def _told(found: RigPrediction) -> list[str]:

@@ -15,10 +15,12 @@ from recordings import InputError, Run
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
+from twin.rigs.assumed import assumed
 from twin.rigs.beam import BeamRig
 from twin.rigs.kinds import AnyRig, load_any_rig
 from twin.rigs.modal import ModalRig
 from twin.rigs.preloads import known_preload
+from twin.rigs.store import no_structure
 from twin.views.table import Table
 
 if TYPE_CHECKING:
@@ -54,6 +56,11 @@ class LabRig(Shown):
 
     source: str
     file: AnyRig
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What stands for what its file leaves out."""
+        return assumed(self.file)
 
     @property
     def sentence(self) -> str:
@@ -120,7 +127,7 @@ class LabRig(Shown):
         from twin.lab.rehearsed import rehearse_procedure
 
         return rehearse_procedure(
-            procedure, self._lap_joint("a rehearsal"), source=self.source, out=None if out is None else Path(out),
+            procedure, self._structure(), source=self.source, out=None if out is None else Path(out),
             preload=preload, seed=seed, rounds=rounds, report=report,
         )  # fmt: skip
 
@@ -141,7 +148,7 @@ class LabRig(Shown):
         """
         from twin.checks import first_look
 
-        rig = self._lap_joint("a first look at recordings")
+        rig = self._structure()
         if preload is not None:
             known_preload(rig, preload)
         return first_look(as_runs(_listed(runs)), rig, held_out=as_runs(_listed(held_out)), preload=preload)
@@ -180,7 +187,7 @@ class LabRig(Shown):
             from twin.lab.identified_mode import identify_mode
 
             return identify_mode(tables[0], self.file)
-        rig = self._lap_joint("identification")
+        rig = self._structure()
         if tables and len(given) > 1:
             raise InputError(tables[0], "", "a table is identified by itself", "give it as the only RUN")
         if tables:
@@ -249,7 +256,7 @@ class LabRig(Shown):
                     report=report,
                 )  # fmt: skip
             return DiagnosedTables(found)
-        rig = self._lap_joint("a diagnosis of recordings")
+        rig = self._structure()
         if len(preloads) > 1:
             raise InputError(
                 "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
@@ -301,9 +308,9 @@ class LabRig(Shown):
             source=self.source,
         )  # fmt: skip
 
-    def _lap_joint(self, what: str) -> Rig:
+    def _structure(self) -> Rig:
         if not isinstance(self.file, Rig):
-            raise InputError(self.source, "kind", "is not a lap joint", f"{what} needs a rig with drive and sensors")
+            raise no_structure(self.file.kind, self.source)
         return self.file
 
 

@@ -8,7 +8,9 @@ from twin.rehearsal.rehearsal import Caution
 
 SEVERITIES = ("stop", "warning", "note")
 CAUSES_FIRST = (
+    "implausible-rig",
     "dwell-too-short",
+    "too-short",
     "sweep-too-fast",
     "limit-reached",
     "overload",

@@ -29,12 +29,13 @@ class Caution:
     kind
         ``dwell-too-short``, ``sweep-too-fast``, ``grid-too-coarse``, ``overload``, ``limit-reached``,
         ``force-drop-out`` (too low) or ``force-too-high``, ``response-drop-out`` or ``response-too-high`` where the
-        response is held, ``jump-ahead``, ``noise-floor``, ``quantisation`` or ``branch-ends-early``.
+        response is held, ``jump-ahead``, ``noise-floor``, ``quantisation``, ``branch-ends-early``, ``too-short`` or
+        ``implausible-rig``.
     severity
         ``stop``: the procedure must not be run like this.  ``warning``: its data would mislead.  ``note``: the
         procedure is right, its reader should know.
     sweep, index, frequency_Hz
-        The worst step.
+        The worst step; no sweep where it is about none.
     steps
         How many steps of the sweep are concerned.
     reason, advice
@@ -62,6 +63,11 @@ class Caution:
     size: float = 0.0
     cases: tuple[Caution, ...] = ()
 
+    @property
+    def place(self) -> str:
+        """The worst step in words."""
+        return f"{self.sweep}, step {self.index}" + (f" at {self.frequency_Hz:g} Hz" if self.frequency_Hz else "")
+
 
 @dataclass(frozen=True, kw_only=True)
 class SweepSummary:
@@ -86,6 +92,8 @@ class Rehearsal:
     `damping_ratio` is what is assumed of the least damped mode in question, `bits` the converter's word length; None
     where nothing is known.  `drive_limits` are the largest values that its drive lets some channels have.
     `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
+    `implausible` is what the rig's file is unlikely to mean.  `modes` are natural frequencies, Hz, that are assumed,
+    with their damping ratios, the lowest first.
     """
 
     procedure: Procedure
@@ -95,6 +103,14 @@ class Rehearsal:
     bits: int | None = None
     drive_limits: Mapping[str, float] = field(default_factory=dict)
     branches: Sequence[Mapping[str, Any]] = ()
+    implausible: Sequence[str] = ()
+    modes: Sequence[tuple[float, float]] = ()
+
+    @property
+    def lowest_mode(self) -> tuple[float, float] | None:
+        """Frequency, Hz, and damping ratio of the lowest mode in the band of a procedure that has one."""
+        low, high = getattr(self.procedure, "band", (math.inf, 0.0))
+        return next(((f, ratio) for f, ratio in self.modes if low <= f <= high), None)
 
     def time_constant_s(self, frequency_Hz: float) -> float:
         """Of a free decay near a frequency, s."""

@@ -25,6 +25,8 @@ from twin.rehearsal.gather import gathered
 from twin.rehearsal.improve import improved_procedure
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rigs import Rig, nominal_rig_file, preload_record
+from twin.structure.modelled_rig import modelled_rig
+from twin.structure.plausibility import unlikely_units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +47,10 @@ class NominalRig:
         By the channel that shows each.
     branches
         Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps.
+    implausible
+        What the rig's file is unlikely to mean.
+    modes
+        Natural frequencies of the file's structure, Hz, with their damping ratios.
     """
 
     rig_name: str = ""
@@ -54,6 +60,8 @@ class NominalRig:
     bits: int | None = None
     drive_limits: Mapping[str, float] = field(default_factory=dict)
     branches: Sequence[Mapping[str, Any]] = ()
+    implausible: Sequence[str] = ()
+    modes: Sequence[tuple[float, float]] = ()
 
     @classmethod
     def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> NominalRig:
@@ -66,7 +74,14 @@ class NominalRig:
             bits=rig.acquisition.bits,
             drive_limits=drive_limits(rig),
             branches=branches,
+            implausible=unlikely_units(rig),
+            modes=_modes(rig, preload),
         )
+
+
+def _modes(rig: Rig, preload: str) -> tuple[tuple[float, float], ...]:
+    ratios, modes = rig.damping.modal_ratio, modelled_rig(rig, preload=preload or None).modes
+    return tuple((float(f), ratios[min(number, len(ratios) - 1)]) for number, f in enumerate(modes.frequency_Hz))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,6 +210,8 @@ def rehearse(
         bits=nominal.bits,
         drive_limits=nominal.drive_limits,
         branches=nominal.branches,
+        implausible=nominal.implausible,
+        modes=nominal.modes,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
 

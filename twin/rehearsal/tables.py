@@ -6,10 +6,12 @@ from typing import Any
 
 from twin.procedures import Procedure, RingDown, SteppedSine, StepResult
 from twin.rehearsal.branches import Branch, predicted_branches
+from twin.rehearsal.noise import noise_tables
 from twin.rehearsal.rehearse import Rehearsed
 from twin.rehearsal.ring_down import free_decays
 from twin.rehearsal.transient import transient_left
 from twin.rigs import Rig
+from twin.rigs.assumed import assumed
 
 AS_MEASURED = (
     "sweep", "index", "frequency_Hz", "target_channel", "target_amplitude", "amplitude", "amplitude_error", "voltage_V",
@@ -34,6 +36,7 @@ def result_table(
         "rig": rig.name,
         "preload": preload,
         "seed": seed,
+        "assumed": list(assumed(rig)),
         **rehearsed_table(first),
         "branches": branches,
         "improved": _improved(better) if better is not None else None,
@@ -64,6 +67,7 @@ def rehearsed_table(rehearsed: Rehearsed) -> dict[str, Any]:
         "warnings": [asdict(caution) for caution in rehearsed.cautions],
         "sweeps": [asdict(summary) for summary in rehearsal.summaries()],
         "decays": _decays(rehearsed),
+        "noise": noise_tables(rehearsal, rehearsed.recording),
         "steps": [
             _step(rehearsed, step, before if before is not None and before.sweep == step.sweep else None)
             for before, step in zip([None, *result.steps], result.steps, strict=False)

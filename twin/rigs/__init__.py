@@ -1,7 +1,19 @@
 """Rigs as data: what the experimenter believes of a structure, its joints, shaker, sensors and converter."""
 
 from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
-from twin.rigs.layout import BeamPart, Layout, MatricesPart, Part, Place, Stretch, Support, ThinLayer, Tie
+from twin.rigs.layout import (
+    BeamPart,
+    Layout,
+    MatricesPart,
+    Part,
+    Place,
+    PointMass,
+    Spring,
+    Stretch,
+    Support,
+    ThinLayer,
+    Tie,
+)  # fmt: skip
 from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, preload_record, recorded_preload
 from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, load_rig, nominal_rig_file, parse_rig, save_rig

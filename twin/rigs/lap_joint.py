@@ -14,7 +14,8 @@ from pydantic import Field, model_validator
 
 from recordings.numbers import Length, NonNegative
 from recordings.toml_input import Table
-from twin.rigs.layout import BeamPart, Layout, Place, Section, Stretch, Support, ThinLayer
+from twin.rigs.beam_part import BeamPart, Section
+from twin.rigs.layout import Layout, Place, Stretch, Support, ThinLayer
 from twin.rigs.rig import Rig
 from twin.rigs.tables import AnyLaw, Preload, Shaker, Transducer, check_law
 

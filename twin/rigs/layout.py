@@ -5,91 +5,26 @@ These are the tables of a rig file of format 2; a file of format 1 is read as th
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal
 
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from recordings.directions import cosine, direction_name
-from recordings.numbers import Density, Length, Modulus, NonNegative, Positive
+from recordings.numbers import Length, Mass, NonNegative, Positive
 from recordings.toml_input import Name, Table
+from twin.rigs.beam_part import BeamPart
 from twin.rigs.tables import AnyLaw, Preload, check_law
 
-Point = tuple[Annotated[float, Field(allow_inf_nan=False)], Annotated[float, Field(allow_inf_nan=False)]]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 At = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 """Metres along a beam part, or a node number of a part given by matrices."""
-
-Along = TypeVar("Along", float, NDArray[Any])
-"""One number of metres, or several."""
 
 ACROSS = 0.1
 """Cosine of the angle between two directions below which they say nothing about each other's sense."""
 ROUNDED_m = 1e-9
 """By so much a place may lie beyond an end."""
-
-
-class Section(Table):
-    """A rectangular beam's section and material."""
-
-    width: Length
-    """Out of the plane."""
-    thickness: Length
-    youngs_modulus: Modulus
-    density: Density
-    shear_ratio: NonNegative = 0.0
-    """E / (kappa G) of a Timoshenko beam; 0 is Euler-Bernoulli."""
-
-    @property
-    def area(self) -> float:
-        """Cross-section, m2."""
-        return self.width * self.thickness
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area, m4."""
-        return self.width * self.thickness**3 / 12.0
-
-
-class BeamPart(Section):
-    """A straight plane beam of rectangular section, on its neutral axis."""
-
-    name: Name
-    kind: Literal["beam"]
-    start: Point
-    end: Point
-    elements: Annotated[int, Field(ge=1, le=1000)] = 20
-    """Of the whole beam, those of its joints' layers among them."""
-
-    @model_validator(mode="after")
-    def _has_length(self) -> BeamPart:
-        if self.length <= 0:
-            raise ValueError("start and end are the same point")
-        return self
-
-    @property
-    def length(self) -> float:
-        """Distance from start to end, m."""
-        return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
-
-    @property
-    def axis(self) -> tuple[float, float]:
-        """Unit vector from start to end."""
-        return (self.end[0] - self.start[0]) / self.length, (self.end[1] - self.start[1]) / self.length
-
-    @property
-    def normal(self) -> tuple[float, float]:
-        """Unit vector to the left of the axis: +y of a beam along +x."""
-        return -self.axis[1], self.axis[0]
-
-    def facing(self, other: BeamPart, at: Along) -> Along:
-        """Metres along another beam that lie across from `at` metres along this one."""
-        x = self.start[0] + at * self.axis[0] - other.start[0]
-        y = self.start[1] + at * self.axis[1] - other.start[1]
-        return x * other.axis[0] + y * other.axis[1]
 
 
 class MatricesPart(Table):
@@ -176,6 +111,26 @@ class Tie(Table):
         return self
 
 
+class PointMass(Table):
+    """A lump fixed to a part at one place."""
+
+    part: Name
+    at: At
+    mass: Mass
+    """kg, in every direction in which the place moves."""
+    inertia: dict[Literal["rx", "ry", "rz"], Positive] = Field(default={})
+    """About its own centre, kg m2."""
+
+
+class Spring(Table):
+    """Springs between two places, along the axes and about them; they have no length."""
+
+    between: tuple[Name, Name]
+    at: tuple[At, At]
+    stiffness: dict[Dof, Positive] = Field(min_length=1)
+    """N/m, and N m/rad of rotations."""
+
+
 @dataclass(frozen=True)
 class Place:
     """A point of a part and a direction there.
@@ -256,12 +211,21 @@ class Layout:
     ties: tuple[Tie, ...]
     stretches: tuple[Stretch, ...]
     passable: bool = False
+    masses: tuple[PointMass, ...] = ()
+    springs: tuple[Spring, ...] = ()
     folder: Path | None = field(default=None, compare=False)
 
     @property
     def beams(self) -> tuple[BeamPart, ...]:
         """The parts that are beams."""
         return tuple(part for part in self.parts if isinstance(part, BeamPart))
+
+    @property
+    def attached(self) -> tuple[tuple[str, float], ...]:
+        """Part and place of every support, lump and end of a spring or a tie, but for ties of pairs of nodes."""
+        ends = [end for spring in self.springs for end in zip(spring.between, spring.at, strict=True)]
+        ends += [end for tie in self.ties if tie.at for end in zip(tie.between, tie.at, strict=True)]
+        return (*((s.part, s.at) for s in self.supports), *((m.part, m.at) for m in self.masses), *ends)
 
     def part(self, name: str) -> Part:
         """The part of that name; KeyError if there is none."""
@@ -310,7 +274,7 @@ class Layout:
             if left <= stretch.length + ROUNDED_m and left >= -ROUNDED_m:
                 normal = self.beam(stretch.part).normal
                 at = min(max(stretch.begin + left, stretch.begin), stretch.end)
-                return Place(stretch.part, at, (*normal, 0.0))
+                return Place(stretch.part, at, normal)
             left -= stretch.length
         raise ValueError(f"position {position_m} m is not on the structure")
 

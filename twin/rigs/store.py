@@ -68,12 +68,17 @@ def nominal_rig_file(rig: Rig) -> bytes:
     return _toml(rig.model_copy(update={"effect": []}))
 
 
+def no_structure(kind: object, source: str | Path) -> InputError:
+    """What is told where a rig of :data:`NO_STRUCTURES` is given to whatever needs a structure."""
+    what, where = NO_STRUCTURES[kind]
+    return InputError(source, "kind", f"{kind!r} is {what}", f"here a rig of format 1 or 2 is needed; {where}")
+
+
 def _class(first: _First, source: str | Path) -> type[LapJointRig] | type[StructureRig]:
     formats: dict[int, type[LapJointRig] | type[StructureRig]] = {1: LapJointRig, 2: StructureRig}
     kind = first.kind if isinstance(first.kind, str) or first.kind is None else ""
     if kind in NO_STRUCTURES:
-        what, where = NO_STRUCTURES[kind]
-        raise InputError(source, "kind", f"{kind!r} is {what}", f"here a rig of format 1 or 2 is needed; {where}")
+        raise no_structure(kind, source)
     if kind is not None:
         reason = f"{kind!r:.60} is no kind of rig"
         remedy = f"there are {', '.join(map(repr, NO_STRUCTURES))}; a structure has none, but format = 2 and its parts"

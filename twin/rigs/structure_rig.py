@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from recordings.directions import unit_vector
@@ -21,6 +22,8 @@ from twin.rigs.layout import (
     MatricesPart,
     Part,
     Place,
+    PointMass,
+    Spring,
     Stretch,
     Support,
     ThinLayer,
@@ -35,6 +38,8 @@ BENCH_FINER = 1.5
 """Elements of beams on the bench, over the file's; layers have twice as many."""
 PARALLEL = 1e-6
 """Sine of the angle up to which two beams may be joined by a layer."""
+ASIDE = 0.01
+"""Of the narrower of two beams, by which their axes may lie beside each other under a layer."""
 FACING = 0.999
 """Cosine of the angle between a strain gauge's direction and the normal of its beam, at least."""
 BEYOND_m = 1e-6
@@ -78,6 +83,8 @@ class StructureRig(Rig):
     support: list[Support] = Field(default=[], max_length=100)
     joint: list[ThinLayer] = Field(default=[], max_length=50)
     tie: list[Tie] = Field(default=[], max_length=100)
+    mass: list[PointMass] = Field(default=[], max_length=100)
+    spring: list[Spring] = Field(default=[], max_length=100)
     drive: list[PlacedDrive] = Field(min_length=1, max_length=16)
     sensor: list[PlacedSensor] = Field(min_length=1, max_length=64)
     _folder: Path | None = PrivateAttr(default=None)
@@ -94,12 +101,21 @@ class StructureRig(Rig):
         _unique("sensor channels", [sensor.channel for sensor in self.sensor])
         if len(self.drive) > 1:
             _unique("drive names", [drive.name for drive in self.drive])
+        if len({part.in_space for part in self.part if isinstance(part, BeamPart)}) > 1:
+            raise ValueError("part: plane beams and beams in space cannot be mixed; give all beams three coordinates")
         for number, support in enumerate(self.support):
             self._check_place(f"support.{number}", support.part, support.at)
         for joint in self.joint:
             self._check_joint(joint)
         for number, tie in enumerate(self.tie):
             self._check_tie(f"tie.{number}", tie)
+        for number, mass in enumerate(self.mass):
+            self._check_place(f"mass.{number}", mass.part, mass.at)
+            self._check_moves(f"mass.{number}", mass.part, list(mass.inertia))
+        for number, spring in enumerate(self.spring):
+            for name, at in zip(spring.between, spring.at, strict=True):
+                self._check_place(f"spring.{number}", name, at)
+                self._check_moves(f"spring.{number}", name, list(spring.stiffness))
         for drive in self.drive:
             self._check_place(f"drive {drive.name!r}", drive.part, drive.at)
             self._check_plane(f"drive {drive.name!r}", drive.place)
@@ -131,15 +147,21 @@ class StructureRig(Rig):
         if isinstance(part, MatricesPart) and at != int(at):
             raise ValueError(f"{where}: at {at:g} is no node number of {name!r}")
 
+    def _check_moves(self, where: str, name: str, dofs: Sequence[str]) -> None:
+        part = self._find(where, name)
+        if isinstance(part, BeamPart) and not part.in_space and (lost := set(dofs) - {"x", "y", "rz"}):
+            raise ValueError(f"{where}: {name!r} is a plane beam and moves along x and y and about z, not {min(lost)}")
+
     def _check_plane(self, where: str, place: Place) -> None:
-        if isinstance(self._find(where, place.part), BeamPart) and abs(place.direction[2]) > 1e-9:
-            raise ValueError(f"{where}: a plane beam does not move along z")
+        part = self._find(where, place.part)
+        if isinstance(part, BeamPart) and not part.in_space and abs(place.direction[2]) > 1e-9:
+            raise ValueError(f"{where}: a plane beam does not move along z; give its start and end three coordinates")
 
     def _check_surface(self, where: str, place: Place) -> None:
         part = self._find(where, place.part)
         if not isinstance(part, BeamPart):
             raise ValueError(f"{where}: strain is read at the surface of a beam, and {part.name!r} is none")
-        across = sum(x * n for x, n in zip(place.direction, part.normal, strict=False))
+        across = sum(x * n for x, n in zip(place.direction, part.normal, strict=True))
         if abs(across) < FACING:
             raise ValueError(f"{where}: its direction must be across {part.name!r}: that of the surface it is on")
 
@@ -154,8 +176,7 @@ class StructureRig(Rig):
             raise ValueError(f"{where}: from .. to .. lies along beams; parts given by matrices need pairs")
         if joint.to > first.length + BEYOND_m:
             raise ValueError(f"{where}: to {joint.to:g} lies beyond the end of {first.name!r} at {first.length:.6g} m")
-        if abs(first.axis[0] * second.axis[1] - first.axis[1] * second.axis[0]) > PARALLEL:
-            raise ValueError(f"{where}: {first.name!r} and {second.name!r} are not parallel")
+        self._check_beside(where, joint, first, second)
         for s in (joint.begin, joint.to):
             facing = first.facing(second, s)
             if not -BEYOND_m <= facing <= second.length + BEYOND_m:
@@ -163,6 +184,21 @@ class StructureRig(Rig):
                     f"{where}: {s:g} m along {first.name!r} faces {facing:.6g} m along {second.name!r}, "
                     f"which is {second.length:.6g} m long"
                 )
+
+    def _check_beside(self, where: str, joint: ThinLayer, first: BeamPart, second: BeamPart) -> None:
+        """A layer's beams lie on each other: parallel, facing along their thickness, and a layer apart."""
+        both = f"{where}: {first.name!r} and {second.name!r}"
+        if math.hypot(*np.cross(first.axis, second.axis)) > PARALLEL:
+            raise ValueError(
+                f"{both} are not parallel; for a corner draw a short beam along {first.name!r} that is part of "
+                f"{second.name!r}, tied rigidly to its end, and join that"
+            )
+        if math.hypot(*np.cross(first.normal, second.normal)) > PARALLEL:
+            raise ValueError(f"{both} do not face each other with their thickness; see thickness_direction")
+        apart = second.origin - first.origin
+        sideways = float(apart @ np.cross(first.axis, first.normal))
+        if abs(sideways) > ASIDE * min(first.width, second.width):
+            raise ValueError(f"{both} lie {abs(sideways):.3g} m beside each other; a layer lies across their thickness")
 
     def _check_tie(self, where: str, tie: Tie) -> None:
         parts = [self._find(where, name) for name in tie.between]
@@ -231,7 +267,8 @@ class StructureRig(Rig):
     def _layout(self, parts: Sequence[Part], joints: Sequence[ThinLayer]) -> Layout:
         stretches = tuple(Stretch(p.name, 0.0, p.length) for p in parts if isinstance(p, BeamPart))
         return Layout(
-            tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches, folder=self._folder
+            tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches,
+            masses=tuple(self.mass), springs=tuple(self.spring), folder=self._folder,
         )  # fmt: skip
 
     @property

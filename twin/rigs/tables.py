@@ -240,12 +240,16 @@ class Damping(Table):
     """Standard deviations of the first ones, where they were identified."""
 
 
-class Shaker(Table):
-    """The shaker behind the force cell, and its amplifier."""
+_SHAKER = ("armature_mass", "force_factor", "coil_resistance", "coil_inductance", "stinger_stiffness")
+"""What every shaker has."""
 
-    armature_mass: Positive
-    suspension_stiffness: NonNegative
-    force_factor: Positive
+
+class Shaker(Table):
+    """The shaker behind the force cell, and its amplifier; without any of their fields an ideal force, N for V."""
+
+    armature_mass: Positive = 0.0
+    suspension_stiffness: NonNegative = 0.0
+    force_factor: Positive = 0.0
     """At rest, N/A."""
     half_force_stroke: Positive | None = None
     """Armature displacement at which the force factor has fallen to half, m; left out, it does not depend on it."""
@@ -253,9 +257,9 @@ class Shaker(Table):
     """Travel to either end stop, m."""
     stop_stiffness: Positive = 1.0e6
     """Of the end stops, N/m."""
-    coil_resistance: Positive
-    coil_inductance: Positive
-    stinger_stiffness: Positive
+    coil_resistance: Positive = 0.0
+    coil_inductance: Positive = 0.0
+    stinger_stiffness: Positive = 0.0
     """Axial, N/m."""
     stinger_lateral_stiffness: NonNegative = 0.0
     """Along the beam, at the surface the stinger is screwed to, N/m."""
@@ -271,6 +275,21 @@ class Shaker(Table):
     """Of amplifier or coil, A."""
     force_limit: Positive | None = None
     """Rated force of the shaker, N: the amplifier holds the current below it."""
+
+    @property
+    def ideal(self) -> bool:
+        """Whether there is no shaker, but a force as it is asked for."""
+        return not any(getattr(self, name) for name in _SHAKER)
+
+    @model_validator(mode="after")
+    def _whole(self) -> Shaker:
+        missing = [name for name in _SHAKER if not getattr(self, name)]
+        given = self.model_fields_set & (set(Shaker.model_fields) - {"stinger_lateral_stiffness"})
+        if missing and given:
+            raise ValueError(
+                f"a shaker needs {', '.join(missing)} too; without any of a shaker's fields there is an ideal force"
+            )
+        return self
 
     @model_validator(mode="after")
     def _amplifier(self) -> Shaker:

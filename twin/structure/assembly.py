@@ -3,19 +3,18 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import Layout, Rig, Support, Tie
+from twin.rigs import BeamPart, Layout, PointMass, Rig, Spring, Support, Tie
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.constraints import free_coordinates
 from twin.structure.joint_operators import joint_operators
 from twin.structure.matrix_coordinates import AXES, MatrixCoordinates, node_pairs, reduced_parts
-from twin.structure.mesh import BeamMesh, mesh_beams, mesh_layers
+from twin.structure.mesh import PLANE_DOFS, SPACE_DOFS, BeamMesh, mesh_beams, mesh_layers
+from twin.structure.space_beam import space_element, twist_mass, twist_stiffness
 from twin.structure.structure import Structure
 from twin.structure.timoshenko import timoshenko_mass
 
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
-
-BEAM_DOFS = ("x", "y", "rz")
 
 
 def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = True) -> Structure:
@@ -46,6 +45,10 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     for part in reduced:
         own = slice(part.first, part.first + part.size)
         M[own, own], K0[own, own] = part.reduced.M, part.reduced.K
+    for mass in layout.masses:
+        _add_mass(M, mass, meshes[mass.part])
+    for spring in layout.springs:
+        _add_spring(K0, spring, *(meshes[name] for name in spring.between))
     constraints = [np.zeros((0, size))]
     for support in layout.supports:
         constraints.append(_fixed(support, meshes[support.part], size))
@@ -64,19 +67,30 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
 
 def add_beam(M: Matrix, K0: Matrix, mesh: BeamMesh) -> None:
     """Add a beam's elements, Euler-Bernoulli or Timoshenko."""
-    beam = mesh.part
-    E, A, I, rho = beam.youngs_modulus, beam.area, beam.second_moment, beam.density
-    length = np.diff(mesh.s)
-    add_chain(K0, mesh, beam_stiffness(EA=E * A, EI=E * I, length=length, shear_ratio=beam.shear_ratio))
+    beam, length = mesh.part, np.diff(mesh.s)
+    stiffness, mass = _plane_elements(beam, length, beam.second_moment)
+    if beam.in_space:
+        stiff_across, heavy_across = _plane_elements(beam, length, beam.second_moment_across)
+        polar = beam.second_moment + beam.second_moment_across
+        stiffness = space_element(stiffness, stiff_across, twist_stiffness(GJ=beam.torsional_stiffness, length=length))
+        mass = space_element(mass, heavy_across, twist_mass(inertia_per_length=beam.density * polar, length=length))
+    add_chain(K0, mesh, stiffness)
+    add_chain(M, mesh, mass)
+
+
+def _plane_elements(beam: BeamPart, length: Matrix, second_moment: float) -> tuple[Matrix, Matrix]:
+    """Stiffness and mass (e, 6, 6) of elements that bend in one plane."""
+    EA, EI = beam.youngs_modulus * beam.area, beam.youngs_modulus * second_moment
+    stiffness = beam_stiffness(EA=EA, EI=EI, length=length, shear_ratio=beam.shear_ratio)
+    m = beam.density * beam.area
     if beam.shear_ratio > 0:
-        section = {"mass_per_length": rho * A, "radius2": I / A, "shear_ratio": beam.shear_ratio}
-        add_chain(M, mesh, timoshenko_mass(**section, length=length))
-    else:
-        add_chain(M, mesh, beam_mass(mass_per_length=rho * A, length=length))
+        section = {"mass_per_length": m, "radius2": second_moment / beam.area, "shear_ratio": beam.shear_ratio}
+        return stiffness, timoshenko_mass(**section, length=length)
+    return stiffness, beam_mass(mass_per_length=m, length=length)
 
 
 def add_chain(whole: Matrix, mesh: BeamMesh, elements: Matrix) -> None:
-    """Add the matrices (e, 6, 6) of a beam's elements, over axial, transverse and angular displacements."""
+    """Add the matrices (e, 6, 6) or (e, 12, 12) of a beam's elements, over their own displacements and rotations."""
     turn = mesh.rotation
     elements = turn.T @ elements @ turn
     dofs = mesh.element_dofs
@@ -89,9 +103,9 @@ def _dof(mesh: Mesh, at: float, name: str) -> tuple[NDArray[np.int64], Matrix] |
     """Displacements and coefficients of one motion at a node; None where it has none."""
     if isinstance(mesh, MatrixCoordinates):
         return mesh.dof(at, name)
-    if name not in BEAM_DOFS:
+    if name not in mesh.dofs:
         return None
-    return mesh.node_dofs(at)[[BEAM_DOFS.index(name)]], np.ones(1)
+    return mesh.node_dofs(at)[[mesh.dofs.index(name)]], np.ones(1)
 
 
 def _row(mesh: Mesh, at: float, name: str, size: int) -> Matrix | None:
@@ -115,18 +129,38 @@ def _add_springs(K0: Matrix, support: Support, mesh: Mesh) -> None:
             K0 += stiffness * np.outer(row, row)
 
 
+def _add_mass(M: Matrix, mass: PointMass, mesh: Mesh) -> None:
+    for name, inertia in (*((axis, mass.mass) for axis in AXES), *mass.inertia.items()):
+        row = _row(mesh, mass.at, name, len(M))
+        if row is not None:
+            M += inertia * np.outer(row, row)
+
+
+def _add_spring(K0: Matrix, spring: Spring, first: Mesh, second: Mesh) -> None:
+    for name, stiffness in spring.stiffness.items():
+        one, two = _row(first, spring.at[0], name, len(K0)), _row(second, spring.at[1], name, len(K0))
+        if one is not None and two is not None:
+            K0 += stiffness * np.outer(two - one, two - one)
+
+
 def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Matrix:
     """Constraints (c, N): the second part moves with the first as if a rigid arm joined both places."""
     first, second = (meshes[name] for name in tie.between)
     rows = []
     if tie.at is not None:
         a, b = tie.at
-        dx, dy = (second.coordinates(b) - first.coordinates(a))[:2]
-        turn = _row(first, a, "rz", size)
-        for name, arm in (("x", -dy), ("y", dx), ("rz", 0.0)):
+        dx, dy, dz = second.coordinates(b) - first.coordinates(a)
+        arms = {"x": {"ry": dz, "rz": -dy}, "y": {"rz": dx, "rx": -dz}, "z": {"rx": dy, "ry": -dx}}
+        in_space = any(isinstance(mesh, BeamMesh) and mesh.part.in_space for mesh in (first, second))
+        dofs = SPACE_DOFS if in_space else PLANE_DOFS
+        for name in dofs:
             one, two = _row(first, a, name, size), _row(second, b, name, size)
-            if one is not None and two is not None:
-                rows.append(two - one - (arm * turn if turn is not None and arm else 0.0))
+            if one is None or two is None:
+                continue
+            for turn, arm in arms.get(name, {}).items():
+                turned = _row(first, a, turn, size) if turn in dofs and arm else None
+                one = one if turned is None else one + arm * turned
+            rows.append(two - one)
     elif isinstance(first, MatrixCoordinates) and isinstance(second, MatrixCoordinates) and tie.pairs:
         pairs = node_pairs(layout, tie.pairs, where="tie", parts=[first.matrices, second.matrices])
         for a, b in zip(pairs.a, pairs.b, strict=True):

@@ -1,12 +1,13 @@
-"""A single uniform beam hung free, as in a hammer test of a specimen: M, K and their derivatives."""
+"""A single uniform beam hung free, as in a hammer test of a specimen."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.structure.beam import beam_stiffness, deflection_shape
-from twin.structure.timoshenko import timoshenko_mass, timoshenko_mass_derivative, timoshenko_stiffness_derivative
+from twin.structure.timoshenko import timoshenko_mass
 
 Matrix = NDArray[np.float64]
 BENDING = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
@@ -14,28 +15,23 @@ BENDING = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
 
 @dataclass(frozen=True)
 class FreeBeam:
-    """Bending matrices of a free beam, DOFs (v, theta) of each node, (2 (elements + 1),) squared.
-
-    `M_shear` and `K_shear` are derivatives with respect to the shear ratio.
-    """
+    """Bending matrices of a free beam, DOFs (v, theta) of each node, (2 (elements + 1),) squared."""
 
     x: Matrix
     M: Matrix
     K: Matrix
-    M_shear: Matrix
-    K_shear: Matrix
 
     @property
     def transverse(self) -> NDArray[np.bool_]:
         """All of them: axial motion is left out."""
         return np.full(len(self.M), True)
 
-    def deflection(self, position_m: float) -> Matrix:
-        """Row c with v(position) = c x."""
+    def row(self, position_m: float, shape: Callable[[float, float], Matrix] = deflection_shape) -> Matrix:
+        """Row c with v(position) = c x, or with what another `shape` reads of an element."""
         e = int(np.clip(np.searchsorted(self.x, position_m) - 1, 0, len(self.x) - 2))
-        length = self.x[e + 1] - self.x[e]
+        length = float(self.x[e + 1] - self.x[e])
         row = np.zeros(len(self.M))
-        row[2 * e : 2 * e + 4] = deflection_shape((position_m - self.x[e]) / length, length)
+        row[2 * e : 2 * e + 4] = shape((position_m - self.x[e]) / length, length)
         return row
 
 
@@ -54,22 +50,17 @@ def free_beam(
     area, radius2 = width * thickness, thickness**2 / 12
     EA = youngs_modulus * area
     piece = length / elements
-    size = 2 * (elements + 1)
-    total = np.zeros((4, size, size))
-    section = {
-        "mass_per_length": density * area,
-        "radius2": radius2 if rotary else 0.0,
-        "length": piece,
-        "shear_ratio": shear_ratio,
-    }
-    parts = (
-        timoshenko_mass(**section),
-        beam_stiffness(EA=EA, EI=EA * radius2, length=piece, shear_ratio=shear_ratio),
-        timoshenko_mass_derivative(**section),
-        timoshenko_stiffness_derivative(EI=EA * radius2, radius2=radius2, length=piece, shear_ratio=shear_ratio),
+    mass = timoshenko_mass(
+        mass_per_length=density * area, radius2=radius2 if rotary else 0.0, length=piece, shear_ratio=shear_ratio
     )
-    for e in range(elements):
+    stiffness = beam_stiffness(EA=EA, EI=EA * radius2, length=piece, shear_ratio=shear_ratio)
+    return FreeBeam(np.linspace(0.0, length, elements + 1), *(chained(part, elements) for part in (mass, stiffness)))
+
+
+def chained(element: Matrix, count: int) -> Matrix:
+    """Bending part of so many equal elements (6, 6) in a row."""
+    total = np.zeros((2 * (count + 1), 2 * (count + 1)))
+    for e in range(count):
         at = slice(2 * e, 2 * e + 4)
-        for target, part in zip(total, parts, strict=True):
-            target[at, at] += part[BENDING]
-    return FreeBeam(np.linspace(0.0, length, elements + 1), *total)
+        total[at, at] += element[BENDING]
+    return total

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from twin.rigs import Layout, ThinLayer
 from twin.structure.matrix_coordinates import MatrixCoordinates, node_pairs
 from twin.structure.mesh import BeamMesh, LayerMesh
 from twin.structure.structure import JointOperators
-from twin.structure.thin_layer import ThinLayerElement, thin_layer
+from twin.structure.thin_layer import ThinLayerElement, space_thin_layer, thin_layer
 
 Matrix = NDArray[np.float64]
 Mesh = BeamMesh | MatrixCoordinates
@@ -37,11 +38,10 @@ def layer_element_dofs(
 ) -> Iterator[tuple[float, float, NDArray[np.int64], Matrix]]:
     """Begin (m along the first beam) and length of each element of a layer, and its displacements.
 
-    These are twelve, those of the beam below first; with them goes the rotation (12, 12) from x and y to the first
-    beam's axis and normal.
+    These are twelve of plane beams, 24 of beams in space, those of the beam below first; with them goes the rotation
+    from x, y and z to the first beam's axis, normal and across both.
     """
-    turn = np.zeros((12, 12))
-    turn[:6, :6] = turn[6:, 6:] = first.rotation
+    turn = np.asarray(np.kron(np.eye(2), first.rotation), float)
     below = first if _second_is_above(first, second) else second
     for n in range(len(layer.first) - 1):
         ends = {first: layer.first[n : n + 2], second: layer.second[n : n + 2]}
@@ -52,7 +52,7 @@ def layer_element_dofs(
 
 def _second_is_above(first: BeamMesh, second: BeamMesh) -> bool:
     """On the left of the first, where its normal points; also where both axes are drawn as one line."""
-    offset = np.array(second.part.start) - np.array(first.part.start)
+    offset = second.part.origin - first.part.origin
     return float(offset @ np.array(first.part.normal)) > -1e-9
 
 
@@ -74,11 +74,11 @@ def of_beams(
     joint = layer.joint
     bottom, top = (first, second) if _second_is_above(first, second) else (second, first)
     if make is None:
-        make = partial(thin_layer, bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness)
+        layer_of = space_thin_layer if first.part.in_space else thin_layer
+        make = partial(layer_of, bottom_thickness=bottom.part.thickness, top_thickness=top.part.thickness)
     width = joint.width or min(first.part.width, second.part.width)
-    found: dict[str, list[Matrix]] = {
-        name: [] for name in ("B_E", "B_G", "normal_weight", "shear_weight", "normal_at", "shear_at")
-    }
+    names = ("B_E", "B_G", "normal_weight", "shear_weight", "normal_at", "shear_at", "shear_direction")
+    found: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
     for begin, length, dofs, turn in layer_element_dofs(layer, first, second):
         element = make(length=length, height=joint.layer_height, width=width)
         for name, B in (("B_E", element.B_E), ("B_G", element.B_G)):
@@ -89,10 +89,11 @@ def of_beams(
         found["shear_weight"].append(element.shear_weight)
         found["normal_at"].append(begin + length * element.normal_at)
         found["shear_at"].append(begin + length * element.shear_at)
+        along = np.zeros(len(element.B_G), np.int64)
+        found["shear_direction"].append(along if element.shear_direction is None else element.shear_direction)
     whole = {name: np.concatenate(parts) for name, parts in found.items()}
     return JointOperators(
         name=joint.name,
-        shear_direction=np.zeros(len(whole["shear_at"]), np.int64),
         ends=(float(layer.first[0]), float(layer.first[-1])),
         points=first.coordinates(whole["normal_at"]),
         **whole,

@@ -137,9 +137,9 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
 
 def _attached(layout: Layout, rig: Rig, name: str, read: dict[str, PartMatrices]) -> Iterable[int]:
     """Nodes of a part that something is attached to."""
-    for support in layout.supports:
-        if support.part == name:
-            yield int(support.at)
+    for part, at in layout.attached:
+        if part == name:
+            yield int(at)
     for place in [rig.drive_place, *(rig.place_of(sensor.channel) for sensor in rig.sensors)]:
         if place.part == name:
             yield int(place.at)
@@ -148,9 +148,6 @@ def _attached(layout: Layout, rig: Rig, name: str, read: dict[str, PartMatrices]
         if file is not None and name in between:
             pairs = node_pairs(layout, file, where="pairs", parts=[read[n] for n in between])
             yield from (pairs.a if between[0] == name else pairs.b).tolist()
-    for tie in layout.ties:
-        if tie.at is not None and name in tie.between:
-            yield int(tie.at[tie.between.index(name)])
 
 
 def _read(layout: Layout, part: MatricesPart) -> PartMatrices:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from twin.rigs import BeamPart, Layout, ThinLayer
 from twin.structure.beam import deflection_shape, rotation_rate_shape, slope_shape
+from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS
 
 Array = NDArray[np.float64]
 
@@ -21,8 +22,8 @@ SAME_OF_LAYER = 0.25
 """The same of the shortest element of a layer."""
 BEYOND_m = 1e-6
 """By so much a place may lie beyond an end; it is at the end then."""
-NODE_DOFS = 3
-"""x, y and rz of a plane beam's node."""
+PLANE_DOFS, SPACE_DOFS = ("x", "y", "rz"), ("x", "y", "z", "rx", "ry", "rz")
+"""Of a plane beam's node, and of one of a beam in space."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class BeamMesh:
     s : ndarray, (k,)
         Metres along the beam.
     first : int
-        Number of its first degree of freedom; a node has x, y and rz.
+        Number of its first degree of freedom; a node has `dofs`.
     near : float
         So far from a node a place may lie that is to have it, m.
     """
@@ -45,62 +46,68 @@ class BeamMesh:
     near: float
 
     @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of a node's degrees of freedom."""
+        return SPACE_DOFS if self.part.in_space else PLANE_DOFS
+
+    @property
     def size(self) -> int:
         """Number of degrees of freedom."""
-        return NODE_DOFS * len(self.s)
+        return len(self.dofs) * len(self.s)
 
     @property
     def frame(self) -> Array:
-        """Components of axis and normal in x and y, (2, 2)."""
-        return np.array([self.part.axis, self.part.normal])
+        """Components of axis, normal and the direction across both in x, y and z, (3, 3)."""
+        return np.array([self.part.axis, self.part.normal, np.cross(self.part.axis, self.part.normal)])
 
     @property
     def points(self) -> Array:
-        """Coordinates of the nodes, (k, 2)."""
-        return self.coordinates(self.s)[:, :2]
+        """Coordinates of the nodes, (k, 3)."""
+        return self.coordinates(self.s)
 
     def coordinates(self, s: float | Array) -> Array:
         """Coordinates (..., 3) of places `s` (...) along the beam, m."""
-        points = np.array(self.part.start) + np.asarray(s, float)[..., None] * self.frame[0]
-        return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
+        return np.asarray(self.part.origin + np.asarray(s, float)[..., None] * np.array(self.part.axis))
 
     @property
     def element_dofs(self) -> NDArray[np.int64]:
-        """Degrees of freedom of each element, (e, 6)."""
-        return np.asarray(self.first + NODE_DOFS * np.arange(len(self.s) - 1)[:, None] + np.arange(2 * NODE_DOFS))
+        """Degrees of freedom of each element, (e, 6) or (e, 12)."""
+        n = len(self.dofs)
+        return np.asarray(self.first + n * np.arange(len(self.s) - 1)[:, None] + np.arange(2 * n))
 
     def node_dofs(self, s: float) -> NDArray[np.int64]:
         """Degrees of freedom of the node at `s`; ValueError where there is none."""
         node = int(np.argmin(np.abs(self.s - s)))
         if abs(self.s[node] - s) > max(self.near, BEYOND_m):
             raise ValueError(f"no node of {self.part.name!r} at {s} m")
-        return self.first + NODE_DOFS * node + np.arange(NODE_DOFS)
+        return self.first + len(self.dofs) * node + np.arange(len(self.dofs))
 
     def translation(self, s: float, direction: Sequence[float]) -> tuple[NDArray[np.int64], Array]:
-        """Degrees of freedom and coefficients of the displacement at `s` in a direction of the plane."""
-        along, across = self.frame @ np.array(direction[:2])
+        """Degrees of freedom and coefficients of the displacement at `s` in a direction."""
+        shares = self.frame @ np.array(direction)
         return self._row(s, lambda xi, length: (
-            along * np.array([1 - xi, xi]), across * deflection_shape(xi, length)
+            shares[0] * np.array([1 - xi, xi]), *(share * deflection_shape(xi, length) for share in shares[1:])
         ))  # fmt: skip
 
     def slope(self, s: float) -> tuple[NDArray[np.int64], Array]:
         """The same of the deflection's derivative along the beam."""
-        return self._row(s, lambda xi, length: (np.zeros(2), slope_shape(xi, length)))
+        return self._row(s, lambda xi, length: (np.zeros(2), slope_shape(xi, length), np.zeros(4)))
 
     def strain(self, s: float, *, side: float) -> tuple[NDArray[np.int64], Array]:
         """The same of the strain at a surface, half a thickness to the left (+1) or to the right (-1) of the axis."""
         part = self.part
         off = side * part.thickness / 2
 
-        def shapes(xi: float, length: float) -> tuple[Array, Array]:
+        def shapes(xi: float, length: float) -> tuple[Array, Array, Array]:
             shear = 12.0 * part.second_moment / part.area * part.shear_ratio / length**2
-            return np.array([-1.0, 1.0]) / length, -off * rotation_rate_shape(xi, length, shear)
+            return np.array([-1.0, 1.0]) / length, -off * rotation_rate_shape(xi, length, shear), np.zeros(4)
 
         return self._row(s, shapes)
 
     def rigid_translation(self, direction: Sequence[float]) -> Array:
         """Displacements (size,) of a unit translation."""
-        return np.tile([*direction[:2], 0.0], len(self.s))
+        at_node = [direction["xyz".index(name)] if name in "xyz" else 0.0 for name in self.dofs]
+        return np.tile(at_node, len(self.s))
 
     def _row(self, s: float, shapes) -> tuple[NDArray[np.int64], Array]:  # type: ignore[no-untyped-def]
         if not -BEYOND_m <= s <= self.s[-1] + BEYOND_m:
@@ -108,19 +115,25 @@ class BeamMesh:
         s = min(max(s, 0.0), self.s[-1])
         e = int(np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2))
         length = self.s[e + 1] - self.s[e]
-        local = np.zeros(6)
-        local[[0, 3]], local[[1, 2, 4, 5]] = shapes((s - self.s[e]) / length, length)
-        return self.first + NODE_DOFS * e + np.arange(6), self.to_global(local)
+        local = np.zeros(2 * len(self.dofs))
+        along, bent, across = shapes((s - self.s[e]) / length, length)
+        if self.part.in_space:
+            local[AXIAL], local[BENT], local[BENT_ACROSS] = along, bent, across * AGAINST
+        else:
+            local[[0, 3]], local[[1, 2, 4, 5]] = along, bent
+        return self.element_dofs[e], self.to_global(local)
 
     def to_global(self, rows: Array) -> Array:
-        """Rows (..., 6) over an element's axial, transverse and angular displacements as rows over x, y and rz."""
+        """Rows (..., 6) or (..., 12) over an element's own displacements and rotations as rows over `dofs`."""
         return np.asarray(rows @ self.rotation)
 
     @property
     def rotation(self) -> Array:
-        """Of an element's degrees of freedom from x, y to axis, normal, (6, 6)."""
+        """Of an element's degrees of freedom from x, y, z to axis, normal and across both, (6, 6) or (12, 12)."""
+        if self.part.in_space:
+            return np.asarray(np.kron(np.eye(4), self.frame), float)
         turn = np.eye(6)
-        turn[0:2, 0:2] = turn[3:5, 3:5] = self.frame
+        turn[0:2, 0:2] = turn[3:5, 3:5] = self.frame[:2, :2]
         return turn
 
 
@@ -194,15 +207,11 @@ def _shares(lengths: Array, elements: int) -> NDArray[np.int64]:
 
 
 def _single_nodes(layout: Layout) -> dict[str, Array]:
-    """Places on beams that a support or a tie needs a node at."""
+    """Places on beams that need a node: of a support, a tie, a mass or a spring."""
     found: dict[str, list[float]] = {}
-    for support in layout.supports:
-        found.setdefault(support.part, []).append(support.at)
-    for tie in layout.ties:
-        if tie.at is not None:
-            for name, at in zip(tie.between, tie.at, strict=True):
-                found.setdefault(name, []).append(at)
-    return {name: np.array(sorted(at)) for name, at in found.items()}
+    for name, at in layout.attached:
+        found.setdefault(name, []).append(at)
+    return {name: np.array(sorted(places)) for name, places in found.items()}
 
 
 def _near(layout: Layout) -> float:

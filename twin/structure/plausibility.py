@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.directions import AXES
-from twin.rigs import Place, Rig
+from twin.rigs import BeamPart, Place, Rig
 from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
@@ -15,6 +15,12 @@ Array = NDArray[np.float64]
 
 MODULUS_Pa, DENSITY_kg_m3 = (1e6, 1.3e12), (10.0, 23e3)
 """From foam to diamond; from foam to osmium."""
+SOUND_m_s = (30.0, 2e4)
+"""Speed of sound along a bar: from rubber to diamond."""
+LENGTH_m = (1e-3, 30.0)
+"""Of a beam on a shaker; metres that are millimetres lie beyond."""
+FIRST_MODE_Hz = (1.0, 2e4)
+"""What a shaker drives and accelerometers measure."""
 STOUT = 10.0
 """Length over thickness below which shear is felt in the first bending mode, by a per cent and more."""
 HEAVY = 0.05
@@ -27,23 +33,45 @@ STILL = 0.01
 """Motion in a mode, over the largest of any place, below which a place counts as a node of it."""
 STIFF = 1e3
 """Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other way."""
+UNLIKE = 1.5
+"""Height of a layer over the distance of the axes that it joins, from which one of them is likely to be mistyped."""
 LOOKED_AT = 4
 """Modes in which a drive or a sensor should move."""
 
 
 def implausible(modelled: ModelledRig) -> tuple[str, ...]:
     """A line for everything that a rig file is unlikely to mean."""
-    return tuple(line for check in CHECKS for line in check(modelled))
+    return (*unlikely_units(modelled.rig), *(line for check in CHECKS for line in check(modelled)))
 
 
-def _materials(m: ModelledRig) -> Iterator[str]:
-    for beam in m.rig.layout().beams:
+def unlikely_units(rig: Rig) -> tuple[str, ...]:
+    """The same of what the file alone shows, nothing assembled: numbers that are not in SI units, most likely."""
+    return (*_materials(rig), *_lengths(rig))
+
+
+def _lengths(rig: Rig) -> Iterator[str]:
+    for beam in rig.layout().beams:
+        if not LENGTH_m[0] <= beam.length <= LENGTH_m[1]:
+            yield f"part {beam.name!r}: {beam.length:g} m long; metres are asked for, no millimetres"
+
+
+def _first_mode(m: ModelledRig) -> Iterator[str]:
+    first = float(m.modes.frequency_Hz[0]) if len(m.modes.omega) else 0.0
+    if not FIRST_MODE_Hz[0] <= first <= FIRST_MODE_Hz[1]:
+        yield f"mode 1 at {first:.3g} Hz is beyond what a shaker drives; SI units are asked for"
+
+
+def _materials(rig: Rig) -> Iterator[str]:
+    for beam in rig.layout().beams:
         for name, value, (low, high), unit in (
             ("youngs_modulus", beam.youngs_modulus, MODULUS_Pa, "N/m2"),
             ("density", beam.density, DENSITY_kg_m3, "kg/m3"),
         ):
             if not low <= value <= high:
                 yield f"part {beam.name!r}: {name} {value:g} {unit} is no solid's; SI units are asked for"
+        sound = (beam.youngs_modulus / beam.density) ** 0.5
+        if not SOUND_m_s[0] <= sound <= SOUND_m_s[1]:
+            yield f"part {beam.name!r}: sound would run at {sound:.3g} m/s in it, which is no solid's"
 
 
 def _slenderness(m: ModelledRig) -> Iterator[str]:
@@ -63,6 +91,20 @@ def _layers(m: ModelledRig) -> Iterator[str]:
                 yield f"joint {joint.name!r}, preload {name}: G' is {ratio:.2g} times E'"
 
 
+def _heights(m: ModelledRig) -> Iterator[str]:
+    layout = m.rig.layout()
+    for joint in layout.joints:
+        first, second = (layout.part(name) for name in joint.between)
+        if isinstance(first, BeamPart) and isinstance(second, BeamPart):
+            apart = abs(float((second.origin - first.origin) @ np.array(first.normal)))
+            # both axes drawn as one line is the usual way to draw a single lap joint
+            if apart > 0 and not 1 / UNLIKE < joint.layer_height / apart < UNLIKE:
+                yield (
+                    f"joint {joint.name!r}: layer_height {joint.layer_height:g} m, and the axes of {first.name!r} and "
+                    f"{second.name!r} lie {apart:.4g} m apart; it is measured from neutral axis to neutral axis"
+                )
+
+
 def _motions(m: ModelledRig) -> Iterator[str]:
     held = 0 if m.rig.layout().supports else _of_one_body(m)
     if m.rigid > held:
@@ -74,7 +116,8 @@ def _motions(m: ModelledRig) -> Iterator[str]:
 
 
 def _of_one_body(m: ModelledRig) -> int:
-    return 3 if all(isinstance(mesh, BeamMesh) for mesh in m.structure.meshes.values()) else 6
+    plane = all(isinstance(mesh, BeamMesh) and not mesh.part.in_space for mesh in m.structure.meshes.values())
+    return 3 if plane else 6
 
 
 def _damping(m: ModelledRig) -> Iterator[str]:
@@ -114,7 +157,7 @@ def _still_places(m: ModelledRig) -> Iterator[str]:
 def _largest_strains(m: ModelledRig) -> Array:
     """Largest strain of any beam's surface in each of the first modes, (LOOKED_AT,)."""
     rows = [
-        m.structure.row(Place(mesh.part.name, s, (*mesh.part.normal, 0.0), reads="strain"))
+        m.structure.row(Place(mesh.part.name, s, mesh.part.normal, reads="strain"))
         for mesh in m.structure.meshes.values() if isinstance(mesh, BeamMesh)
         for s in mesh.s
     ]  # fmt: skip
@@ -129,7 +172,7 @@ def _places(rig: Rig):  # type: ignore[no-untyped-def]
 
 
 def _meshes(m: ModelledRig) -> Iterator[str]:
-    highest = float(m.modes.omega[min(9, len(m.modes.omega) - 1)])
+    highest = max(float(m.modes.omega[min(9, len(m.modes.omega) - 1)]), np.finfo(float).tiny)
     for mesh in m.structure.meshes.values():
         if isinstance(mesh, BeamMesh):
             beam = mesh.part
@@ -143,5 +186,5 @@ def _meshes(m: ModelledRig) -> Iterator[str]:
 
 
 CHECKS: tuple[Callable[[ModelledRig], Iterator[str]], ...] = (
-    _materials, _slenderness, _layers, _motions, _damping, _masses, _still_places, _meshes,
+    _first_mode, _slenderness, _layers, _heights, _motions, _damping, _masses, _still_places, _meshes,
 )  # fmt: skip

@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.directions import AXES
 from twin.rigs import Layout, Place
 from twin.structure.matrix_coordinates import MatrixCoordinates
 from twin.structure.mesh import BeamMesh
 from twin.structure.node_field import NodeField
 
 Matrix = NDArray[np.float64]
-
-PLANE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,10 +134,10 @@ class Structure:
         return self._translation(place, place.direction)
 
     def translations(self, place: Place) -> Matrix:
-        """Rows (k, n) of the displacement there: along x and y of a beam, along z too of a part given by matrices."""
+        """Rows (k, n) of the displacement there: along x and y of a plane beam, along z too of any other part."""
         mesh = self.meshes[place.part]
-        axes = PLANE if isinstance(mesh, BeamMesh) else (*PLANE, (0.0, 0.0, 1.0))
-        return np.array([self._translation(place, axis) for axis in axes])
+        plane = isinstance(mesh, BeamMesh) and not mesh.part.in_space
+        return np.array([self._translation(place, axis) for name, axis in AXES.items() if name != "z" or not plane])
 
     def _translation(self, place: Place, direction: Sequence[float]) -> Matrix:
         mesh = self.meshes[place.part]
@@ -165,7 +164,7 @@ class Structure:
         mesh = self.meshes[place.part]
         if not isinstance(mesh, BeamMesh):
             return np.zeros(len(self.M))
-        along = self.row(place.towards((*mesh.part.axis, 0.0)))
+        along = self.row(place.towards(mesh.part.axis))
         return along - side * mesh.part.thickness / 2 * self._over(*mesh.slope(place.at))
 
     def strain(self, place: Place) -> Matrix:
@@ -175,7 +174,7 @@ class Structure:
         is that of the section's rotation.
         """
         mesh = self._beam(place)
-        side = 1.0 if float(np.dot(place.direction[:2], mesh.part.normal)) > 0 else -1.0
+        side = 1.0 if float(np.dot(place.direction, mesh.part.normal)) > 0 else -1.0
         return self._over(*mesh.strain(place.at, side=side))
 
     def rigid_translation(self, direction: tuple[float, float, float]) -> Matrix:
@@ -191,7 +190,7 @@ class Structure:
         along = np.zeros(len(self.basis), bool)
         for mesh in self.meshes.values():
             if isinstance(mesh, BeamMesh):
-                along[mesh.first : mesh.first + mesh.size : 3] = True
+                along[mesh.first : mesh.first + mesh.size : len(mesh.dofs)] = True
         return np.asarray(~along[self.free])
 
     def with_point_mass(self, position_m: float, mass_kg: float) -> Structure:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from twin.structure.beam import deflection_shape, slope_shape
 from twin.structure.gauss import gauss
+from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 
 NORMAL_POINTS, SHEAR_POINTS = 4, 3
 """Gauss points that integrate the squares of a cubic opening and of a quadratic slip exactly."""
@@ -37,6 +38,8 @@ class ThinLayerElement:
         The factors sqrt(weight t / h) themselves: a row divided by its factor is the opening or slip in metres.
     normal_at, shear_at : ndarray
         Where along the element each row is taken, 0..1.
+    shear_direction : ndarray of int, or None
+        Which way each row of B_G slips: 0 along the beams, 1 across them; None of plane beams, which slip along only.
     """
 
     B_E: NDArray[np.float64]
@@ -45,6 +48,7 @@ class ThinLayerElement:
     shear_weight: NDArray[np.float64]
     normal_at: NDArray[np.float64]
     shear_at: NDArray[np.float64]
+    shear_direction: NDArray[np.int64] | None = None
 
 
 def thin_layer(
@@ -78,3 +82,36 @@ def thin_layer(
         gauss(NORMAL_POINTS)[0],
         gauss(SHEAR_POINTS)[0],
     )
+
+
+def space_thin_layer(
+    *, length: float, height: float, width: float, bottom_thickness: float, top_thickness: float
+) -> ThinLayerElement:
+    """The same between beams in space, whose sections are rigid; it opens unevenly across its width as they twist.
+
+    DOFs: (u, v, w, phi, psi, theta) of both nodes of the bottom beam's element, then of the top beam's, as in
+    :mod:`twin.structure.space_beam`.  B_E is (8, 24), B_G (16, 24).
+    """
+    opening, slip, weights, at = [], [], [], []
+    for xi, weight in zip(*gauss(NORMAL_POINTS), strict=True):
+        for across in (-width / np.sqrt(12), width / np.sqrt(12)):
+            top = _surface_motion(xi, length, height=-top_thickness / 2, across=across)
+            bottom = _surface_motion(xi, length, height=bottom_thickness / 2, across=across)
+            factor = np.sqrt(weight * length * width / height / 2)
+            along, apart, sideways = factor * np.hstack([-bottom, top])
+            opening.append(apart)
+            slip += [along, sideways]
+            weights.append(factor)
+            at.append(xi)
+    each = np.array(weights), np.repeat(weights, 2), np.array(at), np.repeat(at, 2)
+    return ThinLayerElement(np.array(opening), np.array(slip), *each, np.tile([0, 1], len(weights)))
+
+
+def _surface_motion(xi: float, length: float, *, height: float, across: float) -> NDArray[np.float64]:
+    """Rows (3, 12) of the motion along axis, normal and across of a section's point, so far off the axis."""
+    rows, linear = np.zeros((3, 12)), np.array([1 - xi, xi])
+    rows[0, AXIAL], rows[0, BENT] = linear, -height * slope_shape(xi, length)
+    rows[0, BENT_ACROSS] = -across * slope_shape(xi, length) * AGAINST
+    rows[1, BENT], rows[1, TWIST] = deflection_shape(xi, length), -across * linear
+    rows[2, BENT_ACROSS], rows[2, TWIST] = deflection_shape(xi, length) * AGAINST, height * linear
+    return rows

@@ -1,14 +1,14 @@
-"""Timoshenko's beam element: exact static shape functions, consistent mass, and derivatives by the shear ratio.
+"""Timoshenko's beam element: exact static shape functions and consistent mass.
 
 With phi = 12 EI s / (EA L^2) and s = E / (kappa G), deflection and section rotation are rational in phi alone,
-(a(xi) + phi b(xi)) / (1 + phi), so that their derivative by phi is (b - a) / (1 + phi)^2.  Polynomials as in
-Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 11.
+(a(xi) + phi b(xi)) / (1 + phi).  Polynomials as in Przemieniecki, Theory of Matrix Structural Analysis (1968),
+chapter 11.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twin.structure.beam import BENDING, SLENDER, THICK, beam_mass, per_length
+from twin.structure.beam import BENDING, beam_mass, per_length
 from twin.structure.gauss import gauss
 
 Matrix = NDArray[np.float64]
@@ -42,35 +42,10 @@ def timoshenko_mass(*, mass_per_length: float, radius2: float, length: ArrayLike
     M = beam_mass(mass_per_length=mass_per_length, length=length)
     integral = sum(
         factor * (one + phi * mixed + phi**2 * two)
-        for factor, (one, mixed, two) in ((1.0, _DEFLECTION), (radius2 / L**2, _ROTATION))
+        for factor, (one, mixed, two) in ((1.0, DEFLECTION), (radius2 / L**2, ROTATION))
     )
     M[BENDING] = mass_per_length * L * integral / (1 + phi) ** 2 * per_length(length)
     return M
-
-
-def timoshenko_mass_derivative(
-    *, mass_per_length: float, radius2: float, length: ArrayLike, shear_ratio: float
-) -> Matrix:
-    """Derivative of :func:`timoshenko_mass` with respect to `shear_ratio`, (..., 6, 6)."""
-    L = np.asarray(length, float)[..., None, None]
-    phi = shear_parameter(radius2=radius2, shear_ratio=shear_ratio, length=L)
-    dM = np.zeros((*np.shape(length), 6, 6))
-    by_phi = sum(
-        factor * (mixed - 2 * one + phi * (2 * two - mixed))
-        for factor, (one, mixed, two) in ((1.0, _DEFLECTION), (radius2 / L**2, _ROTATION))
-    )
-    dM[BENDING] = mass_per_length * L * by_phi / (1 + phi) ** 3 * 12.0 * radius2 / L**2 * per_length(length)
-    return dM
-
-
-def timoshenko_stiffness_derivative(*, EI: float, radius2: float, length: ArrayLike, shear_ratio: float) -> Matrix:
-    """Derivative of the element's stiffness with respect to `shear_ratio` at a given EI (N m2), (..., 6, 6)."""
-    L = np.asarray(length, float)[..., None, None]
-    phi = shear_parameter(radius2=radius2, shear_ratio=shear_ratio, length=L)
-    dK = np.zeros((*np.shape(length), 6, 6))
-    by_phi = (THICK - SLENDER) / (1 + phi) ** 2
-    dK[BENDING] = EI / L**3 * by_phi * 12.0 * radius2 / L**2 * per_length(length)
-    return dK
 
 
 def _of_phi(a: list[Matrix], b: list[Matrix]) -> tuple[Matrix, Matrix, Matrix]:
@@ -80,13 +55,13 @@ def _of_phi(a: list[Matrix], b: list[Matrix]) -> tuple[Matrix, Matrix, Matrix]:
     return (one.T * _WEIGHT) @ one, mixed + mixed.T, (two.T * _WEIGHT) @ two
 
 
-# Deflection and section rotation in (v1, theta1 L, v2, theta2 L); four Gauss points are exact for squares of cubics.
+# Of deflection and section rotation in (v1, theta1 L, v2, theta2 L); four Gauss points are exact for squares of cubics.
 _XI, _WEIGHT = gauss(4)
-_DEFLECTION = _of_phi(
+DEFLECTION = _of_phi(
     [1 - 3 * _XI**2 + 2 * _XI**3, _XI - 2 * _XI**2 + _XI**3, 3 * _XI**2 - 2 * _XI**3, _XI**3 - _XI**2],
     [1 - _XI, (_XI - _XI**2) / 2, _XI, (_XI**2 - _XI) / 2],
 )
-_ROTATION = _of_phi(
+ROTATION = _of_phi(
     [6 * (_XI**2 - _XI), 1 - 4 * _XI + 3 * _XI**2, 6 * (_XI - _XI**2), 3 * _XI**2 - 2 * _XI],
     [0 * _XI, 1 - _XI, 0 * _XI, _XI],
 )

@@ -6,15 +6,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import Place, Rig
+from twin.rigs import BeamPart, Place, Rig
 from twin.structure.beam import beam_stiffness, weakened_stiffness
 from twin.structure.mesh import BeamMesh
+from twin.structure.space_beam import space_element, twist_stiffness
 from twin.structure.structure import Structure
 
 Matrix = NDArray[np.float64]
-
-ELASTIC = 3
-"""Of an element's six motions, those that strain it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,20 +36,32 @@ def weakened_section(rig: Rig, structure: Structure, *, place: Place, factor: fl
     mesh = structure.meshes[place.part]
     assert isinstance(mesh, BeamMesh)
     beam, first = mesh.part, mesh.element_dofs
-    section = {"EA": beam.youngs_modulus * beam.area, "EI": beam.youngs_modulus * beam.second_moment}
     forms, lost = [], []
     for e, (a, b) in enumerate(pairwise(mesh.s)):
         weak = max(a, place.at - half) - a, min(b, place.at + half) - a
         if weak[0] < weak[1]:
-            element = {**section, "length": float(b - a), "shear_ratio": beam.shear_ratio}
-            change = weakened_stiffness(**element, weak=weak, factor=factor) - beam_stiffness(**element)
-            size, shape = np.linalg.eigh(change)
-            for k in range(ELASTIC):
+            size, shape = np.linalg.eigh(_change(beam, float(b - a), weak, factor))
+            for k in range(len(shape) // 2):
                 form = np.zeros(len(structure.basis))
                 form[first[e]] = mesh.to_global(shape[:, k])
                 forms.append(form)
                 lost.append(size[k])
     return WeakenedSection(np.array(forms), np.array(lost))
+
+
+def _change(beam: BeamPart, length: float, weak: tuple[float, float], factor: float) -> Matrix:
+    """What an element's stiffness changes by, (6, 6) or (12, 12); half of its motions strain it."""
+    section = {"EA": beam.youngs_modulus * beam.area, "length": length, "shear_ratio": beam.shear_ratio}
+
+    def bent(second_moment: float) -> Matrix:
+        own = {**section, "EI": beam.youngs_modulus * second_moment}
+        return weakened_stiffness(**own, weak=weak, factor=factor) - beam_stiffness(**own)
+
+    if not beam.in_space:
+        return bent(beam.second_moment)
+    softer = length / (length + (1 / factor - 1) * (weak[1] - weak[0])) - 1
+    twist = softer * twist_stiffness(GJ=beam.torsional_stiffness, length=np.array(length))
+    return space_element(bent(beam.second_moment), bent(beam.second_moment_across), twist)
 
 
 def mean_element(rig: Rig) -> float:

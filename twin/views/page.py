@@ -3,7 +3,7 @@
 import base64
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -14,6 +14,8 @@ from twin.views.style import AFTER
 from twin.views.table import Table, markdown_text, table_markdown, template
 
 DPI = 130
+LEFT_OUT = "What the rig file leaves out, and what stands for it"
+"""Title of the list that reports begin with."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +60,10 @@ class Page:
     facts: str
     sections: Sequence[Section]
     accent: str = AFTER
+
+    def beginning(self, title: str, items: Sequence[str]) -> "Page":
+        """The page with a list before all its sections, if there is anything in it."""
+        return replace(self, sections=[Section(title=title, items=items), *self.sections]) if items else self
 
     def write(self, path: Path, *, commands: Sequence[str] = ()) -> None:
         """Write the page as HTML, whole or not at all; a file that is there is replaced.

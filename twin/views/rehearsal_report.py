@@ -5,8 +5,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from twin.views.page import Page, Picture, Section, Table
+from twin.views.page import LEFT_OUT, Page, Picture, Section, Table
 from twin.views.rehearsal_figures import range_figure, responses_figures
+from twin.views.rehearsal_noise import noise_section
 from twin.views.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
@@ -26,7 +27,12 @@ def rehearsal_sentence(result: Mapping[str, Any]) -> str:
         plural = "warning says" if count["warning"] == 1 else "warnings say"
         mislead = f"The procedure gets to its end, {took}, but {count['warning']} {plural} that its data would mislead"
         return mislead + _improvement(result) + "."
-    return f"The procedure can be run as it is: {took}, no warnings."
+    return f"The procedure can be run as it is: {took}, no warnings{counted_notes(count['note'])}."
+
+
+def counted_notes(count: int) -> str:
+    """What stands beside no warnings, as the end of a sentence."""
+    return f" but {count} note{'s' if count > 1 else ''} on what to expect" if count else ""
 
 
 def _improvement(result: Mapping[str, Any]) -> str:
@@ -43,26 +49,29 @@ def _improvement(result: Mapping[str, Any]) -> str:
 def rehearsal_page(result: Mapping[str, Any]) -> Page:
     """The report of a rehearsal, from what ``twin rehearse`` writes as ``result.json``."""
     preload = f", preload {result['preload']}" if result.get("preload") else ""
-    return Page(
+    page = Page(
         title="Rehearsal of a vibration test",
         answer=rehearsal_sentence(result),
         facts=f"Procedure {result.get('procedure', '')} on rig {result.get('rig', '')}{preload}.",
         sections=[section for section in _sections(result) if section is not None],
         accent=BEFORE if result["must_not_run"] else AFTER if result["clear"] else CAUTION,
     )
+    return page.beginning(LEFT_OUT, result.get("assumed") or [])
 
 
 def _sections(result: Mapping[str, Any]) -> Iterator[Section | None]:
-    yield _warnings(result, "Warnings")
+    yield _warnings(result, "Warnings and notes")
     yield _sweeps(result)
+    yield from map(noise_section, result.get("noise") or [])
     yield _decays(result)
     yield _resources(result)
     if result.get("improved"):
         yield _improved(result["improved"], result.get("branches") or [])
+        yield from map(noise_section, result["improved"].get("noise") or [])
     yield Section(
         title="What was assumed",
         items=[
-            "The rig behaves as its file says; the joint's law is the twin's, with sensor noise and the converter.",
+            "The rig behaves as its file says, and where that says nothing as is told above.",
             "Predicted branches are harmonic balance without shaker, noise or converter; at a fold a sweep jumps.",
         ],
     )
@@ -85,13 +94,14 @@ def warnings_table(result: Mapping[str, Any]) -> Table:
     rows = [
         (
             w["kind"], w["severity"],
-            f"{w['sweep']}, step {w['index']}" + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
+            (f"{w['sweep']}, step {w['index']}" if w["sweep"] else "")
+            + (f", {w['frequency_Hz']:g} Hz" if w["frequency_Hz"] else ""),
             str(w["steps"]), w["reason"], w["advice"],
         )
         for w in result["warnings"]
     ]  # fmt: skip
     head = ("kind", "severity", "worst step", "steps", "what is wrong", "what to change")
-    return Table(caption="Warnings, gravest first", head=head, rows=rows, numbers=(3,))
+    return Table(caption="Warnings and notes, gravest first", head=head, rows=rows, numbers=(3,))
 
 
 def _warnings(result: Mapping[str, Any], title: str) -> Section:

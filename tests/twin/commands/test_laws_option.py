@@ -30,7 +30,10 @@ def files(tmp_path, monkeypatch):
     monkeypatch.setattr("twin.joint.registry._loaded", {})
     rig, law = tmp_path / "rig.toml", tmp_path / "law.py"
     text = nominal_rig_file(load_rig("steel-lap-joint")).decode()
-    rig.write_text(text + '\n[joint.law.slip]\nname = "held"\nspring = 1e7\n')
+    own = '[joint.law.slip]\nname = "held"\nspring = 1e7\n'
+    calibrated = '[joint.law]\nof = "steel-lap-joint"\n'
+    assert calibrated in text
+    rig.write_text(text.replace(calibrated, own))
     law.write_text(LAW)
     return rig, law
 

@@ -21,6 +21,7 @@ period = 0.5
 periods = 8
 sample_rate = 1024.0
 settle = { seconds = 4.0 }
+store = "settled"
 """
 PERIOD = 512
 

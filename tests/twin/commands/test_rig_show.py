@@ -19,7 +19,8 @@ def shown(capsys, *arguments):
 @pytest.mark.parametrize("name", sorted(RIG_FILES))
 def test_every_shipped_rig_is_told(capsys, name):
     table, rig = shown(capsys, name), load_rig(name)
-    assert set(table) == {"natural_frequencies_Hz", "rigid_modes", "parts", "joints", "laws", "sensors", "warnings"}
+    told = {"natural_frequencies_Hz", "rigid_modes", "parts", "joints", "laws", "sensors", "assumed", "warnings"}
+    assert set(table) == told
     frequencies = table["natural_frequencies_Hz"]
     assert len(frequencies) == 10
     assert frequencies == sorted(frequencies)
@@ -63,16 +64,30 @@ def test_nothing_is_implausible_of_a_plausible_rig(tmp_path):
     assert warnings(tmp_path) == ()
 
 
+def test_millimetres_in_all_lengths_and_gigapascals_are_told(capsys, tmp_path):
+    rig, path = load_rig("steel-lap-joint"), tmp_path / "rig.toml"
+    beam = {"length": 235.0, "width": 25.4, "thickness": 6.36, "youngs_modulus": 198.0}
+    beams = {name: getattr(rig, name).model_copy(update=beam) for name in ("lower", "upper")}
+    joint = rig.joint.model_copy(update={"overlap": 50.0, "layer_height": 6.36})
+    save_rig(rig.model_copy(update=beams | {"joint": joint}), path)
+    told = shown(capsys, str(path))["warnings"]
+    for part in ("lower", "upper"):
+        assert f"part '{part}': 235 m long; metres are asked for, no millimetres" in told
+        assert f"part '{part}': youngs_modulus 198 N/m2 is no solid's; SI units are asked for" in told
+
+
 @pytest.mark.parametrize(
     ("was", "now", "told"),
     [
         ("youngs_modulus = 198000000000.0", "youngs_modulus = 198000.0", "no solid's"),
         ("density = 7880.0", "density = 7.88", "no solid's"),
+        ("density = 7880.0", "density = 20.0", "sound would run at"),
         ("thickness = 0.00636", "thickness = 0.03", "times as long as thick"),
         ("0.0023", "0.23", "not per cent"),
         ("mass = 0.002", "mass = 0.2", "of the structure"),
         ('part = "middle"\nat = 0.1', 'part = "root"\nat = 0.0', "nothing moves there"),
         ("shear_modulus = 76000000.0", "shear_modulus = 7.6e12", "times E'"),
+        ("layer_height = 0.00636", "layer_height = 0.000636", "lie 0.00636 m apart; it is measured from neutral axis"),
         ("elements = 18", "elements = 4", "coarse"),
         ('fix = [\n    "x",\n    "y",\n    "rz",\n]', 'fix = ["x"]', "nothing holds"),
     ],

@@ -183,7 +183,7 @@ def test_tables_are_diagnosed_and_the_model_goes_on(tmp_path: Path) -> None:
     ("use", "told"),
     [
         (lambda: twin.load_rig("gremlin"), "shipped rigs"),
-        (lambda: twin.load_rig("composite-beam").rehearse("steel-sweeps"), "is not a lap joint"),
+        (lambda: twin.load_rig("composite-beam").rehearse("steel-sweeps"), "here a rig of format 1 or 2 is needed"),
         (lambda: twin.load_rig("brake-reuss").identify("run.mcap"), "one table of sweeps"),
         (lambda: twin.load_rig("steel-lap-joint").identify("nowhere.mcap", preload="99N"), "99N"),
         (lambda: twin.load_rig("steel-lap-joint").diagnose("nowhere.mcap"), "no such file"),

@@ -108,7 +108,7 @@ def test_bonded_beams_bend_statically_like_one_of_double_height(rig):
 
 def nodes(structure):
     """Coordinates of both beams' nodes, (k, 2)."""
-    return np.concatenate([structure.meshes[name].points for name in ("lower", "upper")])
+    return np.concatenate([structure.meshes[name].points[:, :2] for name in ("lower", "upper")])
 
 
 def one_beam(rig, elements):

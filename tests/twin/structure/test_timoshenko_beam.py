@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.timoshenko import (
     timoshenko_mass,
-    timoshenko_mass_derivative,
-    timoshenko_stiffness_derivative,
 )
 
 

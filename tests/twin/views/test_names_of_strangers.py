@@ -14,9 +14,9 @@ from recorded_views import columns, sdof_run, verify, write_mcap
 from recordings import Run, read_run
 from recordings.convert import convert, read_as
 from twin.commands.convert import formats
-from twin.views import save_run
 from twin.views.drawing import Drawing
 from twin.views.page import Page, Picture, Section
+from twin.views.rerun_run import save_run
 from twin.views.table import Table, markdown_text, table_html, table_text
 
 NAME = "x\x1b]0;owned\x07\u202e <script>alert(1)</script> ![](http://a/b) $\\frac[$ | *"

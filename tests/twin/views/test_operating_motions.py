@@ -16,8 +16,8 @@ from twin.diagnose.result import Diagnosis
 from twin.identify.gauss_newton import Solution
 from twin.identify.residual_model import ResidualModel
 from twin.structure import drawn_parts
-from twin.views import save_diagnosis
 from twin.views.operating import Motion, operating_motions
+from twin.views.rerun_diagnosis import save_diagnosis
 from twin.views.rerun_fit import l_curve_of
 
 

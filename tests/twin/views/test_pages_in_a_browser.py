@@ -14,8 +14,9 @@ from needed import package, program
 from twin.diagnose.result import Diagnosis
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint
-from twin.views import diagnosis_page, rehearsal_page
 from twin.views import page as pages
+from twin.views.rehearsal_report import rehearsal_page
+from twin.views.report import diagnosis_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

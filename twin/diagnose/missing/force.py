@@ -1,7 +1,5 @@
 """A force of simple terms between ground and one place of the structure: what is fitted where no cause explains."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -14,8 +12,6 @@ from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.places import place_at, position, single_point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NonlinearForce
-
-__all__ = ["LocalForce", "law_of", "named_law", "peak_and_fundamental"]
 
 Array = NDArray[Any]
 Force = Callable[[Array, Array, Array], Array]

@@ -1,7 +1,5 @@
 """Where a force is missing, how it depends on the motion there, and the simplest terms that make it."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -19,8 +17,6 @@ from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
-
-__all__ = ["FittedTerm", "ForceAtLevel", "MissingForce", "find_missing_force"]
 
 Array = NDArray[Any]
 

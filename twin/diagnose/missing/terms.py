@@ -1,15 +1,11 @@
 """The simple terms that a force nobody has named may be made of: springs, dampers, a mass, each of one power."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["TERMS", "Term"]
 
 Array = NDArray[Any]
 

@@ -1,7 +1,5 @@
 """Choosing the next test: the shortest that parts the best model from its rivals, whichever of them is true."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +19,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.procedures import save_procedure
 from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
 from twin.rigs import Rig
-
-__all__ = ["plan_next_test"]
 
 PROCEDURE = "next.toml"
 RIVAL = 5.0

@@ -1,7 +1,5 @@
 """What a procedure would bring if a model were true: its prediction, with the noise that the recordings showed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,8 +16,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import same_resonance
 from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
-
-__all__ = ["Imagined", "predict_test_data"]
 
 Array = NDArray[Any]
 

@@ -4,8 +4,6 @@ It is predicted from the sweeps' own noise, and from the model's responses in bi
 real run's.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +13,6 @@ from twin.identify.broadband import BinnedResponse, response_bins
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.procedures import Random
-
-__all__ = ["predicted_bins"]
 
 
 def predicted_bins(evidence: MeasuredData, truth: FittedModel, procedure: Random, time_s: float) -> BinnedResponse:

@@ -1,7 +1,5 @@
 """Procedures that might tell rivals apart: bands of noise, sweeps at several forces, each for several lengths."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -16,8 +14,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.procedures import Procedure, Random, SteppedSine
 from twin.procedures.tables import Limits, Measure, Settle
 from twin.rigs import Rig
-
-__all__ = ["Proposal", "propose"]
 
 LONGER = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Lengths of noise, and of a measured step, over those of the recordings."""

@@ -81,7 +81,7 @@ def _candidate_places(evidence: MeasuredData) -> list[Place]:
     for part in layout.parts:
         if isinstance(part, BeamPart):
             count = max(round(ON_BEAMS * part.length / whole), 2)
-            found += [Place(part.name, part.length * (k + 1) / count, (*part.normal, 0.0)) for k in range(count)]
+            found += [Place(part.name, part.length * (k + 1) / count, part.normal) for k in range(count)]
         else:
             field = structure.node_field(part.name)
             nodes = field.nodes[_spread(field.coordinates, ON_PART)]

@@ -5,15 +5,11 @@ whitened difference r to the truth r' r - b' (J'J + P)^-1 b with b = J' r, J its
 information that it has from the recordings.  Half of that is the gain of log evidence, and also half its variance.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.posterior import TEMPERATURE
-
-__all__ = ["SURE", "enough", "separation"]
 
 SURE = 1.28
 """Standard deviations that a test must have in hand, for nine in ten to part the models."""

@@ -1,7 +1,5 @@
 """Where a proposed sweep may go: about the resonances that were swept, or about another mode of the same joint."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,8 +13,6 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance, same_resonance
-
-__all__ = ["HEADROOM", "STEPS", "Band", "sweep_bands"]
 
 Array = NDArray[Any]
 

@@ -1,7 +1,5 @@
 """Faults that show in the samples themselves: each is looked for before any model is asked."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

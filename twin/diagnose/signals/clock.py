@@ -1,15 +1,11 @@
 """A run as a converter with a good clock would have recorded it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 
 from recordings.run import Run
 from twin.rigs import Rig
-
-__all__ = ["as_known", "with_clock"]
 
 
 def as_known(run: Run, rig: Rig) -> Run:

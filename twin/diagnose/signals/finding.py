@@ -1,14 +1,10 @@
 """What a look at the samples themselves can find, before any model."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from numpy.typing import NDArray
-
-__all__ = ["Finding"]
 
 
 @dataclass(frozen=True, kw_only=True)

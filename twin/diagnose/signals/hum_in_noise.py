@@ -1,13 +1,9 @@
 """A steady line in a broadband run: what of a channel does not follow the force at one frequency alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from recordings.run import Run
 from recordings.sweeps import Stretch
-
-__all__ = ["line_in_noise"]
 
 LOBE, AROUND = 2, 14
 """Spectral lines on either side that a windowed steady line fills, and that tell what the force makes there."""

@@ -1,13 +1,9 @@
 """How far apart the values of a channel lie."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["smallest_step"]
 
 SAMPLES = 200_000
 

@@ -4,8 +4,6 @@ Whatever goes by the motion alone repeats with the drive, and leaves nothing bet
 there that keep their distance to the drive from step to step are evidence for something that no listed cause does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,8 +14,6 @@ from numpy.typing import NDArray
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.identify.sine_fit import Line
-
-__all__ = ["Sidebands", "find_sidebands"]
 
 Array = NDArray[Any]
 

@@ -1,15 +1,11 @@
 """Dwells too short: the response still changes while it is measured."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from twin.diagnose.signals.finding import Finding
 from twin.identify.settled import still_changing
 from twin.identify.sine_fit import SteadyState
 from twin.identify.sweeps import rows_by_sweep
-
-__all__ = ["find_unsettled"]
 
 LEAST_STEPS, LEAST_SHARE = 8, 0.25
 """Steps of a sweep that tell anything, and the share of them that must change: a jump alone leaves only a few."""

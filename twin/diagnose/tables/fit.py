@@ -20,8 +20,6 @@ from twin.diagnose.tables.model import Active, Change, FrequencyModel
 from twin.diagnose.tables.system import System
 from twin.identify.gauss_newton import Solution, minimise
 
-__all__ = ["Fit", "Problem"]
-
 Array = NDArray[np.float64]
 SPREAD = float(np.log(3.0))
 """Standard deviation of the logarithm of an assumed standard deviation: right to within a factor of three."""

@@ -1,7 +1,5 @@
 """Diagnosis of measured natural frequencies against a nominal rig."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -25,8 +23,6 @@ from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.identify.rms import rms
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
-
-__all__ = ["check_modes", "diagnose_frequencies"]
 
 Array = NDArray[np.float64]
 FEWEST = 3

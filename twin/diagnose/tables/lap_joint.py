@@ -1,7 +1,5 @@
 """A lap joint's natural frequencies under every listed cause that is linear and belongs to the structure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -20,8 +18,6 @@ from twin.identify.model_modification import UNCHANGED, Attachment, ModelModific
 from twin.identify.predict import blank_data
 from twin.rigs import Effect, Rig
 from twin.structure import Structure
-
-__all__ = ["LapJointFrequencies", "require_one_joint"]
 
 Matrix = NDArray[np.float64]
 MODULI_STD = 0.3

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from recordings import FrequencyTable
 from recordings.errors import InputError
 
-__all__ = ["ASSUMED_STD", "Measurement", "read_frequencies"]
-
 Array = NDArray[np.float64]
 ASSUMED_STD = 1e-3
 """Relative standard deviation of a frequency whose table gives none: bolted structures repeat to about 0.1 %."""

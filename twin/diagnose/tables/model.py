@@ -1,7 +1,5 @@
 """What a diagnosis of natural frequencies asks of a structure, whether a lap joint or one beam alone."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,8 +12,6 @@ from twin.diagnose.result import Estimate
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.structure.bending_modes import bending_modes
-
-__all__ = ["Active", "BaseParameter", "Change", "FrequencyModel", "Matrices"]
 
 Matrix = NDArray[np.float64]
 

@@ -1,7 +1,5 @@
 """E' and G' of a lap joint from natural frequencies alone, with hardly anything assumed of them beforehand."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,8 +15,6 @@ from twin.diagnose.tables.measured import ASSUMED_STD, Measurement
 from twin.diagnose.tables.search import FINE, moduli_alone
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
-
-__all__ = ["FrequencyModuli", "fit_moduli"]
 
 Array = NDArray[np.float64]
 UNKNOWN = 10.0

@@ -1,14 +1,10 @@
 """Masses that a rig file states of its sensors, held against the frequencies: agreement may rest on them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.search import least_gain
-
-__all__ = ["heavy_sensors"]
 
 LIGHT_KG = 0.002
 """Mass of a miniature accelerometer."""

@@ -1,7 +1,5 @@
 """Whether resonances move with the order in which sweeps were run, beside a law of amplitude."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,8 +9,6 @@ from scipy.stats import spearmanr
 
 from twin.diagnose.tables.result import SweepRow
 from twin.identify.rms import rms
-
-__all__ = ["Drift", "Jump", "find_drift", "find_jump"]
 
 Array = NDArray[np.float64]
 CONFOUNDED = 0.9

@@ -1,7 +1,5 @@
 """What the diagnosis of a table says, in the contract's form."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -11,8 +9,6 @@ from twin.diagnose.shortfall import explains, shortfall, told_with
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.modal import ModalRig
-
-__all__ = ["FrequencyRow", "HeldOut", "SweepRow", "TableDiagnosis", "Tried"]
 
 
 @dataclass(frozen=True)

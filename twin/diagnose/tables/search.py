@@ -1,7 +1,5 @@
 """Which cause natural frequencies ask for: each is added in turn, refitted, and weighed by its evidence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -13,20 +11,6 @@ from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.model import Active, Change
 from twin.identify.rms import rms
-
-__all__ = [
-    "FINE",
-    "PLAUSIBLE",
-    "Found",
-    "Search",
-    "Stage",
-    "least_gain",
-    "leave_one_out",
-    "moduli_alone",
-    "probabilities",
-    "rivals_of",
-    "search",
-]
 
 Array = NDArray[np.float64]
 Report = Callable[[str], None]

@@ -1,8 +1,6 @@
 """One uniform beam's natural frequencies, hung free or clamped, under the causes that such a specimen may have."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -16,10 +14,8 @@ from twin.diagnose.result import Estimate
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.rigs import Effect
 from twin.rigs.beam import BeamRig
-from twin.structure.beam import curvature_shape, deflection_shape
+from twin.structure.beam import curvature_shape
 from twin.structure.free_beam import FreeBeam, free_beam
-
-__all__ = ["SingleBeamFrequencies"]
 
 Matrix = NDArray[np.float64]
 MODULUS = "youngs_modulus"
@@ -89,7 +85,7 @@ class SingleBeamFrequencies:
         spring = np.inf
         for name, values in acting:
             if name == "added-mass":
-                row = _row(mesh, values["position_m"], deflection_shape)
+                row = mesh.row(values["position_m"])
                 M += values["mass_kg"] * np.outer(row, row)
             elif name == "stiffness-loss":
                 K -= (1 - values["factor"]) * self._section(mesh, values["position_m"])
@@ -141,7 +137,7 @@ class SingleBeamFrequencies:
         beam, length = self.rig.beam, SECTION * self.rig.beam.length
         places, weights = np.polynomial.legendre.leggauss(8)
         points = np.clip(position_m + length / 2 * places, 0.0, beam.length)
-        rows = np.array([_row(mesh, float(point), curvature_shape) for point in points])
+        rows = np.array([mesh.row(float(point), curvature_shape) for point in points])
         return np.asarray(beam.second_moment * length / 2 * (rows.T * weights) @ rows)
 
 
@@ -161,12 +157,3 @@ def _meshed(
         length=length, width=width, thickness=thickness, youngs_modulus=1.0, density=density, shear_ratio=shear_ratio,
         rotary=shear_ratio > 0, elements=elements,
     )  # fmt: skip
-
-
-def _row(mesh: FreeBeam, position_m: float, shape: Callable[[float, float], Matrix]) -> Matrix:
-    """Row c with shape(position) = c x."""
-    e = int(np.clip(np.searchsorted(mesh.x, position_m) - 1, 0, len(mesh.x) - 2))
-    length = float(mesh.x[e + 1] - mesh.x[e])
-    row = np.zeros(len(mesh.M))
-    row[2 * e : 2 * e + 4] = shape((position_m - mesh.x[e]) / length, length)
-    return row

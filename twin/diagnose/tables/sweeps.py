@@ -4,8 +4,6 @@ No finite elements: each sweep holds its response and so is a linear mode; a smo
 dampings, and every sweep is predicted from all others.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +22,6 @@ from twin.identify.backbone import FREQUENCY_SCALE, Sweep, identify_backbone
 from twin.identify.modal_prediction import predict_held
 from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
-
-__all__ = ["MOST_STEPS", "diagnose_sweeps"]
 
 Array = NDArray[np.float64]
 MOST_STEPS, MOST_SWEEPS = 20_000, 60

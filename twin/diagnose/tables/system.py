@@ -1,7 +1,5 @@
 """Parameters of one fit to natural frequencies as a vector, with priors, bounds, residuals and sensitivities."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,8 +9,6 @@ from scipy.stats import norm
 from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.measured import Measurement
 from twin.diagnose.tables.model import Change, FrequencyModel
-
-__all__ = ["System"]
 
 Array = NDArray[np.float64]
 Changes = tuple[tuple[Change, dict[str, float]], ...]

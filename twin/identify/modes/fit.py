@@ -1,7 +1,5 @@
 """Modal parameters from frequency responses: chart, stable poles, maximum likelihood, and the modes that pay."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +10,6 @@ from twin.identify.modes.noise import noise_of_residual, noise_of_responses
 from twin.identify.modes.rational import ChartPole, pole_chart
 from twin.identify.modes.refinement import PoleFit, refine_poles
 from twin.identify.modes.stabilisation import LARGEST_DAMPING, StableGroup, stable_groups
-
-__all__ = ["ModalFit", "Mode", "fit_modes"]
 
 Array = NDArray[Any]
 

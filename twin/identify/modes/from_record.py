@@ -4,8 +4,6 @@ H1 with a window begins; what leakage and averaging cost there is won back on th
 decays at both ends are taken off with the poles found so far (:mod:`twin.identify.broadband`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +13,6 @@ from numpy.typing import NDArray
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
 from twin.identify.modes.fit import ModalFit, fit_modes
 from twin.identify.spectrum import BroadbandRecord, h1
-
-__all__ = ["RecordedModes", "modes_of_record"]
 
 Array = NDArray[Any]
 

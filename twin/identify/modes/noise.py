@@ -1,14 +1,10 @@
 """The noise of frequency responses that came without one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
-
-__all__ = ["noise_of_residual", "noise_of_responses"]
 
 Array = NDArray[Any]
 

@@ -10,16 +10,12 @@ whose leading blocks are those of all lower orders: a whole chart costs little m
 lowest coefficient held at one, poles that merely follow the noise come out unstable, and physical ones stable.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["ChartPole", "pole_chart"]
 
 Array = NDArray[Any]
 

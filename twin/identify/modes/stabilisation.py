@@ -1,7 +1,5 @@
 """Which poles of a chart are modes: those that stay where they are as the order grows."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.identify.modes.rational import ChartPole
-
-__all__ = ["LARGEST_DAMPING", "StableGroup", "stable_groups", "stable_poles"]
 
 FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.003, 0.15
 """Relative changes from one order to the next that a stable pole may have."""

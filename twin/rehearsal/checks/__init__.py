@@ -12,15 +12,19 @@ from twin.rehearsal.checks.limits import check_limits
 from twin.rehearsal.checks.noise import check_noise
 from twin.rehearsal.checks.overload import check_overload
 from twin.rehearsal.checks.quantisation import check_quantisation
+from twin.rehearsal.checks.rig_file import check_rig_file
 from twin.rehearsal.checks.sweep_rate import check_sweep_rate
+from twin.rehearsal.checks.too_short import check_length
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 CHECKS: tuple[Callable[[Rehearsal], list[Caution]], ...] = (
+    check_rig_file,
     check_noise,
     check_quantisation,
     check_jumps,
     check_grid,
     check_dwell,
+    check_length,
     check_sweep_rate,
     check_drop_out,
     check_overload,

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from drivers.fault_trials import CHANNELS
-from drivers.file_trials import RATE_Hz
+from benchmarks.fault_trials import CHANNELS
+from benchmarks.faults import Row
+from benchmarks.file_trials import RATE_Hz
 from twin.cli import main
-from twin.commands.faults import Row
 
 
 def test_a_fault_that_nobody_notices_and_a_false_alarm_are_not_as_it_should_be():

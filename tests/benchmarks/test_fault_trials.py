@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.fault_trials import CHANNELS, judge
+from benchmarks.fault_trials import CHANNELS, judge
 from drivers.virtual.tone import Tone
 from recordings import Channel, Event, RunWriter, read_run
 from recordings.run import Run

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from drivers.fault_trials import Outcome, judge, served_tone
+from benchmarks.fault_trials import Outcome, judge, served_tone
 from drivers.virtual.tone import Tone
 from recordings import read_run
 from recordings.check import check_run
