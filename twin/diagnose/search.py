@@ -10,6 +10,7 @@ import numpy as np
 from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
+from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, TEMPERATURE, log_weight
 from twin.diagnose.racing import USUAL, Begun, Effort, once_more, race
 from twin.diagnose.score import Score, score_causes
@@ -238,7 +239,7 @@ def _begun_and_raced(
     if not rivals or time_is_up():
         return []
     report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-    begun = [begin(evidence, harmonics, model, rival) for rival in rivals]
+    begun = parallel_map(begin, (evidence, harmonics, model), [(rival,) for rival in rivals])
     return race(evidence, harmonics, begun, tolerances, effort=effort)
 
 
