@@ -19,6 +19,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """How many changed recordings a night has time for."""
+    parser.addoption("--mutations", type=int, default=2000, help="recordings of changed meaning in the nightly tests")
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> None:
     """With ``-n`` a file's tests stay together, and with them what they share, until a worker is idle."""

@@ -162,6 +162,11 @@ def main(arguments: list[str] | None = None) -> None:
         trace()
         click.echo("twin: not enough memory; close other programs, or give shorter recordings", err=True)
         sys.exit(2)
+    except (ArithmeticError, AssertionError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        trace()
+        what = f"{type(error).__name__}: {error}".splitlines()[0]
+        _complain(f"twin: no answer ({what}); this is a fault of the program, and --verbose shows where it is")
+        sys.exit(2)
     except ImportError as error:
         # A compiled module interrupted while it loads says so by failing to load.
         if not isinstance(error.__cause__, KeyboardInterrupt):

@@ -100,5 +100,7 @@ def _frequency(run: Run, channel: str, stretch: Stretch) -> float:
     if peak_Hz * half / rate < 2:
         return peak_Hz
     one, two = (line_of(part, peak_Hz / rate) for part in (samples[:half], samples[half : 2 * half]))
+    if one == 0:
+        return np.nan
     turn = np.angle(two / one * np.exp(-2j * np.pi * peak_Hz / rate * half))
     return float(peak_Hz + turn * rate / (2 * np.pi * half))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from recordings.errors import InputError
 from recordings.run import Run
+from recordings.whereabouts import working_on
 from twin.checks.agreement import agreement_of
 from twin.checks.belonging import look_at_aliasing, look_at_belonging
 from twin.checks.clock import look_at_clock
@@ -30,6 +32,8 @@ from twin.identify.rig_channels import in_directions_of, own_channels, without_c
 from twin.rigs import Rig
 
 __all__ = ["FirstLook", "first_look"]
+
+Seen = TypeVar("Seen")
 
 
 @dataclass(frozen=True)
@@ -93,12 +97,12 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
     known = [as_known(own_channels(run, rig), rig) for run in kept]
     response_outputs(known, rig)
     findings = [finding for run in kept for finding in look_at_metadata(run, rig, preload=preload)]
-    looked = [look_at_samples(run, force=force) for run in known]
+    looked = [_blamed(run, lambda run: look_at_samples(run, force=force)) for run in known]
     clean = [run for run, _ in looked]
     findings += [finding for _, found in looked for finding in found]
-    findings += [finding for run in clean for finding in look_at_copies(run)]
+    findings += [finding for run in clean for finding in _blamed(run, look_at_copies)]
     if not any(finding.action == "stopped" for finding in findings):
-        findings += [finding for run in clean for finding in look_at_clock(run, force=force)]
+        findings += [finding for run in clean for finding in _blamed(run, lambda run: look_at_clock(run, force=force))]
     if not any(finding.action == "stopped" for finding in findings):
         first, second, repeated = without_repeats(clean[:learnt], clean[learnt:], force=force)
         findings += repeated
@@ -108,6 +112,12 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
             first, second = ([without_channels(run, across) for run in runs] for runs in (first, second))
             return FirstLook(tuple(first), tuple(second), _in_order(findings))
     return FirstLook(tuple(clean[:learnt]), tuple(clean[learnt:]), _in_order(findings))
+
+
+def _blamed(run: Run, look: Callable[[Run], Seen]) -> Seen:
+    """What a check sees of a run, which an error in it is then about."""
+    with working_on(run.path):
+        return look(run)
 
 
 def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -136,28 +146,29 @@ def _against_model(
     findings: list[Finding] = []
     responses, agreeing = [], []
     for run in runs:
-        noise = noise_responses(run, force=force, channels=channels)
-        sines = sine_responses(run, force=force, channels=channels)
-        responses.append((noise, sines))
-        over_target = amplitudes_over_target(run, (force, *channels))
-        own = look_at_belonging(run, noise, sines, expected, force=force, channels=channels)
-        own = own or look_at_target(run, over_target, force=force)
-        if not any(finding.action == "stopped" for finding in own):
-            own += look_at_order(run, noise, sines, expected, force=force, channels=channels)
-        own += look_at_aliasing(run, force=force)
-        findings += own
-        agreement = agreement_of(noise, sines, expected)
-        if agreement is None or any(finding.action == "stopped" for finding in own):
-            continue
-        agreeing.append((run, agreement))
-        findings += look_at_scale(
-            run.path, agreement, channels, force=force, commanded=_commanded(run, over_target, force), known=known
-        )
-        if np.min(agreement.shape) > SHAPE and any(one.kind == "rig" and one.run == run.path for one in before):
-            said = next(one for one in before if one.kind == "rig" and one.run == run.path)
-            findings.append(
-                replace(said, found=f"{said.found}, and the responses have another shape", action="stopped")
+        with working_on(run.path):
+            noise = noise_responses(run, force=force, channels=channels)
+            sines = sine_responses(run, force=force, channels=channels)
+            responses.append((noise, sines))
+            over_target = amplitudes_over_target(run, (force, *channels))
+            own = look_at_belonging(run, noise, sines, expected, force=force, channels=channels)
+            own = own or look_at_target(run, over_target, force=force)
+            if not any(finding.action == "stopped" for finding in own):
+                own += look_at_order(run, noise, sines, expected, force=force, channels=channels)
+            own += look_at_aliasing(run, force=force)
+            findings += own
+            agreement = agreement_of(noise, sines, expected)
+            if agreement is None or any(finding.action == "stopped" for finding in own):
+                continue
+            agreeing.append((run, agreement))
+            findings += look_at_scale(
+                run.path, agreement, channels, force=force, commanded=_commanded(run, over_target, force), known=known
             )
+            if np.min(agreement.shape) > SHAPE and any(one.kind == "rig" and one.run == run.path for one in before):
+                said = next(one for one in before if one.kind == "rig" and one.run == run.path)
+                findings.append(
+                    replace(said, found=f"{said.found}, and the responses have another shape", action="stopped")
+                )
     if not known.intersection(channels):
         findings += look_at_directions(agreeing, force=force, channels=channels)
     if not any(finding.action == "stopped" for finding in findings):

@@ -116,10 +116,11 @@ def _line(run: Run, channel: str, stretch: Stretch) -> complex:
     """Complex amplitude at the step's frequency, from the stretch's start; NaN where samples are missing."""
     device = run.device_of(channel)
     first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
-    if last - first < LEAST_SAMPLES:
+    samples = device.values[channel][first:last].astype(float)
+    if len(samples) < LEAST_SAMPLES or not np.isfinite(samples).all():
         return complex(np.nan)
     late_s = float(device.times_ns(first, first + 1)[0] - stretch.start_ns) * 1e-9
-    line = line_of(device.values[channel][first:last].astype(float), stretch.step.frequency_Hz / device.sample_rate_Hz)
+    line = line_of(samples, stretch.step.frequency_Hz / device.sample_rate_Hz)
     return line * np.exp(-2j * np.pi * stretch.step.frequency_Hz * late_s)
 
 

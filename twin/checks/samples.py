@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import sweeps
+from recordings.whereabouts import working_on
 from twin.checks.finding import Action, Finding
 from twin.checks.thresholds import BEYOND_RANGE, FEW, HALF_EMPTY, WILD, ZEROS_OVER_NEIGHBOURS
 from twin.diagnose.signals.levels import smallest_step
@@ -23,8 +24,9 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
     """A run without its dead channels, single wild samples drawn over, and what was found."""
     findings: list[Finding] = []
     for channel in [name for name in run.channels if any(name in device.values for device in run.devices.values())]:
-        run, wild = _without_wild(run, channel)
-        finding = _dead(run, channel, action="stopped" if channel == force else "set aside")
+        with working_on(run.path, channel):
+            run, wild = _without_wild(run, channel)
+            finding = _dead(run, channel, action="stopped" if channel == force else "set aside")
         findings += wild
         if finding is not None:
             findings.append(finding)

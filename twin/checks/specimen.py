@@ -91,7 +91,8 @@ def _resonances(f: Array, H: Array, output: Output, expected: ExpectedResponse, 
     """Resonance (s,) that each frequency's dynamic stiffness tells, beside what the model's other modes add to it."""
     omega = 2 * np.pi * f
     own = expected.H(f)[:, place]
-    stiffness, nominal = (np.real((1j * omega) ** output.derivative / one) * output.sign for one in (H, own))
+    with np.errstate(divide="ignore", invalid="ignore"):  # where nothing moves there is no resonance near
+        stiffness, nominal = (np.real((1j * omega) ** output.derivative / one) * output.sign for one in (H, own))
     x = omega**2 - np.mean(omega**2)
     slope = (x @ nominal) / (x @ x)
     return np.sqrt(np.maximum((2 * np.pi * near_Hz) ** 2 + (nominal - stiffness) / slope, 0)) / (2 * np.pi)

@@ -176,7 +176,7 @@ class Diagnosis:
         if self.verdict == "none":
             return "The model agrees with the data to within their noise; nothing needs to be named."
         if self.verdict == "unknown" and not self.search.complete:
-            return "The time limit ended the search before it came to an answer."
+            return f"The time limit ended the search before it came to an answer; {self._looked_at()}."
         if self.verdict == "unknown":
             return f"Something is missing from the model, and no cause on the list explains it{self._hint()}."
         what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
@@ -185,6 +185,11 @@ class Diagnosis:
             rivals = ", ".join(IN_WORDS.get(name, name) for name in self.set_95 if name not in own)
             return f"Most likely {what or IN_WORDS['none']}; these data cannot tell it from {rivals}."
         return f"The data name {what}."
+
+    def _looked_at(self) -> str:
+        """What the search had fitted when it ended."""
+        fitted = {h.cause.name for stage in self.search.stages for one in stage.rivals for h in one.hypotheses}
+        return f"it had looked at {', '.join(sorted(fitted))}" if fitted else "it had fitted no cause yet"
 
     def _hint(self) -> str:
         """What the data say of a force that is missing."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.run import Run
 from recordings.sweeps import sweeps
+from recordings.whereabouts import working_on
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
 from twin.identify.linear_fit import LinearFit, reduce_broadband
@@ -215,11 +216,13 @@ def gather_data(
     nominal = nominal_parameters(rig, preload)
     binned, fit = [], None
     used = [force, *(output.channel for output in outputs)]
+    states: list[SteadyState] = []
     for run in runs:
-        for record in broadband_records(run, channels=used):
-            data, fit = reduce_broadband(model, record, nominal, force=force)
-            binned.append(data)
-    states = [state for run in runs for state in steady_states(run, channels=used, lines=lines)]
+        with working_on(run.path):
+            for record in broadband_records(run, channels=used):
+                data, fit = reduce_broadband(model, record, nominal, force=force)
+                binned.append(data)
+            states += steady_states(run, channels=used, lines=lines)
     if not binned and not states:
         raise InputError(
             first.path, "/procedure", "no measured step in any of the recordings", "run 'twin check' on it"

@@ -64,6 +64,12 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
     diagnosis: Diagnosis
     findings: tuple[Finding, ...] = ()
 
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence; where it is none, with what a first look suspects."""
+        suspected = "".join(f"  At first look: {one.line}." for one in self.findings)
+        return self.diagnosis.sentence + (suspected if self.verdict == "unknown" else "")
+
     def tables(self) -> Sequence[Table]:
         """Causes, errors on what was held out, residuals by sweep and channel."""
         found = self.diagnosis
@@ -84,7 +90,7 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     def page(self) -> Page:
         """The report, with what a first look saw before all else."""
-        page = diagnosis_page(self.diagnosis).beginning(LEFT_OUT, self.assumed)
+        page = replace(diagnosis_page(self.diagnosis), answer=self.sentence).beginning(LEFT_OUT, self.assumed)
         return page.beginning("At first look", [finding.line for finding in self.findings])
 
     def save(self, folder: str | Path) -> dict[str, Any]:
@@ -132,6 +138,7 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
         notes = [*(finding.line for finding in self.findings), *found["notes"]]
         return {
             **found,
+            "answer": self.sentence,
             "assumed": list(self.assumed),
             "notes": notes,
             "findings": [asdict(finding) for finding in self.findings],

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from recordings import InputError, Run
+from recordings.whereabouts import Stages, told_in_one_line
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
@@ -151,7 +152,11 @@ class LabRig(Shown):
         rig = self._structure()
         if preload is not None:
             known_preload(rig, preload)
-        return first_look(as_runs(_listed(runs)), rig, held_out=as_runs(_listed(held_out)), preload=preload)
+        learnt, kept = as_runs(_listed(runs)), as_runs(_listed(held_out))
+        stages = Stages(_silent)
+        stages("looking at the recordings")
+        with told_in_one_line(self.source, stages):
+            return first_look(learnt, rig, held_out=kept, preload=preload)
 
     def identify(
         self, runs: Runs, *, preload: str | None = None, report: Report = _silent
@@ -175,8 +180,14 @@ class LabRig(Shown):
         InputError
             If the runs cannot be read, or do not fit the rig.
         """
-        given = _listed(runs)
+        given, stages = _listed(runs), Stages(report)
         paths = [Path(run) for run in given if isinstance(run, str | Path)]
+        with told_in_one_line(paths[0] if paths else self.source, stages):
+            return self._identified(given, paths, preload, stages)
+
+    def _identified(
+        self, given: Sequence[AnyRun], paths: Sequence[Path], preload: str | None, report: Report
+    ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
         tables = [path for path in paths if path.suffix.lower() == ".csv"]
         if isinstance(self.file, ModalRig):
             if len(given) != 1 or len(tables) != 1:
@@ -240,6 +251,7 @@ class LabRig(Shown):
             If the runs cannot be read, do not fit the rig, or are recordings and tables at once.
         """
         end_s = time.monotonic() + time_limit_s
+        stages = Stages(report)
         learnt, kept = _listed(runs), _listed(held_out)
         paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
         preloads = [preload] if isinstance(preload, str) else list(preload or [])
@@ -250,10 +262,10 @@ class LabRig(Shown):
             from twin.lab.diagnosed import DiagnosedTables
             from twin.lab.tables import diagnose_tables
 
-            with time_limit(end_s):
+            with told_in_one_line(paths[0], stages), time_limit(end_s):
                 found = diagnose_tables(
                     paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
-                    report=report,
+                    report=stages,
                 )  # fmt: skip
             return DiagnosedTables(found)
         rig = self._structure()
@@ -262,16 +274,17 @@ class LabRig(Shown):
                 "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
             )
         asked_for = preloads[0] if preloads else None
-        report("reading, and a first look")
+        stages("reading, and a first look")
         looked = self.check(learnt, held_out=kept, preload=asked_for).passed()
         from twin.diagnose import diagnose, in_processes
         from twin.identify.time_limit import time_limit
         from twin.lab.diagnosed import DiagnosedRecordings
 
-        with in_processes(processes), time_limit(end_s):
+        blamed = looked.runs[0].path if looked.runs else self.source
+        with told_in_one_line(blamed, stages), in_processes(processes), time_limit(end_s):
             result = diagnose(
                 looked.runs, rig, preload=asked_for, held_out=looked.held_out, source=self.source,
-                out=None if out is None else Path(out), thorough=thorough, report=report,
+                out=None if out is None else Path(out), thorough=thorough, report=stages,
             )  # fmt: skip
         return DiagnosedRecordings(result, looked.findings)
 
