@@ -64,6 +64,13 @@ def show(
             "parts": [part.name for part in modelled.structure.layout.parts],
             "joints": [joint.name for joint in loaded.joints],
             "laws": {joint.name: joint.law.sentence for joint in loaded.joints if joint.law is not None},
+            "reductions": {
+                one.part.name: {
+                    "degrees_of_freedom": one.reduced.T.shape[0], "reduced_to": one.size,
+                    "up_to_Hz": one.part.modes_to_Hz, "frequency_error": one.reduced.error,
+                }
+                for one in modelled.structure.reductions
+            },
             "sensors": [sensor.channel for sensor in loaded.sensors],
             "warnings": list(warnings),
         })  # fmt: skip
@@ -72,6 +79,8 @@ def show(
     for joint in loaded.joints:
         if joint.law is not None:
             say(f"{joint.name}: {joint.law.sentence}")
+    for one in modelled.structure.reductions:
+        say(f"{one.part.name}: {one.told}")
     if modelled.rigid:
         say(f"{modelled.rigid} rigid motions")
     for number, frequency in enumerate(frequencies, start=1):

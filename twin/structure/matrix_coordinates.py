@@ -17,6 +17,8 @@ from twin.structure.node_field import NodeField
 Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
+ROUNDING = 1e-9
+"""Errors of a natural frequency that are told at least: below, the solution of the whole is no better."""
 TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -59,6 +61,15 @@ class MatrixCoordinates:
             if share and found is not None:
                 row += share * found[1]
         return self.first + np.arange(self.size), row
+
+    @property
+    def told(self) -> str:
+        """What its reduction kept and how well, in words."""
+        whole, few = self.reduced.T.shape
+        return (
+            f"{whole} degrees of freedom in {few}; natural frequencies up to {self.part.modes_to_Hz:g} Hz are those of "
+            f"the whole within {max(self.reduced.error, ROUNDING):.0e}"
+        )
 
     @cached_property
     def field(self) -> NodeField:
