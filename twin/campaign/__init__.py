@@ -2,6 +2,6 @@
 
 from twin.campaign.case import CasePlan, CaseResult, record_case, record_hidden, run_case
 from twin.campaign.judgement import Outcome, covered, judge, named_first
-from twin.campaign.plan import campaign_causes, planned_cases
+from twin.campaign.plan import campaign_causes, fitting_causes, planned_cases
 from twin.campaign.runner import read_results, run_campaign
 from twin.campaign.summary import CampaignSummary, CauseRow, summarise

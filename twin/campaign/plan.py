@@ -4,8 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from recordings.errors import InputError
+from twin.bench import check_effects
 from twin.campaign.case import CasePlan
 from twin.causes import DRAWS
+from twin.causes.dice import Dice
+from twin.rigs import Effect, Rig
 
 
 def campaign_causes() -> tuple[str, ...]:
@@ -14,6 +18,20 @@ def campaign_causes() -> tuple[str, ...]:
     A dwell too short is a mistake of the procedure, and these procedures wait until the response has settled.
     """
     return tuple(name for name in DRAWS if name != "unsettled-dwell")
+
+
+def fitting_causes(rig: Rig, causes: Sequence[str]) -> tuple[str, ...]:
+    """Those of the causes that a rig can have: none of a joint where there is no joint, for one."""
+    found = []
+    for cause in causes:
+        try:
+            if cause != "none":
+                effect = Effect(cause=cause, parameters=DRAWS[cause](Dice(np.random.default_rng(0), rig, 1.0)))
+                check_effects(rig.model_copy(update={"effect": [effect]}), source=rig.name)
+        except (ValueError, InputError):
+            continue
+        found.append(cause)
+    return tuple(found)
 
 
 def planned_cases(

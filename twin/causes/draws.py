@@ -21,6 +21,8 @@ def _cubic_stiffness(dice: Dice) -> Parameters:
     """A spring that does as much wherever it is: its work in mode 1 goes with some sixth power of the place."""
     place = dice.along(0.7, 1.0)
     layout = dice.rig.layout()
+    if "node" in place:
+        return {**place, "stiffness_N_per_m3": dice.size(3e6, 8e6)}
     length = layout.beam(str(place["part"])).length if "part" in place else layout.length
     return {**place, "stiffness_N_per_m3": dice.size(3e6, 8e6) * (length / float(place["position_m"])) ** 6}
 
@@ -36,6 +38,13 @@ def _joint_friction(dice: Dice) -> Parameters:
         "stiffness_N_per_m": stiffness,
         "slip_force_N": stiffness * dice.plain(2e-7, 4e-7),
     }
+
+
+def _stiffness_loss(dice: Dice) -> Parameters:
+    """A weak section, which only a beam has."""
+    if not dice.rig.layout().beams:
+        raise ValueError("stiffness-loss needs a beam")
+    return {**dice.along(0.05, 0.9), "factor": dice.lost(0.2, 0.5)}
 
 
 def _sensor_position(dice: Dice) -> Parameters:
@@ -58,7 +67,7 @@ LISTED: dict[str, Callable[[Dice], Parameters]] = {
     "beam-modulus": lambda dice: {"beam": dice.beam(), "factor": 1.0 + dice.signed(0.02, 0.05)},
     "clamp-compliance": _clamp_compliance,
     "transverse-shear": lambda dice: {"beam": dice.beam(), "modulus_ratio": dice.size(20.0, 80.0)},
-    "stiffness-loss": lambda dice: {**dice.along(0.05, 0.9), "factor": dice.lost(0.2, 0.5)},
+    "stiffness-loss": _stiffness_loss,
     "attached-resonator": lambda dice: {
         **dice.along(0.4, 1.0),
         "mass_kg": dice.size(0.003, 0.01),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +16,8 @@ from twin.commands.output import console, json_option, print_json, print_tables,
 from twin.commands.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
-    from twin.campaign import CampaignSummary, CaseResult
+    from twin.campaign import CampaignSummary, CasePlan, CaseResult, CauseRow
+    from twin.rigs import Rig
     from twin.views.table import Table
 
 SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png"
@@ -22,7 +25,10 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 
 @click.command(name="campaign", short_help="Hide causes in many virtual rigs and see how well they are found.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder of the cases and the table.")
-@click.option("--rig", "rig_name", default="steel-lap-joint", show_default=True, metavar="RIG", help="As assumed.")
+@click.option(
+    "--rig", "rig_names", multiple=True, default=("steel-lap-joint",), show_default=True, metavar="RIG",
+    help="As assumed; repeatable, or all that are shipped: all.",
+)  # fmt: skip
 @click.option("--cause", "causes", multiple=True, metavar="NAME", help="Hide this one, or none; repeatable. All.")
 @click.option(
     "--seeds", default=10, show_default=True, type=click.IntRange(1), help="Cases of each cause and strength."
@@ -42,7 +48,7 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 @json_option
 def command(
     out: Path,
-    rig_name: str,
+    rig_names: tuple[str, ...],
     causes: tuple[str, ...],
     seeds: int,
     first_seed: int,
@@ -58,10 +64,11 @@ def command(
 
     Each case draws a cause's size and place, and what no experimenter knows of a rig anyway (E', G', damping, the
     joint's law).  A case takes half a minute to a minute on one core.  Interrupted, the same command goes on where it
-    ended, and with more seeds or strengths it adds to what is there.
+    ended, and with more seeds or strengths it adds to what is there.  With several rigs, each has a folder of its own,
+    is given those causes only that it can have, and one table counts by rig and cause.
     """
-    from twin.campaign import campaign_causes, planned_cases, run_campaign, summarise
-    from twin.rigs import load_rig
+    from twin.campaign import campaign_causes, fitting_causes, planned_cases, run_campaign, summarise
+    from twin.rigs import RIG_FILES, load_rig
     from twin.views.campaign_figures import confusion_figure, detection_figure
 
     known = (*campaign_causes(), "none")
@@ -70,28 +77,42 @@ def command(
             raise InputError("--cause", "", f"no cause {cause!r}", f"one of {', '.join(known)}")
     if out.exists() and not out.is_dir():
         raise InputError(out, "", "is not a folder", "name another --out")
-    rig = load_rig(rig_name)
-    chosen = causes or known
+    rigs = [load_rig(name) for name in dict.fromkeys(RIG_FILES if "all" in rig_names else rig_names)]
+    if len({rig.name for rig in rigs}) < len(rigs):
+        raise InputError("--rig", "", "two of these rigs have one name", "give each a name of its own")
     seeds_used = range(first_seed, first_seed + seeds)
-    try:
-        plans = planned_cases(causes=chosen, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
-    except ValueError as error:
-        raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
+    planned: list[tuple[Rig, Path, Sequence[CasePlan]]] = []
+    for rig in rigs:
+        fitting = fitting_causes(rig, causes or known)
+        if left := [cause for cause in causes or known if cause not in fitting]:
+            say(f"{rig.name} cannot have: {', '.join(left)}")
+        try:
+            plans = planned_cases(causes=fitting, seeds=seeds_used, strengths=strengths, pairs=pairs, modes=modes)
+        except ValueError as error:
+            raise InputError("--pairs", "", str(error), "give more than one --cause, or none at all") from error
+        planned.append((rig, out if len(rigs) == 1 else out / re.sub(r"[^\w.-]", "-", rig.name), plans))
     with progress_bar() as progress:
-        task = progress.add_task(f"{len(plans)} cases", total=len(plans))
+        count = sum(len(plans) for _, _, plans in planned)
+        task = progress.add_task(f"{count} cases", total=count)
 
         def on_result(result: CaseResult) -> None:
             say(_line(result))
             progress.advance(task)
 
         try:
-            results = run_campaign(
-                plans, rig, out, workers=workers, scheduler=scheduler, keep=keep, on_result=on_result, report=stage
-            )
+            results = [
+                result
+                for rig, folder, plans in planned
+                for result in run_campaign(
+                    plans, rig, folder,
+                    workers=workers, scheduler=scheduler, keep=keep, on_result=on_result, report=stage,
+                )
+            ]  # fmt: skip
         except OSError as error:
             raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error
     summary = summarise(results)
-    data = summary.to_dict()
+    by_rig = {rig.name: summarise([r for r in results if r.rig == rig.name]) for rig in rigs}
+    data = summary.to_dict() | {"by_rig": {name: list(one.to_dict()["rows"]) for name, one in by_rig.items()}}
     with staged_folder(out, results=(SUMMARY, CONFUSION, DETECTION), overwrite=True) as folder:
         write_json(data, folder / SUMMARY)
         confusion_figure(summary).savefig(folder / CONFUSION, dpi=110, facecolor="white")
@@ -99,7 +120,7 @@ def command(
     if as_json:
         print_json(data)
     else:
-        print_tables(*_tables(summary), to=console)
+        print_tables(*_tables(summary, by_rig if len(by_rig) > 1 else {}), to=console)
         say(f"written: {out / SUMMARY}, {out / CONFUSION}, {out / DETECTION}")
 
 
@@ -117,18 +138,20 @@ def _line(result: CaseResult) -> str:
     return f"{text}, {result.found['seconds']:.0f} s"
 
 
-def _tables(summary: CampaignSummary) -> list[Table]:
+def _row(row: CauseRow) -> tuple[str, ...]:
+    other = {k: n for k, n in row.outcomes.items() if k not in ("right", "in a set")}
+    return (
+        row.label, f"{row.strength:g}", str(row.cases), str(row.found),
+        ", ".join(f"{n} {k}" for k, n in other.items()),
+        f"{row.resolved}/{row.followed}" if row.followed else "-", str(row.extra), f"{row.inside}/{row.intervals}",
+        _number(row.gain), _number(row.oracle_ratio), _number(row.diagnosis_s),
+    )  # fmt: skip
+
+
+def _tables(summary: CampaignSummary, by_rig: Mapping[str, CampaignSummary]) -> list[Table]:
     from twin.views.table import Table
 
-    cases = []
-    for row in summary.rows:
-        other = {k: n for k, n in row.outcomes.items() if k not in ("right", "in a set")}
-        cases.append((
-            row.label, f"{row.strength:g}", str(row.cases), str(row.found),
-            ", ".join(f"{n} {k}" for k, n in other.items()),
-            f"{row.resolved}/{row.followed}" if row.followed else "-", str(row.extra), f"{row.inside}/{row.intervals}",
-            _number(row.gain), _number(row.oracle_ratio), _number(row.diagnosis_s),
-        ))  # fmt: skip
+    cases = [_row(row) for row in summary.rows]
     head = (
         "hidden", "size", "cases", "found", "otherwise", "next test", "extra", "in 95 %", "gain", "/ oracle", "s",
     )  # fmt: skip
@@ -142,7 +165,9 @@ def _tables(summary: CampaignSummary) -> list[Table]:
         for name, count in names.items()
         if name != label
     ]
+    each = [(name, *_row(row)) for name, one in by_rig.items() for row in one.rows]
     tables = [
+        Table(caption="By rig and cause", head=("rig", *head), rows=each, numbers=(2, 3, 4, *range(6, 12))),
         Table(caption="What was found", head=head, rows=cases, numbers=(1, 2, 3, *range(5, 11))),
         Table(caption="Calibration", head=("probability said", "cases", "mean", "right"), rows=calibration),
         Table(caption="What was taken for what", head=("hidden", "named first", "cases"), rows=wrong),

@@ -59,6 +59,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "campaign": (
         "twin campaign --out campaign --seeds 2",
+        "twin campaign --out rigs --rig two-lap-joints --rig l-frame --seeds 2 --modes 2",
         "twin campaign --out weak --cause added-mass --cause joint-friction --strength 1 --strength 0.3",
         "twin campaign --out pairs --cause added-mass --cause channel-gain --pairs 30 --scheduler tcp://host:8786",
     ),

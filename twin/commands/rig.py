@@ -65,6 +65,13 @@ def show(
             "parts": [part.name for part in modelled.structure.layout.parts],
             "joints": [joint.name for joint in loaded.joints],
             "laws": {joint.name: joint.law.sentence for joint in loaded.joints if joint.law is not None},
+            "reductions": {
+                one.part.name: {
+                    "degrees_of_freedom": one.reduced.T.shape[0], "reduced_to": one.size,
+                    "up_to_Hz": one.part.modes_to_Hz, "frequency_error": one.reduced.error,
+                }
+                for one in modelled.structure.reductions
+            },
             "sensors": [sensor.channel for sensor in loaded.sensors],
             "assumed": assumed(loaded),
             "warnings": list(warnings),
@@ -74,6 +81,8 @@ def show(
     for joint in loaded.joints:
         if joint.law is not None:
             say(f"{joint.name}: {joint.law.sentence}")
+    for one in modelled.structure.reductions:
+        say(f"{one.part.name}: {one.told}")
     tell_assumed(assumed(loaded))
     if modelled.rigid:
         say(f"{modelled.rigid} rigid motions")

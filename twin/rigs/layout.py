@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from recordings.directions import cosine, direction_name
+from recordings.errors import InputError
 from recordings.numbers import Length, Mass, NonNegative, Positive
 from recordings.toml_input import Name, Table
 from twin.rigs.beam_part import BeamPart
@@ -219,6 +220,12 @@ class Layout:
     def beams(self) -> tuple[BeamPart, ...]:
         """The parts that are beams."""
         return tuple(part for part in self.parts if isinstance(part, BeamPart))
+
+    def file(self, name: str, where: str) -> Path:
+        """Where a file of a part, a joint or a tie lies; InputError with `where` it is named if nobody knows."""
+        if self.folder is None:
+            raise InputError(name, where, "nobody knows where this file lies", "give the rig file itself with --rig")
+        return self.folder / name
 
     @property
     def attached(self) -> tuple[tuple[str, float], ...]:

@@ -9,6 +9,7 @@ from scipy.sparse import csr_array
 
 from recordings.columns import Columns
 from recordings.errors import InputError
+from twin.rigs.layout import Layout, MatricesPart
 from twin.rigs.matrices import FoundMatrix, read_matrix
 from twin.rigs.matrices.found import COMPONENTS
 from twin.rigs.node_tables import DOFS, read_node_table
@@ -76,6 +77,12 @@ class NodePairs:
     b: Integers
     area_m2: Array
     normal: Array
+
+
+def part_matrices(layout: Layout, part: MatricesPart) -> PartMatrices:
+    """The matrices of a layout's part; InputError as of :func:`read_part_matrices`."""
+    mass, stiffness, nodes = (layout.file(name, part.name) for name in (part.mass, part.stiffness, part.nodes))
+    return read_part_matrices(mass, stiffness, nodes)
 
 
 def read_part_matrices(mass: Path, stiffness: Path, nodes: Path) -> PartMatrices:

@@ -10,7 +10,7 @@ inertia of each static shape as far as the modes leave it out, and modes up to `
 import contextlib
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,10 @@ Solve = Callable[[Matrix], Matrix]
 
 KEPT_TO = 2.25
 """Modes with the boundary held are kept to this multiple of the highest frequency of interest."""
+OFF = 1e-4
+"""Natural frequencies of the whole part may be off by so much; beyond, modes up to twice the frequency are kept."""
+ELASTIC = 1e-3
+"""Frequency, over the highest of interest, below which a motion counts as rigid."""
 RESIDUAL_TO = 10.0
 """Residual vectors above this multiple of the highest mode kept change nothing below it."""
 SHIFT = 1e-4
@@ -41,7 +45,7 @@ FIRST_ROUND, LAST_ROUND = 16, 4
 BLOCK = 64
 NOISE = 1e-8
 """Of what the modes answer at their limit; a residual that is smaller is rounding."""
-CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 1
+CACHE_FOLDER, CACHE_FORMAT = ".twin-cache", 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +58,14 @@ class ReducedPart:
         T' M T and T' K T.
     T : ndarray, (n, r)
         All rows of the part, in the order of its matrices.
+    error : float
+        Largest relative error of its natural frequencies up to the highest of interest, hung free of its boundary.
     """
 
     M: Matrix
     K: Matrix
     T: Matrix
+    error: float
 
 
 def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *, modes_to_Hz: float) -> ReducedPart:
@@ -77,10 +84,18 @@ def craig_bampton(M: csr_array, K: csr_array, boundary: Sequence[int] | Rows, *,
     ------
     ValueError
         If a row is not one of the matrices', the frequency is not above zero, the stiffness is singular beyond rigid
-        motions or not positive semidefinite, or more than `MODES_LIMIT` modes would have to be kept.
+        motions or not positive semidefinite, more than `MODES_LIMIT` modes would have to be kept, or the natural
+        frequencies of the whole part are not met.
     """
-    M, K = csr_array(M, dtype=float), csr_array(K, dtype=float)
-    return _reduced(M, K, _basis(M, K, _rows(boundary, M.shape[0]), modes_to_Hz))
+    M, K, rows = csr_array(M, dtype=float), csr_array(K, dtype=float), _rows(boundary, M.shape[0])
+    for kept_to in (KEPT_TO, 2 * KEPT_TO):
+        reduced = _reduced(M, K, _basis(M, K, rows, modes_to_Hz, kept_to))
+        reduced = replace(reduced, error=_error(M, K, reduced, modes_to_Hz))
+        if reduced.error <= OFF:
+            return reduced
+    raise ValueError(
+        f"reduced, its natural frequencies up to {modes_to_Hz:g} Hz are off by {reduced.error:.1g}, beyond {OFF:g}"
+    )
 
 
 def cached_craig_bampton(
@@ -99,11 +114,12 @@ def cached_craig_bampton(
         return craig_bampton(part.M, part.K, boundary, modes_to_Hz=modes_to_Hz)
     rows = _rows(boundary, part.M.shape[0])
     path = folder / CACHE_FOLDER / f"{_digest(part, rows, modes_to_Hz)}.npz"
-    T = _stored(path, part.M.shape[0], rows)
-    if T is None:
-        T = _basis(part.M, part.K, rows, modes_to_Hz)
-        _store(path, T)
-    return _reduced(part.M, part.K, T)
+    known = _stored(path, part.M.shape[0], rows)
+    if known is not None:
+        return replace(_reduced(part.M, part.K, known[0]), error=known[1])
+    reduced = craig_bampton(part.M, part.K, rows, modes_to_Hz=modes_to_Hz)
+    _store(path, reduced)
+    return reduced
 
 
 def _rows(boundary: Sequence[int] | Rows, n: int) -> Rows:
@@ -115,10 +131,31 @@ def _rows(boundary: Sequence[int] | Rows, n: int) -> Rows:
 
 def _reduced(M: csr_array, K: csr_array, T: Matrix) -> ReducedPart:
     few_M, few_K = (T.T @ (A @ T) for A in (M, K))
-    return ReducedPart((few_M + few_M.T) / 2, (few_K + few_K.T) / 2, T)
+    return ReducedPart((few_M + few_M.T) / 2, (few_K + few_K.T) / 2, T, np.nan)
 
 
-def _basis(M: csr_array, K: csr_array, boundary: Rows, modes_to_Hz: float) -> Matrix:
+def _error(M: csr_array, K: csr_array, reduced: ReducedPart, modes_to_Hz: float) -> float:
+    """Largest relative error of the reduced part's elastic natural frequencies up to the highest of interest."""
+    limit = (2 * np.pi * modes_to_Hz) ** 2
+    kept = np.flatnonzero(np.asarray((abs(M) + abs(K)).sum(axis=1)).ravel() > 0)
+    whole_M, whole_K = (csc_array(A[kept][:, kept]) for A in (M, K))
+    shift = SHIFT * limit
+    Phi = _modes_below(limit, whole_M, whole_K, shift=shift, solve=_factorised(csc_array(whole_K + shift * whole_M)))
+    exact = np.sort(np.einsum("ij,ij->j", Phi, whole_K @ Phi))
+    exact = exact[exact > ELASTIC**2 * limit]
+    held = np.diag(reduced.M) > 0  # a row without mass follows the others at once
+    few_M, few_K = reduced.M[np.ix_(held, held)], reduced.K[np.ix_(held, held)]
+    if not np.all(held):
+        loose = reduced.K[np.ix_(~held, ~held)], reduced.K[np.ix_(~held, held)]
+        few_K = few_K - loose[1].T @ np.linalg.lstsq(*loose, rcond=None)[0]
+    found = 1 / eigh(few_M, few_K + shift * few_M, eigvals_only=True)[::-1] - shift
+    found = found[found > ELASTIC**2 * limit][: len(exact)]
+    if len(found) < len(exact):
+        return np.inf
+    return float(np.max(np.abs(np.sqrt(found / exact) - 1), initial=0.0))
+
+
+def _basis(M: csr_array, K: csr_array, boundary: Rows, modes_to_Hz: float, kept_to: float) -> Matrix:
     """T of :class:`ReducedPart`; rows inside that have neither mass nor stiffness stay at rest."""
     if not 0 < modes_to_Hz < np.inf:
         raise ValueError(f"modes up to {modes_to_Hz:g} Hz: must be above zero")
@@ -126,7 +163,7 @@ def _basis(M: csr_array, K: csr_array, boundary: Rows, modes_to_Hz: float) -> Ma
     inside = np.asarray((abs(M) + abs(K)).sum(axis=1)).ravel() > 0
     inside[boundary] = False
     inner = np.flatnonzero(inside)
-    limit = (2 * np.pi * KEPT_TO * modes_to_Hz) ** 2
+    limit = (2 * np.pi * kept_to * modes_to_Hz) ** 2
     static, modes = np.zeros((0, b)), np.zeros((0, 0))
     if len(inner):
         M_i, K_i = (csc_array(A[inner][:, inner]) for A in (M, K))
@@ -258,23 +295,23 @@ def _digest(part: PartMatrices, boundary: Rows, modes_to_Hz: float) -> str:
     return digest.hexdigest()
 
 
-def _stored(path: Path, n: int, boundary: Rows) -> Matrix | None:
-    """The basis in a cache file, or None if there is none or it cannot be one."""
+def _stored(path: Path, n: int, boundary: Rows) -> tuple[Matrix, float] | None:
+    """The basis in a cache file and its error, or None if there is none or it cannot be one."""
     try:
         if not path.is_file():
             return None
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as arrays:
-            T = arrays["T"]
+            T, error = arrays["T"], float(arrays["error"])
         b = len(boundary)
         good = T.dtype == np.float64 and T.shape[0] == n and T.ndim == 2 and np.all(np.isfinite(T))
-        return T if good and np.array_equal(T[boundary], np.eye(b, T.shape[1])) else None
+        return (T, error) if good and error <= OFF and np.array_equal(T[boundary], np.eye(b, T.shape[1])) else None
     except Exception:  # numpy lets through whatever a broken file provokes
         return None
 
 
-def _store(path: Path, T: Matrix) -> None:
+def _store(path: Path, reduced: ReducedPart) -> None:
     """Write the basis; the file appears whole or not at all, and not being able to is no error."""
     with contextlib.suppress(OSError, InputError):
         path.parent.mkdir(exist_ok=True)
         with whole_file(path) as part, part.open("wb") as stream:
-            np.savez(stream, T=T)
+            np.savez(stream, T=reduced.T, error=reduced.error)

@@ -3,20 +3,21 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.rigs import Layout, MatricesPart, Rig
-from twin.rigs.matrix_files import NodePairs, PartMatrices, read_pairs, read_part_matrices
+from twin.rigs.matrix_files import NodePairs, PartMatrices, part_matrices, read_pairs
 from twin.structure.craig_bampton import ReducedPart, cached_craig_bampton
 from twin.structure.node_field import NodeField
 
 Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
+ROUNDING = 1e-9
+"""Errors of a natural frequency that are told at least: below, the solution of the whole is no better."""
 TRANSLATIONS_AND_ROTATIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -60,6 +61,15 @@ class MatrixCoordinates:
                 row += share * found[1]
         return self.first + np.arange(self.size), row
 
+    @property
+    def told(self) -> str:
+        """What its reduction kept and how well, in words."""
+        whole, few = self.reduced.T.shape
+        return (
+            f"{whole} degrees of freedom in {few}; natural frequencies up to {self.part.modes_to_Hz:g} Hz are those of "
+            f"the whole within {max(self.reduced.error, ROUNDING):.0e}"
+        )
+
     @cached_property
     def field(self) -> NodeField:
         """The nodes, to search a place among them."""
@@ -83,7 +93,7 @@ class MatrixCoordinates:
 
 def node_pairs(layout: Layout, name: str, *, where: str, parts: Sequence[PartMatrices]) -> NodePairs:
     """The pairs of a joint or a tie, whose nodes its parts must have."""
-    path = _file(layout, name, where)
+    path = layout.file(name, where)
     pairs = read_pairs(path)
     for side, nodes, matrices in (("node_a", pairs.a, parts[0]), ("node_b", pairs.b, parts[1])):
         unknown = sorted(set(nodes.tolist()) - set(matrices.nodes.tolist()))
@@ -108,7 +118,7 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
         If a file cannot be read or does not fit.
     """
     found: list[MatrixCoordinates] = []
-    read = {part.name: _read(layout, part) for part in layout.parts if isinstance(part, MatricesPart)}
+    read = {part.name: part_matrices(layout, part) for part in layout.parts if isinstance(part, MatricesPart)}
     for part in layout.parts:
         if not isinstance(part, MatricesPart):
             continue
@@ -117,7 +127,7 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
         nodes = dict.fromkeys(_attached(layout, rig, part.name, read))
         missing = [node for node in nodes if node not in known]
         if missing:
-            table = _file(layout, part.nodes, part.name)
+            table = layout.file(part.nodes, part.name)
             reason = f"part {part.name!r} has no node {missing[0]}"
             raise InputError(table, "node", reason, "supports, shakers, sensors, joints and ties sit at nodes of it")
         rows = [
@@ -129,7 +139,7 @@ def reduced_parts(layout: Layout, rig: Rig, *, first: int) -> tuple[MatrixCoordi
                 matrices, np.array(rows, np.int64), modes_to_Hz=part.modes_to_Hz, folder=layout.folder
             )
         except ValueError as error:
-            raise InputError(_file(layout, part.stiffness, part.name), f"part {part.name!r}", str(error)) from error
+            raise InputError(layout.file(part.stiffness, part.name), f"part {part.name!r}", str(error)) from error
         found.append(MatrixCoordinates(part, matrices, reduced, first))
         first += found[-1].size
     return tuple(found)
@@ -148,14 +158,3 @@ def _attached(layout: Layout, rig: Rig, name: str, read: dict[str, PartMatrices]
         if file is not None and name in between:
             pairs = node_pairs(layout, file, where="pairs", parts=[read[n] for n in between])
             yield from (pairs.a if between[0] == name else pairs.b).tolist()
-
-
-def _read(layout: Layout, part: MatricesPart) -> PartMatrices:
-    mass, stiffness, nodes = (_file(layout, name, part.name) for name in (part.mass, part.stiffness, part.nodes))
-    return read_part_matrices(mass, stiffness, nodes)
-
-
-def _file(layout: Layout, name: str, where: str) -> Path:
-    if layout.folder is None:
-        raise InputError(name, where, "nobody knows where this file lies", "give the rig file itself with --rig")
-    return layout.folder / name

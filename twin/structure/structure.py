@@ -112,6 +112,11 @@ class Structure:
     basis: Matrix
     free: NDArray[np.int64]
 
+    @property
+    def reductions(self) -> tuple[MatrixCoordinates, ...]:
+        """The parts that were reduced when they were loaded."""
+        return tuple(mesh for mesh in self.meshes.values() if isinstance(mesh, MatrixCoordinates))
+
     def stiffness(self, E: float | Sequence[float] | Matrix, G: float | Sequence[float] | Matrix) -> Matrix:
         """K at moduli E', G' in N/m2: one for each joint, or one for all."""
         K = self.K0

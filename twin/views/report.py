@@ -28,6 +28,7 @@ from twin.views.fit_sections import (
 from twin.views.missing_force import missing_force_section
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.style import AFTER, BEFORE, CAUTION
+from twin.views.where import where_section
 
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""
@@ -49,6 +50,7 @@ def _sections(diagnosis: Diagnosis) -> Iterator[Section | None]:
     yield _gain(diagnosis)
     yield missing_force_section(diagnosis)
     yield causes_section(diagnosis.causes)
+    yield where_section(diagnosis)
     yield _excluded(diagnosis)
     yield _tried(diagnosis)
     yield _misfit(diagnosis)

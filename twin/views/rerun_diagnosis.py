@@ -30,10 +30,12 @@ from twin.views.rerun_mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun_parts import SLOW_MOTION
 from twin.views.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
+from twin.views.where import regions_of
 
 Array = NDArray[Any]
 
 UNREACHED = "#5f5f5f"
+WHERE = (230, 159, 0, 128)
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
@@ -54,6 +56,8 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         )
         moving = motions[-1] if motions else modal_motion(evidence, fitted)
         rig = animate_rig(recording, evidence, moving)
+        for name, points in regions_of(diagnosis).items():
+            recording.log(f"/motion/rig/where/{name}", rr.Points3D(points, colors=[WHERE], radii=0.002), static=True)
         joints = [animate_joint(recording, moving, joint) for joint in moving.joints]
         tabs: list[Any] = []
         for title, group, shown in (

@@ -38,15 +38,15 @@ def rig_figure(modelled: ModelledRig) -> Figure:
     for number, part in enumerate(parts):
         _draw(axes, part.points, part.edges, level_colour(number), flat=flat, width=2.5)
     for joint in structure.joints:
-        _scatter(axes, joint.points, JOINT, "o", 26, flat=flat)
+        scatter(axes, joint.points, JOINT, "o", 26, flat=flat)
     for support in structure.layout.supports:
         from_place = point_of(structure, _at(support.part, support.at))
-        _scatter(axes, from_place[None], SUPPORT, "^", 110, flat=flat)
+        scatter(axes, from_place[None], SUPPORT, "^", 110, flat=flat)
     size = extent(parts)
     for place, colour in _looked_at(modelled):
         start, arrow = point_of(structure, place), unit_arrow(place.direction, 0.08 * size)
         _draw(axes, np.array([start, start + arrow]), np.array([[0, 1]]), colour, flat=flat, width=2.0)
-        _scatter(axes, start[None], colour, "s", 30, flat=flat)
+        scatter(axes, start[None], colour, "s", 30, flat=flat)
     axes.set_title(f"{modelled.rig.name}: {modelled.rig.sentence}", fontsize=10)
     _frame(axes, parts, flat=flat)
     for number in range(min(MODES, modelled.modes.Phi.shape[1])):
@@ -114,7 +114,7 @@ def _draw_mode(
         _draw(axes, part.points, part.edges, "#bbbbbb", flat=flat, width=0.8)
         _draw(axes, part.points + scale * (part.rows @ phi).T, part.edges, level_colour(k), flat=flat, width=1.8)
     if marked is not None:
-        _scatter(axes, marked.points + scale * (marked.rows @ phi).T, SENSOR, "s", 20, flat=flat)
+        scatter(axes, marked.points + scale * (marked.rows @ phi).T, SENSOR, "s", 20, flat=flat)
     axes.set_title(f"mode {number + 1}: {modelled.modes.frequency_Hz[number]:.5g} Hz", fontsize=10)
     _frame(axes, parts, flat=flat)
 
@@ -136,8 +136,19 @@ def _draw(axes: Any, points: Array, edges: Array, colour: str, *, flat: bool, wi
         axes.add_collection3d(Line3DCollection(points[edges], colors=colour, linewidths=0.5 * width))
 
 
-def _scatter(axes: Any, points: Array, colour: str, mark: str, size: float, *, flat: bool) -> None:
+def scatter(axes: Any, points: Array, colour: str, mark: str, size: float, *, flat: bool) -> None:
+    """Mark points (k, 3)."""
     axes.scatter(*(points.T[:2] if flat else points.T), c=colour, marker=mark, s=size, zorder=3)
+
+
+def draw_rest(figure: Figure, parts: Sequence[DrawnPart]) -> tuple[Any, bool]:
+    """Axes with the parts at rest, and whether these are flat."""
+    flat = _flat(parts)
+    axes = figure.add_subplot(**({} if flat else {"projection": "3d"}))
+    for part in parts:
+        _draw(axes, part.points, part.edges, "#9a9a9a", flat=flat, width=1.6)
+    _frame(axes, parts, flat=flat)
+    return axes, flat
 
 
 def _frame(axes: Any, parts: Sequence[DrawnPart], *, flat: bool) -> None:

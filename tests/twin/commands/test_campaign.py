@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
 import pytest
+from small_rigs import rig_file
 
 from twin.campaign import CaseResult, runner
 from twin.cli import main
@@ -35,6 +36,18 @@ def once_and_no_more(folder, capsys):
     assert "none-1-21: right" in again.err
 
 
+@contextmanager
+def in_threads(workers, scheduler):
+    with ThreadPoolExecutor(workers) as executor:
+        yield executor
+
+
+def clean(plan, rig, keep=None):
+    """Stands for a diagnosis that finds nothing."""
+    found = {"verdict": "none", "causes": [], "gain": None, "seconds": 1.0, "misfit": {"chi2_per_dof": 1.0}}
+    return CaseResult(plan=plan, rig=rig.name, hidden=[], found=found, aborted=[], recording_s=0.0)
+
+
 @pytest.mark.slow
 def test_a_clean_rig_is_run_once_and_counted(tmp_path, capsys):
     once_and_no_more(tmp_path / "campaign", capsys)
@@ -43,18 +56,28 @@ def test_a_clean_rig_is_run_once_and_counted(tmp_path, capsys):
 def test_a_case_is_run_once_and_counted(tmp_path, capsys, monkeypatch):
     """With a stand-in for the diagnosis, in threads, which know of it."""
 
-    @contextmanager
-    def in_threads(workers, scheduler):
-        with ThreadPoolExecutor(workers) as executor:
-            yield executor
-
-    def clean(plan, rig, keep=None):
-        found = {"verdict": "none", "causes": [], "gain": None, "seconds": 1.0, "misfit": {"chi2_per_dof": 1.0}}
-        return CaseResult(plan=plan, rig=rig.name, hidden=[], found=found, aborted=[], recording_s=0.0)
-
     monkeypatch.setattr(runner, "_executor", in_threads)
     monkeypatch.setattr(runner, "run_case", clean)
     once_and_no_more(tmp_path / "campaign", capsys)
+
+
+def test_several_rigs_have_a_folder_each_and_one_table(tmp_path, capsys, monkeypatch):
+    """A rig without a joint is given no slap, and that is told."""
+    monkeypatch.setattr(runner, "_executor", in_threads)
+    monkeypatch.setattr(runner, "run_case", clean)
+    beam = rig_file("beam-hung", tmp_path)
+    arguments = ["--rig", "l-frame", "--rig", beam, "--cause", "none", "--cause", "joint-slap", "--seeds", "2"]
+    status, printed = run(["--out", tmp_path / "campaign", *arguments, "--json"], capsys)
+    assert status == 0
+    assert "beam-hung cannot have: joint-slap" in printed.err
+    by_rig = json.loads(printed.out)["by_rig"]
+    counted = {
+        name: [(row["label"], row["cases"], row["outcomes"].get("right", 0)) for row in rows]
+        for name, rows in by_rig.items()
+    }
+    assert counted == {"l-frame": [("joint-slap", 2, 0), ("none", 2, 2)], "beam-hung": [("none", 2, 2)]}
+    assert len(list((tmp_path / "campaign" / "l-frame" / "cases").iterdir())) == 4
+    run(["--out", tmp_path / "campaign", *arguments], capsys)
 
 
 @pytest.mark.parametrize(

@@ -211,10 +211,10 @@ def part():
 
 @pytest.fixture
 def computed(monkeypatch):
-    """How often a stiffness was factorised."""
+    """How often a basis was computed."""
     count = []
-    true = MODULE.splu
-    monkeypatch.setattr(MODULE, "splu", lambda *args, **options: count.append(1) or true(*args, **options))
+    true = MODULE._basis
+    monkeypatch.setattr(MODULE, "_basis", lambda *args: count.append(1) or true(*args))
     return count
 
 
@@ -266,7 +266,7 @@ def test_a_damaged_cache_is_computed_anew(part, computed, tmp_path, damage):
     else:
         T = good.T[::-1].copy() if damage == "other rows" else good.T.copy()
         T[20, 0] = 0.0 if damage == "other rows" else np.nan
-        np.savez(path, T=T)
+        np.savez(path, T=T, error=good.error)
     again = cached_craig_bampton(part, [0, 39], modes_to_Hz=300.0, folder=tmp_path)
     np.testing.assert_array_equal(again.T, good.T)
     assert len(computed) == 2
@@ -279,3 +279,26 @@ def test_a_cache_that_cannot_be_written_is_no_error(part, computed, tmp_path):
     for folder in (tmp_path, tmp_path / "no such folder"):
         assert len(cached_craig_bampton(part, [0], modes_to_Hz=300.0, folder=folder).M) > 1
     assert [path.name for path in tmp_path.iterdir()] == [".twin-cache"]
+
+
+def test_the_error_of_a_reduction_is_that_of_the_whole_parts_frequencies(part):
+    """Against all modes at once; a basis of too few modes is noticed, and more are kept."""
+    reduced = craig_bampton(part.M, part.K, [0, 39], modes_to_Hz=300.0)
+    whole, few = (
+        np.sqrt(np.maximum(eigh(K, M, eigvals_only=True), 0.0)) / (2 * np.pi)
+        for M, K in ((part.M.toarray(), part.K.toarray()), (reduced.M, reduced.K))
+    )
+    asked = (whole > 0.3) & (whole < 300.0)
+    errors = np.abs(few[: len(whole)][asked[: len(few)]] / whole[asked] - 1)
+    assert len(errors) >= 2
+    assert reduced.error == pytest.approx(errors.max(), abs=1e-9)
+    assert reduced.error < 1e-4
+
+
+def test_a_reduction_that_keeps_too_little_keeps_more_or_is_refused(part, monkeypatch):
+    monkeypatch.setattr(MODULE, "_residual_vectors", lambda M, K, Phi, inertia, *_: inertia[:, :0])
+    plenty = craig_bampton(part.M, part.K, [0, 39], modes_to_Hz=60.0).error
+    assert plenty <= 1e-4 or np.isnan(plenty)
+    monkeypatch.setattr(MODULE, "KEPT_TO", 0.3)
+    with pytest.raises(ValueError, match="its natural frequencies up to 300 Hz are off by"):
+        craig_bampton(part.M, part.K, [0, 39], modes_to_Hz=300.0)

@@ -75,7 +75,7 @@ def test_the_page_needs_no_network_and_is_small(report: Path) -> None:
 
 def test_pictures_have_words_and_are_pictures(report: Path, tmp_path: Path) -> None:
     images = Page(report.read_text(encoding="utf-8")).named("img")
-    assert len(images) == 6
+    assert len(images) == 7
     for image in images:
         assert len(image["alt"] or "") > 40
         png = tmp_path / "picture.png"

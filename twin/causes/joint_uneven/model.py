@@ -11,7 +11,7 @@ class JointUneven(Cause):
     """Both moduli vary linearly along the overlap, 1 - gradient xi with xi from -1/2 to 1/2."""
 
     name = "joint-uneven"
-    summary = "the joint is stiffer at one end of the overlap than at the other"
+    summary = "the joint is stiffer at one end of its layer than at the other"
     labels = staticmethod(joint_labels)
     numbers = (
         Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
