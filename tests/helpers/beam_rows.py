@@ -17,7 +17,7 @@ Row = NDArray[np.float64]
 def axial(structure: Structure, position_m: float) -> Row:
     """Row with u(position), the displacement along the beam that lies there."""
     place = structure.layout.place(position_m)
-    return structure.row(place.towards((*structure.layout.beam(place.part).axis, 0.0)))
+    return structure.row(place.towards(structure.layout.beam(place.part).axis))
 
 
 def slope(structure: Structure, position_m: float) -> Row:
@@ -29,7 +29,7 @@ def slope(structure: Structure, position_m: float) -> Row:
 def curvature(structure: Structure, position_m: float) -> Row:
     """Row with v''(position)."""
     mesh, at = _mesh(structure, position_m)
-    return _over(structure, mesh._row(at, lambda xi, length: (np.zeros(2), curvature_shape(xi, length))))
+    return _over(structure, mesh._row(at, lambda xi, length: (np.zeros(2), curvature_shape(xi, length), np.zeros(4))))
 
 
 def _mesh(structure: Structure, position_m: float) -> tuple[BeamMesh, float]:

@@ -48,7 +48,7 @@ def noise_section(noise: Mapping[str, Any]) -> Section:
                 draw=lambda: noise_figure(noise),
                 alt=f"Spectral densities of all channels, responses per force and coherence over frequency. {told}.",
                 caption=f"Densities, responses per force and coherence at a resolution of {noise['resolution_Hz']:.2g} "
-                "Hz, averaged over stretches that overlap by half.",
+                "Hz, averaged over stretches, each of which begins in the middle of the one before.",
             )
         ],
     )

@@ -79,7 +79,7 @@ WRONG = {
     "a rig of no kind": (["beam.csv", "--rig", "kind.toml"], "kind"),
     "an impossible beam": (["beam.csv", "--rig", "beam.toml"], "beam.width"),
     "a rig without structure": (["beam.csv", *REUSS], "natural frequencies need"),
-    "a beam for recordings": (["empty.mcap", *COMPOSITE], "not a lap joint"),
+    "a beam for recordings": (["empty.mcap", *COMPOSITE], "is a beam alone"),
     "preload of a beam": (["beam.csv", *COMPOSITE, "--preload", "120N"], "has no preloads"),
     "no such preload": (["beam.csv", *STEEL, "--preload", "nonsense"], "no preload nonsense"),
     "no such preload, recorded": (["empty.mcap", *STEEL, "--preload", "nonsense"], "nonsense"),

@@ -41,7 +41,7 @@ def test_a_diagnosis_of_such_channels_and_sweeps_is_told(screen: io.StringIO, tm
         "verdict": "explained", "causes": ["channel-gain"],
         "misfit": {"chi2_per_dof": 9.0, "after": 0.5, "threshold": 1.0},
         "gain": {"held_out": {"before": 0.1, "after": 0.01, "noise_floor": 0.01}, "sweeps": [NAME]},
-        "notes": [f"{NAME} was left out"], "seconds": 3.0, "next_test": None,
+        "notes": [f"{NAME} was left out"], "seconds": 3.0, "next_test": None, "assumed": [],
     }  # fmt: skip
     cause = NamedCause(
         cause="channel-gain", summary="", probability=0.99, confused_with=(), in_model=True,
@@ -58,6 +58,7 @@ def test_an_answer_of_nothing_wrong_tells_the_tightest_limits(screen: io.StringI
     data = {
         "verdict": "none", "answer": "Nothing needs to be named.", "causes": [], "gain": None, "notes": [],
         "misfit": {"chi2_per_dof": 0.9, "after": 0.9, "threshold": 2.0}, "seconds": 3.0, "next_test": None,
+        "assumed": [],
         "excluded": [
             {"cause": cause, "parameter": "mass_kg", "limit_95": limit, "where": {}} for cause, limit in limits.items()
         ],
