@@ -15,7 +15,7 @@ from twin.identify.whitening import HarmonicResiduals
 
 Array = NDArray[Any]
 
-CLEAR = 10.0
+SECOND_HARMONIC_DEVIATIONS = 10.0
 """Standard deviations a second harmonic must have to be held against a model."""
 
 
@@ -86,14 +86,14 @@ def relative_errors(evidence: MeasuredData, model: FittedModel, harmonics: Harmo
 
 
 def stands_out(evidence: MeasuredData, harmonics: HarmonicResiduals) -> Array:
-    """Where (s, o) the second harmonic is :data:`CLEAR` times its noise, and so has a relative error to speak of.
+    """Where (s, o) the second harmonic is clear of its noise, and so has a relative error to speak of.
 
     It must also be beyond what the force's own second harmonic, which no model has to predict, could make of it.
     """
     steps = evidence.steps
     residual = _second(harmonics, harmonics.residual)
     linear = LINEAR_ERROR * np.abs(steps.response[:, :, 1] - residual)
-    noise = CLEAR * _second_noise(evidence, harmonics)
+    noise = SECOND_HARMONIC_DEVIATIONS * _second_noise(evidence, harmonics)
     return np.asarray(np.abs(residual) > np.maximum(noise, linear))
 
 

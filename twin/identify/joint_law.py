@@ -20,7 +20,7 @@ Array = NDArray[Any]
 
 SMALLEST = 0.01
 """First knot over the largest amplitude: below it a law is all but linear."""
-BEYOND = 1.15
+LAST_KNOT = 1.15
 """Last knot over the largest amplitude, for a fit may open the layer a little farther than its start did."""
 NO_DATA_M = 1e-6
 """Last knot where no sweep tells how far the layer moves."""
@@ -33,7 +33,7 @@ LARGEST = 5.0
 def choose_knots(amplitude_m: Array, count: int) -> Array:
     """Knots (count,) that are evenly spaced over the logarithm of the amplitudes which matter."""
     largest = float(np.max(amplitude_m, initial=0.0)) or NO_DATA_M
-    return np.geomspace(SMALLEST * largest, BEYOND * largest, count)
+    return np.geomspace(SMALLEST * largest, LAST_KNOT * largest, count)
 
 
 def spacing(knots: Array) -> float:

@@ -10,7 +10,7 @@ from twin.rigs.modal import ModalLaw
 
 Array = NDArray[np.float64]
 GRID_POINTS = 3000
-BEYOND = 1.6
+FARTHEST_AMPLITUDE = 1.6
 """How far beyond the identified amplitudes solutions are looked for, as a factor."""
 
 
@@ -108,7 +108,7 @@ def _largest(law: ModalLaw, f: Array, F: Array) -> Array:
     """An amplitude above every solution: beyond the last knot the mode is linear."""
     last = law.amplitude_m_per_s2[-1]
     linear = (2 * np.pi * f) ** 2 * np.abs(modal_receptance(law, f, np.full(len(f), last))) * F
-    return np.maximum(BEYOND * last, 1.1 * linear)
+    return np.maximum(FARTHEST_AMPLITUDE * last, 1.1 * linear)
 
 
 def _slope(law: ModalLaw, f: Array, A: Array) -> Array:

@@ -12,7 +12,7 @@ from recordings.errors import InputError
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, modification_of
 from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place
-from twin.diagnose.next_test.plan import RIVAL
+from twin.diagnose.next_test.plan import NEEDED_LOG_EVIDENCE
 from twin.diagnose.next_test.predicted_data import Imagined, predict_test_data
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import propose
@@ -194,7 +194,7 @@ def test_the_plan_is_a_procedure_that_can_be_run_with_what_it_promises(learnt, b
     assert "added-mass from stiffness-loss" in found.why
     procedure = load_procedure(tmp_path / found.procedure)
     assert isinstance(procedure, Random | SteppedSine)
-    assert found.separation >= found.needed >= enough(RIVAL - 2.0 / TEMPERATURE)
+    assert found.separation >= found.needed >= enough(NEEDED_LOG_EVIDENCE - 2.0 / TEMPERATURE)
     assert found.rig_time_s > 5.0
 
 
@@ -276,7 +276,7 @@ def test_a_further_sensor_goes_where_the_rivals_differ_most(learnt, believe):
     _, evidence = learnt
     one = believe("viscous-damper", damping_Ns_per_m=0.05, position_m=0.41)
     two = believe("viscous-damper", damping_Ns_per_m=0.055, position_m=0.40)
-    found = best_sensor_place(evidence, one, [two], margin=RIVAL)
+    found = best_sensor_place(evidence, one, [two], margin=NEEDED_LOG_EVIDENCE)
     layout, structure = RIG.layout(), evidence.model.structure
     taken = [layout.position(output.place) for output in evidence.outputs]
     assert min(abs(layout.position(found.place) - x) for x in taken) > 0.01

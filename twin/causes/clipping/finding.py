@@ -12,7 +12,7 @@ from twin.diagnose.signals.levels import smallest_step
 
 LEAST_COUNT = 12
 """Samples on exactly one largest value, a third of them in a row, that are no chance."""
-BEYOND = 1.05
+MOST_OVER_LIMIT = 1.05
 """A run that exceeds a limit by more was not limited: it may be of another day."""
 EQUAL = 1e-7
 """Relative difference of samples on one limit."""
@@ -24,7 +24,7 @@ FLAT = 0.5
 """Width of a top over that between the shoulders: a whole sine has a quarter, one cut by a tenth three quarters."""
 FAR = 0.01
 """Share of a limit by which noise hardly ever exceeds it: a sample farther out is not on it."""
-CLEAR = 2.5
+LEAST_COUNT_DEVIATIONS = 2.5
 """Standard deviations of a count by which more samples lie above a level than below it."""
 LEVEL = 5e-4
 """Tops on one limit are level within this share of it, or within what their noise leaves of their means."""
@@ -55,7 +55,7 @@ def find_clipping(runs: Sequence[Run]) -> list[Finding]:
                 limits.append(float(np.median(np.abs(x[positions]))))
         if limits:
             limit = min(limits)
-            limited = {path: x for path, x in signals.items() if np.max(np.abs(x)) < BEYOND * limit}
+            limited = {path: x for path, x in signals.items() if np.max(np.abs(x)) < MOST_OVER_LIMIT * limit}
             cut = {path: _cut(x, (1 - within) * limit) for path, x in limited.items()}
             findings.append(
                 Finding(
@@ -122,7 +122,7 @@ def _flat_tops(x: NDArray[Any]) -> NDArray[Any]:
             above += int(np.sum((off > TOP) & (off < FAR)))
             below += int(np.sum((off < -TOP) & (off > -FAR)))
     # Noise lies on either side of a limit; harmonics that meet a resonance make tops that rise to one side.
-    humped = above - below > CLEAR * np.sqrt(above + below)
+    humped = above - below > LEAST_COUNT_DEVIATIONS * np.sqrt(above + below)
     if len(flat) < LEAST_TOPS or humped:
         return np.empty(0, int)
     # A third harmonic flattens peaks as well, but each at its own height.

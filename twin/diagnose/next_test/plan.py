@@ -21,7 +21,7 @@ from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_
 from twin.rigs import Rig
 
 PROCEDURE = "next.toml"
-RIVAL = 5.0
+NEEDED_LOG_EVIDENCE = 5.0
 """Gain of log evidence by which a rival is told from the best."""
 TRIED = 3
 """Proposals that are rehearsed, the best first, until one may be run."""
@@ -77,7 +77,7 @@ def plan_next_test(
         return None
     report("looking for the test that tells the rivals apart")
     names = [model.name for model in models]
-    sensor = best_sensor_place(evidence, best, rivals, margin=RIVAL)
+    sensor = best_sensor_place(evidence, best, rivals, margin=NEEDED_LOG_EVIDENCE)
     ranked = _ranked(runs, evidence, best, rivals)
     if not ranked:
         return None
@@ -125,7 +125,9 @@ def _ranked(
             # What the recordings say for the best must be made up for if the rival is true.
             for predicted_data, other, ahead in ((if_best, rival, -gap), (if_rival, best, gap)):
                 found = separation(predicted_data, other)
-                promises.append(_Valued(proposal=proposal, separation=found, needed=enough(RIVAL + ahead)))
+                promises.append(
+                    _Valued(proposal=proposal, separation=found, needed=enough(NEEDED_LOG_EVIDENCE + ahead))
+                )
         valued.append(min(promises, key=lambda promise: promise.share))
     return sorted(valued, key=lambda v: (0.0, v.proposal.rig_time_s) if v.share >= 1 else (1.0, -v.share))
 

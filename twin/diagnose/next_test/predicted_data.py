@@ -21,7 +21,7 @@ Array = NDArray[Any]
 
 LAW_POINTS = 64
 """Amplitudes at which the response to a frequency is computed, to find the one that a force makes."""
-BEYOND = (2e-3, 1.6)
+AMPLITUDE_RANGE = (2e-3, 1.6)
 """Range of these, over the recordings' smallest and largest amplitude: about a higher mode a displacement is small."""
 
 
@@ -134,7 +134,7 @@ def _steps(
 def _amplitudes(evidence: MeasuredData, truth: FittedModel, omega: Array, force: float, time: Array) -> Array:
     """Amplitudes X (s,) of the reference channel, m, at this force: the branch that a sweep in this order stays on."""
     known = evidence.steps.amplitude_m
-    grid = np.geomspace(BEYOND[0] * known.min(), BEYOND[1] * known.max(), LAW_POINTS)
+    grid = np.geomspace(AMPLITUDE_RANGE[0] * known.min(), AMPLITUDE_RANGE[1] * known.max(), LAW_POINTS)
     count = len(omega)
     all_omega, all_X = np.repeat(omega, LAW_POINTS), np.tile(grid, count)
     nearest = _nearest(evidence.steps, all_omega, all_X)

@@ -15,7 +15,7 @@ CONFOUNDED = 0.9
 """Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""
 MOST_ORDER = 4
 """Highest order of the law beside which a drift or a jump is looked for."""
-CLEAR = 4.0
+LEAST_DEVIATIONS = 4.0
 """Standard deviations that a drift or a jump must have."""
 
 
@@ -31,7 +31,7 @@ class Drift:
     @property
     def pays(self) -> bool:
         """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.rate_Hz) > CLEAR * self.std_Hz and rms(self.left_out) < 0.5 * rms(self.without)
+        return abs(self.rate_Hz) > LEAST_DEVIATIONS * self.std_Hz and rms(self.left_out) < 0.5 * rms(self.without)
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Jump:
     @property
     def clear(self) -> bool:
         """Whether it is large, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.size_Hz) > CLEAR * self.std_Hz and self.left_out < 0.5 * self.without
+        return abs(self.size_Hz) > LEAST_DEVIATIONS * self.std_Hz and self.left_out < 0.5 * self.without
 
 
 def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:

@@ -15,7 +15,7 @@ from twin.identify.rms import rms
 Array = NDArray[np.float64]
 Report = Callable[[str], None]
 
-RIVAL = 5.0
+RIVAL_LOG_EVIDENCE = 5.0
 """A rival whose log evidence lies no more than this below the best cannot be told from it."""
 LEAST_GAIN = 5.0
 """Log evidence that a cause must gain: about a dozen are tried, and chance favours one of them now and then."""
@@ -172,7 +172,7 @@ def probabilities(stage: Stage) -> Array:
 def rivals_of(stage: Stage) -> tuple[str, ...]:
     """Other causes whose log evidence comes near the best one's."""
     best = stage.trials[0].log_evidence
-    return tuple(trial.cause for trial in stage.trials[1:] if best - trial.log_evidence < RIVAL)
+    return tuple(trial.cause for trial in stage.trials[1:] if best - trial.log_evidence < RIVAL_LOG_EVIDENCE)
 
 
 def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tuple[Fit, float] | None:

@@ -19,7 +19,7 @@ SIZE_m = 0.4
 """Of a part on a bench; a factor of 10 more or less is common."""
 UNLIKELY = 0.5
 """Weight of a decade of size beside a decade of the speed of sound, which differs less from part to part."""
-CLEAR = 0.7
+LEAST_DECADES = 0.7
 """Decades by which the best of the units must be better than the next."""
 STRANGE, IMPOSSIBLE = 1.5, 4.0
 """Decades off the usual speed of sound from which the units are doubted, and from which these are no such matrices."""
@@ -85,7 +85,7 @@ class ModelScale:
         if not (self.size > 0 and self.sound > 0):
             return None
         first, second = sorted(UNITS.values(), key=self.unlikely)[:2]
-        return first if self.unlikely(second) - self.unlikely(first) > CLEAR else None
+        return first if self.unlikely(second) - self.unlikely(first) > LEAST_DECADES else None
 
     def doubt(self, units: Units) -> str:
         """Why these units are doubted; empty if they are not.
