@@ -19,6 +19,7 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.held import amplitudes_over_target, look_at_target
 from twin.checks.order import look_at_directions, look_at_order
+from twin.checks.preload import look_at_preload
 from twin.checks.responses import noise_responses, sine_responses
 from twin.checks.said import look_at_metadata
 from twin.checks.same_run import look_at_copies, without_repeats
@@ -172,6 +173,9 @@ def _against_model(
     if not known.intersection(channels):
         findings += look_at_directions(agreeing, force=force, channels=channels)
     if not any(finding.action == "stopped" for finding in findings):
+        by_preload = {name: ExpectedResponse.of(rig, outputs, name) for name in rig.preloads if name != preload}
+        noises = [one for noise, _ in responses for one in noise]
+        findings += look_at_preload(noises, {preload: expected, **by_preload}, preload)
         findings += look_at_specimens(responses[: len(learnt)], responses[len(learnt) :], expected)
     return findings
 

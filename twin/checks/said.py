@@ -23,7 +23,7 @@ def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding
     preload
         The one that was asked for; None for the recording's.
     """
-    findings = [*_rig(run, rig), *_preload(run, rig, preload)]
+    findings = [*_rig(run, rig), *_preload(run, rig, preload), *_names(run, rig)]
     for sensor in rig.sensors:
         channel = run.channels.get(sensor.channel)
         if channel is None:
@@ -52,6 +52,20 @@ def _rig(run: Run, rig: Rig) -> list[Finding]:
         Finding(run.path, "", "rig", f"rig {rig.name}", f"{who} names rig {name}", "told")
         for name, who in list(other.items())[:1]
     ]
+
+
+def _names(run: Run, rig: Rig) -> list[Finding]:
+    """Sensors that the file may have by another name: they are missing, and it has a channel that the rig has not."""
+    findings = []
+    known = {sensor.channel for sensor in rig.sensors}
+    for sensor in rig.response_sensors:
+        others = [c.name for c in run.channels.values() if c.quantity == sensor.quantity and c.name not in known]
+        if sensor.channel not in run.channels and others:
+            found = f"the file has {', '.join(others)}, which the rig has not and which is not used"
+            findings.append(
+                Finding(run.path, sensor.channel, "name", f"{sensor.channel}, as the rig says", found, "told")
+            )
+    return findings
 
 
 def _preload(run: Run, rig: Rig, preload: str | None) -> list[Finding]:

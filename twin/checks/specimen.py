@@ -62,7 +62,7 @@ def backbone_of(sines: Sequence[SineResponse], expected: ExpectedResponse, near_
         resonance = _resonances(one.frequency_Hz, one.H[:, place], output, expected, place, near_Hz)
         omega = 2 * np.pi * one.frequency_Hz
         amplitude = np.abs(one.H[:, place] * one.force) / omega**output.derivative
-        about = np.abs(one.frequency_Hz / resonance - 1) < ABOUT
+        about = np.abs(one.frequency_Hz - resonance) < ABOUT * resonance
         found.append(np.stack([amplitude, resonance])[:, about])
     every = np.concatenate(found, axis=1) if found else np.zeros((2, 0))
     return Backbone(*every[:, np.argsort(every[0])])

@@ -62,3 +62,7 @@ SPECIMEN_IN_NOISE = 4e-3
 """The same of noise, whose amplitude is another one, beyond what the sweeps soften: 1.6e-3 with one specimen."""
 DRIFTING = 3.0
 """Over what the learnt sweeps differ by among themselves: up to here a drift goes on, and is no other specimen."""
+
+OTHER_PRELOAD = 3e-3
+"""Median relative distance of resonances from those of a preload, from which on another one is looked for:
+moduli 10 % off what is believed make 1e-3."""

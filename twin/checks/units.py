@@ -11,6 +11,7 @@ from twin.checks.thresholds import NAMED
 __all__ = ["OF_FORCE", "OF_RESPONSE", "factor_text", "name_of"]
 
 POUND_FORCE_N = 4.4482216152605
+FOOT_m, INCH_m = 0.3048, 0.0254
 
 _ANY = {
     2 * math.pi: "a factor of 2 pi: hertz for rad/s?",
@@ -27,6 +28,8 @@ _ANY = {
 OF_RESPONSE: Mapping[float, str] = {
     1 / STANDARD_GRAVITY: "a factor of 1 / 9.81: recorded in g?",
     STANDARD_GRAVITY: "a factor of 9.81: taken for g and converted twice?",
+    1 / FOOT_m: "a factor of 3.28: recorded in feet?",
+    1 / INCH_m: "a factor of 39.4: recorded in inches?",
     **_ANY,
 }
 """Recorded over true value of a response, and what it suggests."""

@@ -26,6 +26,7 @@ from twin.identify.gauss_newton import not_held_back
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
+from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["Score", "score_causes"]
@@ -79,7 +80,7 @@ class _Signature:
 def score_causes(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, causes: Mapping[str, Cause]
 ) -> tuple[list[Score], Tolerances]:
-    """Score every cause, label and starting place against the residual of `model`, best first.
+    """Score every cause, label and starting place against the residual of `model`, best first, while there is time.
 
     Returns
     -------
@@ -147,8 +148,10 @@ def _signatures_of(
         changed = ResidualModel(evidence, modification, harmonics, held=held)
         return changed.evaluate(model.baseline, sensitivities=False).residual
 
-    found = []
+    found: list[_Signature] = []
     for label in cause.labels(evidence):
+        if time_is_up():
+            break
         parameters = cause.parameters(evidence, label)
         strengths = strengths_of(parameters)
         count = int(np.prod([len(p.starts) for p in parameters if p.is_threshold]))

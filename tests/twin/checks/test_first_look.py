@@ -63,6 +63,13 @@ def later_half(run: Run, channel: str, value: float | None = None) -> Run:
     return filled(run, channel, change)
 
 
+def renamed(run: Run) -> Run:
+    """With the first accelerometer by another name than the rig's."""
+    names = {"acc1": "ACC"}
+    whole = replace(run, channels={names.get(n, n): replace(c, name=names.get(n, n)) for n, c in run.channels.items()})
+    return fitted(whole, lambda device: {"values": {names.get(n, n): x for n, x in device.values.items()}})
+
+
 def slower(run: Run) -> Run:
     """Rate and all time stamps wrong alike, by a thousand."""
     slow = retimed(fitted(run, lambda device: {"sample_rate_Hz": device.sample_rate_Hz / 1000}), 1000)
@@ -118,6 +125,30 @@ def test_clean_recordings_have_nothing_found(clean: Runs) -> None:
         pytest.param(only("sweeps", noise), "unrelated", "force", "power", id="noise-for-sines"),
         pytest.param(every(noise), "unrelated", "acc1", "coherence", id="noise-for-all"),
         pytest.param(every(lambda r: scaled(r, acc1=37.0)), "unit", "acc1", "no unit", id="absurd"),
+        pytest.param(
+            every(lambda r: scaled(r, acc1=1 / 0.3048, acc2=1 / 0.3048)), "unit", "acc1, acc2", "feet", id="feet"
+        ),
+        pytest.param(every(lambda r: scaled(r, force=PER_G)), "unit", "force", "kgf", id="force-in-kgf"),
+        pytest.param(
+            every(lambda r: stepped(r, lambda s: {"target_amplitude": s.target_amplitude / 2**0.5})), "unit", "force",
+            "sqrt 2", id="targets-in-rms",
+        ),
+        pytest.param(
+            every(lambda r: stepped(r, lambda s: {"frequency_Hz": s.frequency_Hz * 2 * np.pi})), "clock", "force",
+            "0.159", id="steps-in-rad-per-s",
+        ),
+        pytest.param(
+            only("sweeps", lambda r: scaled(r, force=-1)), "direction", "force", "turned", id="force-cell-turned"
+        ),
+        pytest.param(
+            only("heldout", lambda r: swapped(r, "force", "acc1")), "swapped", "force", "acc1",
+            id="force-and-acc1-held-out",
+        ),
+        pytest.param(every(lambda r: filled(r, "acc1", np.abs)), "unrelated", "acc1", "coherence", id="rectified"),
+        pytest.param(
+            every(lambda r: fitted(r, lambda d: {"sample_rate_Hz": 1.02 * d.sample_rate_Hz})), "clock", "", "1.02",
+            id="rate-two-per-cent",
+        ),
         pytest.param(only("sweeps", lambda r: copied(r, "acc2", "acc1")), "same", "acc2", "acc1", id="copied-channel"),
         pytest.param(lambda runs: {**runs, "heldout": runs["sweeps"]}, "same", "", "1.5N-up", id="held-out-was-learnt"),
     ],
@@ -188,6 +219,13 @@ def test_a_single_wild_sample_is_drawn_over(clean: Runs, channel: str, which: st
         pytest.param(only("random", lambda r: thinned(r, 4)), "aliasing", "anti-aliasing", id="no-filter"),
         pytest.param(every(lambda r: replace(r, info={**r.info, "rig": "other"})), "rig", "other", id="rig"),
         pytest.param(only("sweeps", one_off), "step", "one step", id="one-step-off"),
+        pytest.param(every(renamed), "name", "the file has ACC", id="another-name"),
+        pytest.param(
+            every(lambda r: replace(r, info={**r.info, "preload_N": "540"})),
+            "preload",
+            "resonances of 120N",
+            id="another-preload",
+        ),
     ],
 )
 def test_what_a_fit_can_bear_is_told(clean: Runs, mistake: Callable[[Runs], Runs], kind: str, said: str) -> None:

@@ -1,0 +1,50 @@
+"""Whether a noise's resonances are those of the preload that the file names, or another one's of the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twin.checks.expected import ExpectedResponse
+from twin.checks.finding import Finding
+from twin.checks.responses import NoiseResponse
+from twin.checks.thresholds import CLEARER, OTHER_PRELOAD
+
+__all__ = ["look_at_preload"]
+
+MATCHED = 0.03
+"""Relative distance within which a resonance that was found is one of the model's."""
+SHARP = 1e-3
+"""Relative error of a resonance, by the distance of the lines, up to which it takes part."""
+FEWEST = 3
+"""Resonances that tell moduli from anything else."""
+
+
+def look_at_preload(
+    noises: Sequence[NoiseResponse], by_preload: Mapping[str, ExpectedResponse], preload: str
+) -> list[Finding]:
+    """A line for each noise that fits another preload of the rig much better than the one it is taken at."""
+    findings = []
+    for noise in noises:
+        apart = {name: _apart(noise, model) for name, model in by_preload.items()}
+        best = min(apart, key=lambda name: apart[name])
+        if np.isfinite(apart[preload]) and apart[preload] > max(OTHER_PRELOAD, CLEARER * apart[best]):
+            found = f"noise {noise.sweep} has the resonances of {best}, {apart[best]:.2%} off, not {apart[preload]:.2%}"
+            expected = f"those of {preload}, which it is taken at"
+            findings.append(Finding(noise.run, "", "preload", expected, found, "told"))
+    return findings
+
+
+def _apart(noise: NoiseResponse, model: ExpectedResponse) -> float:
+    """Median relative distance of the resonances that are the model's; infinite for too few."""
+    found_Hz, own = noise.resonances_Hz, model.resonances_Hz
+    if len(noise.frequency_Hz) < 2 or not len(found_Hz):
+        return float("inf")
+    spacing_Hz = noise.frequency_Hz[1] - noise.frequency_Hz[0]
+    own = own[(own < model.reach_Hz) & (spacing_Hz / 2 < SHARP * own)]
+    if not len(own):
+        return float("inf")
+    apart = np.min(np.abs(np.log(found_Hz[None, :] / own[:, None])), axis=1)
+    apart = apart[apart < MATCHED]
+    return float(np.median(apart)) if len(apart) >= FEWEST else float("inf")
