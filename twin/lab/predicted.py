@@ -113,12 +113,12 @@ def predict_response(
     if isinstance(rig, BeamRig):
         raise InputError(source, "kind", "is a beam alone", "a prediction needs a rig with drive and sensors")
     evidence = blank_data(rig, known_preload(rig, preload))
-    law = rig.joints[0].law if rig.joints else None
-    if isinstance(law, LawTable) and law.channel not in evidence.channels:
-        raise InputError(
-            source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
-            f"the rig has {', '.join(evidence.channels)}",
-        )  # fmt: skip
+    for law in (joint.law for joint in rig.joints):
+        if isinstance(law, LawTable) and law.channel not in evidence.channels:
+            raise InputError(
+                source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
+                f"the rig has {', '.join(evidence.channels)}",
+            )  # fmt: skip
     warnings = left_out_effects(rig.effect)
     if all(joint.law is None for joint in rig.joints):
         warnings.append("the model has no joint law, so its response is linear; see 'twin identify'")

@@ -130,6 +130,18 @@ def test_what_makes_the_moduli_fall_shows_on_the_meter():
     assert JointMeter(warm, f"{low:g}N").read(100.0) == pytest.approx([low, 22.0])
 
 
+def test_the_preload_that_shows_is_that_of_the_joint_that_loses_it():
+    rig = load_rig("two-lap-joints")
+    inner, outer = rig.joints
+    looser = {**outer.preload, "60N": outer.preload["120N"].model_copy(update={"normal_modulus": 3.0e8})}
+    tighter = {**inner.preload, "60N": inner.preload["120N"].model_copy(update={"normal_modulus": 1.0e8})}
+    rig = rig.with_joints([inner.model_copy(update={"preload": tighter}), outer.model_copy(update={"preload": looser})])
+    falls = Effect(cause="preload-loss", parameters={"rate_per_s": 1e-4, "joint": outer.name})
+    fading = rig.model_copy(update={"effect": [falls]})
+    until_s = (1 - 3.0e8 / outer.preload["120N"].normal_modulus) / 1e-4
+    assert JointMeter(fading, "120N").read(until_s)[0] == pytest.approx(60.0)
+
+
 def test_the_manual_of_the_instruments_is_what_the_code_says(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["serve", "--commands"])
