@@ -132,13 +132,18 @@ def test_what_makes_the_moduli_fall_shows_on_the_meter():
 
 def test_the_preload_that_shows_is_that_of_the_joint_that_loses_it():
     rig = load_rig("two-lap-joints")
-    inner, outer = rig.joints
-    looser = {**outer.preload, "60N": outer.preload["120N"].model_copy(update={"normal_modulus": 3.0e8})}
-    tighter = {**inner.preload, "60N": inner.preload["120N"].model_copy(update={"normal_modulus": 1.0e8})}
-    rig = rig.with_joints([inner.model_copy(update={"preload": tighter}), outer.model_copy(update={"preload": looser})])
-    falls = Effect(cause="preload-loss", parameters={"rate_per_s": 1e-4, "joint": outer.name})
+
+    def states(joint, lower):
+        high = joint.preload["120N"]
+        return joint.model_copy(
+            update={"preload": {"120N": high, "60N": high.model_copy(update={"normal_modulus": lower})}}
+        )
+
+    rig = rig.with_joints([states(joint, lower) for joint, lower in zip(rig.joints, (1e8, 3e8), strict=True)])
+    losing = rig.joints[1]
+    falls = Effect(cause="preload-loss", parameters={"rate_per_s": 1e-4, "joint": losing.name})
     fading = rig.model_copy(update={"effect": [falls]})
-    until_s = (1 - 3.0e8 / outer.preload["120N"].normal_modulus) / 1e-4
+    until_s = (1 - 3e8 / losing.preload["120N"].normal_modulus) / 1e-4
     assert JointMeter(fading, "120N").read(until_s)[0] == pytest.approx(60.0)
 
 
