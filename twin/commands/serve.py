@@ -67,8 +67,9 @@ def command(rig_name: str, preload: str | None, seed: int, meter: str | None, **
 class JointMeter:
     """Preload and temperature behind a virtual meter: a :class:`recordings.streams.SlowSource`.
 
-    Where the rig's moduli fall with time, what makes them fall shows: the preload follows the layer's normal modulus
-    along the states that the rig file has of it, the temperature follows the moduli as steel's do.
+    Where the rig's moduli fall with time, what makes them fall shows: the preload, of the joint that loses it, follows
+    the layer's normal modulus along the states that the rig file has of it, the temperature follows the moduli as
+    steel's do.
     """
 
     def __init__(self, rig: Rig, preload: str) -> None:
@@ -81,8 +82,14 @@ class JointMeter:
         self._warming_K_per_s = (
             float(rates.get("temperature-drift", 0.0)) / STEEL_SOFTENING_per_K + rig.drift.temperature_K_per_h / 3600
         )
-        own = rig.joints[0].preload.items() if rig.joints else ()
-        states = {float(key[:-1]): state.normal_modulus for key, state in own if _NEWTON.fullmatch(key)}
+        lost = [effect.parameters.get("joint") for effect in rig.effect if effect.cause == "preload-loss"]
+        own = [joint for joint in rig.joints if not lost or lost[0] in (None, joint.name)][:1]
+        states = {
+            float(key[:-1]): state.normal_modulus
+            for joint in own
+            for key, state in joint.preload.items()
+            if _NEWTON.fullmatch(key)
+        }
         self.channels = [Channel(name="temperature", quantity="temperature", unit="degC", range=150.0, device="meter")]
         self._preload_N: float | None = None
         if _NEWTON.fullmatch(preload):

@@ -119,12 +119,12 @@ def predict_response(
     if isinstance(rig, BeamRig):
         raise no_structure(rig.kind, source)
     evidence = blank_data(rig, known_preload(rig, preload))
-    law = rig.joints[0].law if rig.joints else None
-    if isinstance(law, LawTable) and law.channel not in evidence.channels:
-        raise InputError(
-            source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
-            f"the rig has {', '.join(evidence.channels)}",
-        )  # fmt: skip
+    for law in (joint.law for joint in rig.joints):
+        if isinstance(law, LawTable) and law.channel not in evidence.channels:
+            raise InputError(
+                source, "joint.law.channel", f"no response sensor is called {law.channel!r}",
+                f"the rig has {', '.join(evidence.channels)}",
+            )  # fmt: skip
     warnings = left_out_effects(rig.effect)
     warnings += [f"implausible: {line}" for line in unlikely_units(rig)]
     evidence = with_effects(evidence, source=source)

@@ -130,6 +130,23 @@ def test_what_makes_the_moduli_fall_shows_on_the_meter():
     assert JointMeter(warm, f"{low:g}N").read(100.0) == pytest.approx([low, 22.0])
 
 
+def test_the_preload_that_shows_is_that_of_the_joint_that_loses_it():
+    rig = load_rig("two-lap-joints")
+
+    def states(joint, lower):
+        high = joint.preload["120N"]
+        return joint.model_copy(
+            update={"preload": {"120N": high, "60N": high.model_copy(update={"normal_modulus": lower})}}
+        )
+
+    rig = rig.with_joints([states(joint, lower) for joint, lower in zip(rig.joints, (1e8, 3e8), strict=True)])
+    losing = rig.joints[1]
+    falls = Effect(cause="preload-loss", parameters={"rate_per_s": 1e-4, "joint": losing.name})
+    fading = rig.model_copy(update={"effect": [falls]})
+    until_s = (1 - 3e8 / losing.preload["120N"].normal_modulus) / 1e-4
+    assert JointMeter(fading, "120N").read(until_s)[0] == pytest.approx(60.0)
+
+
 def test_the_manual_of_the_instruments_is_what_the_code_says(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["serve", "--commands"])
