@@ -124,7 +124,7 @@ def test_clean_recordings_have_nothing_found(clean: Runs) -> None:
         ),
         pytest.param(only("sweeps", noise), "unrelated", "force", "power", id="noise-for-sines"),
         pytest.param(every(noise), "unrelated", "acc1", "coherence", id="noise-for-all"),
-        pytest.param(every(lambda r: scaled(r, acc1=37.0)), "unit", "acc1", "no unit", id="absurd"),
+        pytest.param(every(lambda r: scaled(r, acc1=50.0)), "unit", "acc1", "no unit", id="absurd"),
         pytest.param(
             every(lambda r: scaled(r, acc1=1 / 0.3048, acc2=1 / 0.3048)), "unit", "acc1, acc2", "feet", id="feet"
         ),
