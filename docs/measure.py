@@ -28,7 +28,7 @@ from typing import Any
 from measured_stages import STAGES, Stage
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("recordings", "drivers", "twin")
+PACKAGES = ("recordings", "drivers", "twin", "studies", "benchmarks")
 """What an answer depends on; a change of the documents leaves it true."""
 BEGIN, END = "<!-- measured:begin -->", "<!-- measured:end -->"
 LONGEST_s = 3 * 3600.0
