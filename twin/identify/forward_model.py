@@ -29,6 +29,7 @@ from twin.identify.opening_harmonics import (
     at_harmonic,
     balance_openings,
     growth_of_more,
+    has_harmonics,
     loss_among_harmonics,
 )
 from twin.identify.receptance import attach, update_receptance
@@ -244,14 +245,9 @@ class ForwardModel:
         return update_receptance(free, self.moving, found.stiffness), omega, found
 
     def _with_harmonics(self, baseline: BaselineParameters, omega: Array, around: Surroundings) -> Balance:
-        """Fundamentals and harmonics of the layer's openings, in turn.
-
-        Lost contact that is as large one way as the other would be the law's own; but it shifts the openings' middle,
-        and so makes the fundamental softer still.
-        """
+        """Fundamentals and harmonics of the layer's openings, in turn."""
         found, harmonics = self.local.balance(baseline.laws, omega, around), None
-        acts = bool(self.modification.opening) or any(np.any(law.vector) for law in baseline.laws)
-        if not (acts and len(omega)):
+        if not (has_harmonics(baseline.laws, self.slaps) and len(omega)):
             return found
         p, changed, largest = len(self.points), np.inf, 0.0
         for turn in range(HARMONIC_TURNS):

@@ -24,6 +24,7 @@ from twin.identify.opening_harmonics import (
     at_harmonic,
     balance_openings,
     growth_of_more,
+    has_harmonics,
     loss_among_harmonics,
 )
 from twin.identify.receptance import update_receptance
@@ -110,8 +111,7 @@ class HeldRig:
         self._among, self._driven = free[:, at[:, None], at], into[:, at]
         self._reading = rig.measured(into[:, outputs], self.omega)[:, output]
         self._to_reading = rig.measured_change(free[:, outputs][:, :, at], self.omega)[:, output]
-        acts = bool(rig.modification.opening) or any(np.any(law.vector) for law in laws)
-        self._own_harmonics = own_harmonics and acts
+        self._own_harmonics = own_harmonics and has_harmonics(laws, rig.slaps)
 
     def _at_points(self, of_joints: Sequence[tuple[float, float]]) -> Array:
         """Complex modulus (2 p,) that softening and loss of each joint, N/m2, are at its points."""

@@ -37,6 +37,7 @@ __all__ = [
     "at_harmonic",
     "balance_openings",
     "growth_of_more",
+    "has_harmonics",
     "loss_among_harmonics",
     "stiffness_sensitivity",
 ]
@@ -173,6 +174,11 @@ def loss_among_harmonics(
         own = joint == number
         change[:, own] = law.loss_at(np.sqrt(displacement[:, own])) * fall[:, own] - law.loss_at(np.abs(slips[:, own]))
     return change
+
+
+def has_harmonics(laws: Sequence[LayerLaw], slaps: Sequence[Opening | None]) -> bool:
+    """Whether any layer's force has harmonics that its openings follow: it is not linear, or loses contact."""
+    return any(np.any(law.vector) for law in laws) or any(slap is not None for slap in slaps)
 
 
 def balance_openings(
