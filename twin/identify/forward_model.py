@@ -37,9 +37,11 @@ from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.slipping import RIPPLES
 from twin.structure import points_of_joints
 
-__all__ = ["ForwardModel"]
+__all__ = ["AtHarmonic", "ForwardModel"]
 
 Array = NDArray[Any]
+Free = tuple[Array, Array]
+"""Receptances (s, p, p) at a multiple of the drive frequency, and omega (s,)."""
 AtHarmonic = tuple[Array, Array, Array]
 """Receptances (s, p, p) at a multiple of the drive frequency, the drive's force there (s,), and omega (s,)."""
 
@@ -250,10 +252,11 @@ class ForwardModel:
         if not (has_harmonics(baseline.laws, self.slaps) and len(omega)):
             return found
         p, changed, largest = len(self.points), np.inf, 0.0
+        free = {h: self._free_at_harmonic(h, baseline) for h in self.orders}
         for turn in range(HARMONIC_TURNS):
             # The second time at least, with the loss that the slips' harmonics leave.
             if turn < 2 or changed > LOSS_SETTLED * largest:
-                at_harmonics = [self.at_harmonic(h, baseline, found) for h in self.orders]
+                at_harmonics = [self.at_harmonic(h, baseline, found, free=free[h]) for h in self.orders]
                 ports = self.moving[2 * p :]
                 rippling = [around[0] for h, around in zip(self.orders, at_harmonics, strict=True) if h in RIPPLES]
                 found = replace(found, ripples=np.stack([R[:, ports, ports] for R in rippling], axis=2))
@@ -330,15 +333,6 @@ class ForwardModel:
             points_driven[:, :, p:],
         )  # fmt: skip
 
-    def read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
-        """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
-        at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
-        read = [
-            (self.model.to_quantity(omega) * self.channel_factors(omega)[0])[:, :, None] * R[:, outputs][:, :, at]
-            for R, _, omega in around
-        ]
-        return np.stack(read, axis=1)
-
     def forced_harmonics(self, balance: Balance, orders: Sequence[int]) -> Array:
         """Harmonics (h, s, m) of the nonlinear forces at a balance."""
         omega = self.clock(self.evidence.steps.omega, self.step_times)
@@ -351,16 +345,24 @@ class ForwardModel:
         secant[:, :p] -= balance.more[:, :p]
         return secant
 
-    def at_harmonic(self, h: int, baseline: BaselineParameters, balance: Balance, *, inner: bool = False) -> AtHarmonic:
+    def _free_at_harmonic(self, h: int, baseline: BaselineParameters, *, inner: bool = False) -> Free:
+        """Receptances at a multiple of the drive frequency without the joint's law, and omega."""
+        time = self.step_times
+        omega = h * self.clock(self.evidence.steps.omega, time)
+        return self.receptance(omega, baseline.base, time, inner=inner, points=True), omega
+
+    def at_harmonic(
+        self, h: int, baseline: BaselineParameters, balance: Balance, *, inner: bool = False, free: Free | None = None
+    ) -> AtHarmonic:
         """Receptances at a multiple of the drive frequency, with the law's secant stiffness; drive force (s,); omega.
 
         Where a harmonic of the force was not measured, the shaker of the rig file is there in its place.  Even ones
-        move the openings too little to be taken into account: what lost contact does is many times that.
+        move the openings too little to be taken into account: what lost contact does is many times that.  `free` is
+        the same without law and shaker, where it is known.
         """
-        steps, time = self.evidence.steps, self.step_times
-        omega = h * self.clock(steps.omega, time)
-        free = self.receptance(omega, baseline.base, time, inner=inner, points=True)
-        R = update_receptance(free, self.moving[: 2 * len(self.points)], at_harmonic(self._secant(balance), h))
+        steps = self.evidence.steps
+        R, omega = free or self._free_at_harmonic(h, baseline, inner=inner)
+        R = update_receptance(R, self.moving[: 2 * len(self.points)], at_harmonic(self._secant(balance), h))
         force = np.zeros(len(steps), complex)
         if 0 < h <= steps.force.shape[1]:
             known = np.isfinite(steps.force_variance[:, h - 1])

@@ -17,7 +17,7 @@ its slope, on that side only: even harmonics, and less stiffness for the fundame
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -27,7 +27,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from twin.identify.joint_law import LayerLaw, spline_basis
 from twin.identify.model_modification import Opening
-from twin.identify.opening_kernel import balance, force_at
+from twin.identify.opening_kernel import balance, force_at, growth
 
 __all__ = [
     "EVEN_TOO",
@@ -56,8 +56,6 @@ BALANCED = 1e-7
 """Newton step over the fundamental at which the harmonics are in balance."""
 STUCK, LITTLE_BY_LITTLE = 1e-4, (0.25, 0.5, 0.75, 1.0)
 """Where Newton's method leaves more, the contact that a slap loses is lost by these shares, one from the other."""
-DIFFERENCE = 1e-4
-"""Relative step of the fundamentals for a derivative."""
 GRID = 400
 """Points of a force's table."""
 LEAST_TANGENT = 0.02
@@ -193,25 +191,19 @@ def balance_openings(
     start : ndarray, (s, h, p)
         Motion to begin from.
     """
-    a, orders = openings.fundamental, np.array(openings.orders)
-    shape = (len(a), len(orders), a.shape[1])
+    a = openings.fundamental
+    shape = (len(a), len(openings.orders), a.shape[1])
     X = np.zeros(shape, complex) if start is None else start.copy()
     if not laws:
         return OpeningBalance(X, X, np.zeros(a.shape, complex), 0.0)
-    theta = 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES
-    angle = np.outer(np.arange(2 * orders[-1] + 1), theta)
-    tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
-    lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
+    layer, lost = _layer(laws, openings, slaps)
     force, more, unsettled = np.empty(shape, complex), np.empty(a.shape, complex), np.empty(len(a))
     around = a, openings.secant, openings.weight, openings.compliance, openings.driven
-    joint, waves = openings.joint, (np.cos(angle), np.sin(angle))
 
     def settle(rows: NDArray[np.int64], share: float) -> None:
         """Balance these steps with a share of what is lost."""
         out: Sequence[Any] = [np.ascontiguousarray(array[rows]) for array in (X, force, more, unsettled)]
-        layer = openings.modulus[joint], orders, *waves, tables[joint], lost[joint] * [share, 1.0, 1.0]
-        # One layout, one compilation.
-        given: Sequence[Any] = [np.ascontiguousarray(array) for array in (*(a[rows] for a in around), *layer)]
+        given = _one_layout(*(a[rows] for a in around), *layer, lost * [share, 1.0, 1.0])
         balance(*given, *out, TURNS, BALANCED, SHORTEST)  # type: ignore[call-arg]
         for array, values in zip((X, force, more, unsettled), out, strict=True):
             array[rows] = values
@@ -229,13 +221,13 @@ def growth_of_more(
     laws: Sequence[LayerLaw], openings: Openings, balance: OpeningBalance, slaps: Sequence[Opening | None] = ()
 ) -> Array:
     """Derivatives (s, p, p) of the stiffness that harmonics add, by the logarithms of the fundamentals, N/m."""
-    columns = []
-    for point in range(openings.fundamental.shape[1]):
-        larger = openings.fundamental.copy()
-        larger[:, point] *= 1 + DIFFERENCE
-        more = balance_openings(laws, replace(openings, fundamental=larger), slaps, start=balance.motion).more
-        columns.append((more - balance.more) / DIFFERENCE)
-    return np.stack(columns, axis=2)
+    a = openings.fundamental
+    grown = np.zeros((*a.shape, a.shape[1]), complex)
+    if laws:
+        layer, lost = _layer(laws, openings, slaps)
+        around = a, openings.secant, openings.weight, openings.compliance
+        growth(*_one_layout(*around, *layer, lost, balance.motion, balance.more), grown)  # type: ignore[call-arg]
+    return grown
 
 
 def stiffness_sensitivity(
@@ -325,6 +317,22 @@ def stiffness_sensitivity(
 def _lost(slap: Opening | None) -> tuple[float, float]:
     """Share of the stiffness that lost contact takes beyond the gap, and the gap, m."""
     return (0.0, 0.0) if slap is None else (1 - slap.factor, slap.gap_m)
+
+
+def _layer(
+    laws: Sequence[LayerLaw], openings: Openings, slaps: Sequence[Opening | None]
+) -> tuple[tuple[Any, ...], Array]:
+    """What the kernel takes of the layer: moduli, orders, waves of a period, tables of forces; what is lost (p, 3)."""
+    orders, joint = np.array(openings.orders), openings.joint
+    angle = np.outer(np.arange(2 * orders[-1] + 1), 2 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
+    tables = np.array([_odd_force(law, E) for law, E in zip(laws, openings.modulus, strict=True)])
+    lost = np.array([(*_lost(slap), force_at(_lost(slap)[1], table)[0]) for slap, table in _each(slaps, tables)])
+    return (openings.modulus[joint], orders, np.cos(angle), np.sin(angle), tables[joint]), lost[joint]
+
+
+def _one_layout(*arrays: Any) -> list[Any]:
+    """For one compilation whatever the arrays' order in memory."""
+    return [np.ascontiguousarray(array) for array in arrays]
 
 
 def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Iterator[tuple[Opening | None, Any]]:

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.joint.elimination import COMPILED, eliminate
+from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["balance", "force_at"]
+__all__ = ["balance", "force_at", "growth"]
 
 Array = NDArray[Any]
 
@@ -186,17 +186,30 @@ def _missed(
 
 @COMPILED
 def _newton(compliance: Array, tau: Array, orders: Array, miss: Array, J: Array, r: Array) -> None:
-    """Fill in r with the changes that undo `miss`; the Jacobian is Toeplitz and Hankel in the tangent's harmonics."""
+    """Fill in r with the changes that undo `miss`."""
     H, p = miss.shape
+    n = H * p
+    still = p if orders[0] == 0 else 0
+    for h in range(H):
+        for i in range(p):
+            row = h * p + i
+            r[row] = miss[h, i].real
+            if row >= still:
+                r[n + row - still] = miss[h, i].imag
+    _jacobian(compliance, tau, orders, J)
+    eliminate(J, r)
+
+
+@COMPILED
+def _jacobian(compliance: Array, tau: Array, orders: Array, J: Array) -> None:
+    """Fill in what is missed by the harmonics of the motion: Toeplitz and Hankel in the tangent's harmonics."""
+    H, p = len(orders), compliance.shape[1]
     n = H * p
     still = p if orders[0] == 0 else 0
     for h in range(H):
         half = 0.5 if orders[h] == 0 else 1.0
         for i in range(p):
             row = h * p + i
-            r[row] = miss[h, i].real
-            if row >= still:
-                r[n + row - still] = miss[h, i].imag
             for k in range(H):
                 order = orders[h] - orders[k]
                 for j in range(p):
@@ -214,4 +227,65 @@ def _newton(compliance: Array, tau: Array, orders: Array, miss: Array, J: Array,
                         J[n + row - still, column] = (A + B).imag
                         if column >= still:
                             J[n + row - still, n + column - still] = one + (A - B).real
-    eliminate(J, r)
+
+
+@COMPILED
+def growth(
+    fundamental: Array, secant: Array, weight: Array, compliance: Array, modulus: Array, orders: Array,
+    cosines: Array, sines: Array, table: Array, slap: Array, X: Array, more: Array, grown: Array,
+) -> None:  # fmt: skip
+    """Fill in how the stiffness that harmonics add changes with the fundamentals, which the harmonics follow.
+
+    The implicit function theorem on what :func:`balance` found.
+
+    Parameters
+    ----------
+    grown : ndarray, (s, p, p)
+        Filled: change of `more` at each point by the logarithm of the fundamental at each.
+    """
+    steps, H, p = X.shape
+    n, samples = H * p, cosines.shape[1]
+    still = p if orders[0] == 0 else 0
+    around, path, tangent = np.empty((p, samples)), np.empty((p, samples)), np.empty((p, samples))
+    onto = np.ascontiguousarray(cosines.T), np.ascontiguousarray(sines.T)
+    tau, alone = np.empty((p, len(cosines)), np.complex128), np.empty((p, len(cosines)), np.complex128)
+    J, right, none = np.empty((2 * n - still, 2 * n - still)), np.empty((2 * n - still, p)), np.zeros(slap.shape)
+    for s in range(steps):
+        _open(fundamental[s], X[s], orders[:0], cosines, sines, around)
+        _forces(around, secant[s], weight[s], modulus, table, none, path, tangent)
+        _transform(tangent, onto, alone)
+        _open(fundamental[s], X[s], orders, cosines, sines, around)
+        _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
+        _transform(tangent, onto, tau)
+        for h in range(H):
+            half = 0.5 if orders[h] == 0 else 1.0
+            for j in range(p):
+                force = 2.0 * half * _wave(fundamental[s, j], 1, tau[j], orders[h])
+                for i in range(p):
+                    row = h * p + i
+                    value = -compliance[s, h, i, j] * force
+                    right[row, j] = value.real
+                    if row >= still:
+                        right[n + row - still, j] = value.imag
+        _jacobian(compliance[s], tau, orders, J)
+        eliminate_columns(J, right)
+        for i in range(p):
+            a = fundamental[s, i]
+            for j in range(p):
+                force = 0j
+                for h in range(H):
+                    k = h * p + i
+                    x = complex(right[k, j], right[n + k - still, j] if k >= still else 0.0)
+                    force += _wave(x, orders[h], tau[i], 1)
+                if i == j:
+                    force += _wave(a, 1, tau[i], 1) - _wave(a, 1, alone[i], 1)
+                grown[s, i, j] = 2.0 * force / (a if a != 0.0 else 1.0 + 0.0j) - (more[s, i] if i == j else 0.0)
+
+
+@COMPILED
+def _wave(x: complex, order: int, tau: Array, h: int) -> complex:
+    """Fourier coefficient h >= 0 of a tangent times a wave Re(x exp(i order theta))."""
+    if order == 0:
+        return tau[h] * x.real
+    below = tau[h - order] if h >= order else tau[order - h].conjugate()
+    return 0.5 * (x * below + x.conjugate() * tau[h + order])

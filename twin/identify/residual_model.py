@@ -5,6 +5,7 @@ values of the joint's law at its knots.  All sensitivities are products of recep
 on the logarithm of the response as there (equation 16), but of its complex value, so that phase counts too.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
-from twin.identify.forward_model import ForwardModel
+from twin.identify.forward_model import AtHarmonic, ForwardModel
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
@@ -109,7 +110,7 @@ class ResidualModel(ForwardModel):
         return Prediction(np.concatenate(residuals), np.vstack(jacobians), tuple(blocks))
 
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
-        held = self._held or self.linearisation(baseline)
+        held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
         out = [
             (f"broadband {i}", self._broadband(i, baseline, factor, sensitivities))
             for i, factor in enumerate(held.broadband_factors)
@@ -206,15 +207,15 @@ class ResidualModel(ForwardModel):
         followed = self.local.follow(baseline.laws, np.abs(motion), omega, influence, ones, still, balance.added)
         return followed[1][:, :, 0]
 
-    def linearisation(self, baseline: BaselineParameters) -> Linearisation:
-        """What a fit that begins at these unknowns may hold."""
+    def linearisation(self, baseline: BaselineParameters, *, sensitivities: bool = True) -> Linearisation:
+        """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""
         state = self._step_state(baseline)
         made_of = self._covariances(baseline, state)
         factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
         if state is None:
             return Linearisation(*factors, None, None, baseline, None, made_of)
         found = state[2]
-        by_unknowns, lost = self._harmonics_by_unknowns(baseline, found)
+        by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
         return Linearisation(*factors, found, lost, baseline, by_unknowns, made_of)
 
     def _harmonics_by_unknowns(
@@ -247,8 +248,17 @@ class ResidualModel(ForwardModel):
         )
         for joint, by in enumerate(by_softening):
             by_unknowns[:, :, baseline.softening(joint)] = by
-        lost = LostContact(openings, harmonics, self.read_of_openings(around)) if self.modification.opening else None
+        lost = LostContact(openings, harmonics, self._read_of_openings(around)) if self.modification.opening else None
         return by_unknowns, lost
+
+    def _read_of_openings(self, around: Sequence[AtHarmonic]) -> Array:
+        """What the response channels read (s, h, o, p) per force on the openings, from :meth:`at_harmonic`."""
+        at, outputs = self.moving[: len(self.points)], self.model.ports.outputs
+        read = [
+            (self.model.to_quantity(omega) * self.channel_factors(omega)[0])[:, :, None] * R[:, outputs][:, :, at]
+            for R, _, omega in around
+        ]
+        return np.stack(read, axis=1)
 
     def motion_at_forces(self, baseline: BaselineParameters) -> Array:
         """Complex amplitudes (s, n) of the steps at the ports of the extension's nonlinear forces, m."""
@@ -269,7 +279,7 @@ class ResidualModel(ForwardModel):
         lost = self._held.lost if self._held is not None else None
         if lost is None:
             around = [self.at_harmonic(h, baseline, balance) for h in self.orders]
-            openings, read, start = self.openings(baseline, balance, around), self.read_of_openings(around), None
+            openings, read, start = self.openings(baseline, balance, around), self._read_of_openings(around), None
         else:
             openings, read, start = lost.openings, lost.read, lost.balance.motion
         openings = replace(openings, fundamental=balance.motion[:, :p])

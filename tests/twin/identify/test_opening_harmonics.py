@@ -17,6 +17,7 @@ from twin.identify.opening_harmonics import (
     ODD,
     Openings,
     balance_openings,
+    growth_of_more,
     loss_among_harmonics,
     stiffness_sensitivity,
 )
@@ -164,6 +165,21 @@ def test_the_compiled_balance_is_the_plain_one(orders, slap):
     for name in ("motion", "force", "more"):
         value = getattr(two, name)
         np.testing.assert_allclose(getattr(one, name), value, atol=1e-8 * np.max(np.abs(value)), rtol=0)
+
+
+@pytest.mark.parametrize(("orders", "slap"), [(ODD, None), (EVEN_TOO, SLAP)], ids=["softening", "slap"])
+def test_what_harmonics_add_grows_with_the_fundamentals_as_differences_say(exact, orders, slap):
+    around, slaps = openings(orders), [slap]
+    found = growth_of_more([LAW], around, balance_openings([LAW], around, slaps), slaps)
+    for point in range(3):
+
+        def more(part, point=point):
+            larger = around.fundamental.copy()
+            larger[:, point] *= 1 + part
+            return balance_openings([LAW], replace(around, fundamental=larger), slaps).more
+
+        differences = (more(1e-5) - more(-1e-5)) / 2e-5
+        np.testing.assert_allclose(found[:, :, point], differences, atol=2e-4 * np.max(np.abs(found)))
 
 
 @pytest.mark.parametrize("around_Hz", [26.2, 155.5], ids=["mode-1", "mode-2"])
