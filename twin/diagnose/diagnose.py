@@ -34,7 +34,7 @@ from twin.identify.harmonics import harmonic_residuals
 from twin.identify.measured_data import MeasuredData, common_preload
 from twin.identify.residual_model import ResidualModel
 from twin.identify.rms import rms
-from twin.identify.time_limit import time_is_up
+from twin.identify.time_limit import time_is_up, time_limit
 from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
@@ -136,7 +136,8 @@ def diagnose(
         save_rig(model, out / extended)
         if verdict == "ambiguous" and not time_is_up():
             models = (search.model, *rivals_of(posterior))
-            next_test = plan_next_test(runs, search.evidence, models, model, out, report=report)
+            with time_limit(time.monotonic() + time.perf_counter() - started):  # as long again as the search took
+                next_test = plan_next_test(runs, search.evidence, models, model, out, report=report)
     causes_named = named_causes(search, posterior, findings, verdict)
     acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
     if acting & set(DRIFTS) and _waits_left_out(runs):

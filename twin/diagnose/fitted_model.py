@@ -290,7 +290,7 @@ def difference_step(parameter: Parameter, value: float, *, remakes: bool) -> flo
     """
     along = parameter.is_location and not parameter.is_threshold
     size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
-    return (1e-3 if along else 3e-4 if remakes else 1e-6) * size
+    return ((1e-3 if along else 3e-4) if remakes else 1e-6) * size
 
 
 def _free_count(solution: Solution) -> int:

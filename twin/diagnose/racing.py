@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
+from twin.diagnose.profile import highest_of_profile, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, ErrorModel, continuation
@@ -17,7 +18,7 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["THOROUGH", "USUAL", "Begun", "Effort", "once_more", "race"]
+__all__ = ["THOROUGH", "USUAL", "Begun", "Effort", "Race", "once_more"]
 
 
 CLOSE = 0.1
@@ -62,36 +63,63 @@ class Begun:
     levels: tuple[ErrorModel, ...]
 
 
-def race(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    begun: Sequence[Begun],
-    tolerances: Tolerances | None,
-    *,
-    effort: Effort = USUAL,
-) -> list[FittedModel]:
-    """Fit models through smaller and smaller model errors; one that falls far behind ends early.
+@dataclass(frozen=True)
+class Race:
+    """Rival models of the same data.
 
-    None are returned if the time is up before.
+    Attributes
+    ----------
+    tolerances : Tolerances
+        What sound rigs have of every cause.
+    effort : Effort
+        How much is tried.
+    field : dict of list of FittedModel
+        All fits so far at each model error, by the error of the steps' stiffness.
     """
-    field = list(begun)
-    for number in range(len(field[0].levels) - 1):
+
+    evidence: MeasuredData
+    harmonics: HarmonicResiduals | None
+    tolerances: Tolerances
+    effort: Effort = USUAL
+    field: dict[float, list[FittedModel]] = field(default_factory=dict)
+
+    def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
+        """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.
+
+        None are returned if the time is up before.
+        """
+        running = list(begun)
+        for number in range(len(running[0].levels) - 1):
+            if time_is_up():
+                return []
+            work = [(start.baseline, start.hypotheses, start.levels[number]) for start in running]
+            fits = parallel_map(_fit_at, (self.evidence, self.harmonics), work)
+            for fit in fits:
+                self.field.setdefault(fit.errors.steps.stiffness, []).append(fit)
+            both = sorted(zip(fits, running, strict=True), key=lambda pair: pair[0].solution.cost)
+            running = []
+            for fit, start in both:
+                least = min(other.solution.cost for other in self.field[fit.errors.steps.stiffness])
+                close = fit.solution.cost <= self.effort.behind * least
+                if close and not any(_same(fit.hypotheses, other.hypotheses) for other in running):
+                    running.append(Begun(fit.baseline, fit.hypotheses, start.levels))
         if time_is_up():
             return []
-        work = [(start.baseline, start.hypotheses, start.levels[number]) for start in field]
-        fits = parallel_map(_fit_at, (evidence, harmonics), work)
-        least = effort.behind * min(fit.solution.cost for fit in fits)
-        both = sorted(zip(fits, field, strict=True), key=lambda pair: pair[0].solution.cost)
-        field = []
-        for fit, start in both:
-            if fit.solution.cost <= least and not any(_same(fit.hypotheses, other.hypotheses) for other in field):
-                field.append(Begun(fit.baseline, fit.hypotheses, start.levels))
-    if time_is_up():
-        return []
-    work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in field]
-    fits = parallel_map(partial(_fit_last, tolerances=tolerances), (evidence, harmonics), work)
-    best = max(fits, key=lambda fit: fit.log_evidence)
-    return fits if best.errors.is_usual else [*fits, once_more(evidence, harmonics, best, tolerances)]
+        work = [(start.baseline, start.hypotheses, start.levels[-1]) for start in running]
+        return parallel_map(partial(_fit_last, tolerances=self.tolerances), (self.evidence, self.harmonics), work)
+
+    def with_best_threshold(self) -> list[FittedModel]:
+        """The model whose threshold is the likeliest of all, from the rival that leads of those that have one.
+
+        None where no rival has a threshold, or none has come to the smallest of the model errors on the way.
+        """
+        nearest = self.field[min(self.field)] if self.field else []
+        rivals = [(fit, p) for fit in nearest if (p := threshold_of(self.evidence, fit))]
+        if not rivals or time_is_up():
+            return []
+        leading, threshold = min(rivals, key=lambda rival: rival[0].solution.cost)
+        found = highest_of_profile(self.evidence, self.harmonics, leading, threshold)
+        return [_fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, SOUND, self.tolerances)]
 
 
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:

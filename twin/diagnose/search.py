@@ -12,7 +12,8 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel,
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, TEMPERATURE, log_weight
-from twin.diagnose.racing import USUAL, Begun, Effort, once_more, race
+from twin.diagnose.profile import threshold_of
+from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
 from twin.diagnose.score import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.error_model import SOUND, continuation
@@ -129,7 +130,8 @@ def search_causes(
         before = _weighed(evidence, harmonics, model, tolerances)
         rivals: tuple[FittedModel, ...] = ()
         if len(model.hypotheses) < most:
-            rivals = _fitted_rivals(evidence, harmonics, start_of_rivals, scores, tolerances, report, effort)
+            race = Race(evidence, harmonics, tolerances, effort)
+            rivals = _fitted_rivals(race, start_of_rivals, scores, report)
         complete = not time_is_up()
         accepted = complete and bool(rivals) and log_weight(evidence, rivals[0]) > log_weight(evidence, before)
         best = rivals[0] if accepted else before
@@ -192,19 +194,12 @@ def _reduced_anew(
     return evidence, _harmonics(evidence, model) if harmonics is not None else None
 
 
-def _fitted_rivals(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    scores: Sequence[Score],
-    tolerances: Tolerances,
-    report: Report,
-    effort: Effort,
-) -> tuple[FittedModel, ...]:
+def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], report: Report) -> tuple[FittedModel, ...]:
     """The models with one more cause, of those that the scores promise, the most probable first.
 
     Where none of them is as exact as sound rigs' models are, fits begin from elsewhere, too.
     """
+    evidence, effort = race.evidence, race.effort
     fits: list[FittedModel] = []
     promising = _promising(evidence, scores, effort)
     # Where the law has taken in what a cause does, the scores no longer tell which of its labels it is.
@@ -213,13 +208,13 @@ def _fitted_rivals(
     imitated = [_at_full_size(evidence, rival) for rival in labels]
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
-        fits += _begun_and_raced(evidence, harmonics, model, begin, rivals, tolerances, report, effort)
+        fits += _begun_and_raced(race, model, begin, rivals, report)
     if not any(fit.errors.is_sound for fit in fits) and (promising or not model.errors.is_sound):
-        rivals = _elsewhere(evidence, scores, promising, effort)
-        fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report, effort)
-    if fits and not (leading := max(fits, key=lambda fit: fit.log_evidence)).errors.is_usual:
-        rivals = _at_all_thresholds(evidence, leading.hypotheses[-1])
-        fits += _begun_and_raced(evidence, harmonics, model, _beside_no_law, rivals, tolerances, report, effort)
+        fits += _begun_and_raced(race, model, _beside_no_law, _elsewhere(evidence, scores, promising, effort), report)
+    if fits and threshold_of(evidence, max(fits, key=lambda fit: fit.log_evidence)):
+        fits += race.with_best_threshold()
+    if fits and not (leading := max(fits, key=lambda fit: fit.log_evidence)).errors.is_usual and not time_is_up():
+        fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
@@ -227,20 +222,12 @@ def _fitted_rivals(
 
 
 def _begun_and_raced(
-    evidence: MeasuredData,
-    harmonics: HarmonicResiduals | None,
-    model: FittedModel,
-    begin: Callable[..., Begun],
-    rivals: Sequence[CauseHypothesis],
-    tolerances: Tolerances,
-    report: Report,
-    effort: Effort,
+    race: Race, model: FittedModel, begin: Callable[..., Begun], rivals: Sequence[CauseHypothesis], report: Report
 ) -> list[FittedModel]:
     if not rivals or time_is_up():
         return []
     report(f"fitting {', '.join(dict.fromkeys(rival.key for rival in rivals))}")
-    begun = parallel_map(begin, (evidence, harmonics, model), [(rival,) for rival in rivals])
-    return race(evidence, harmonics, begun, tolerances, effort=effort)
+    return race.run(parallel_map(begin, (race.evidence, race.harmonics, model), [(rival,) for rival in rivals]))
 
 
 def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
@@ -300,13 +287,6 @@ def _at_full_size(evidence: MeasuredData, hypothesis: CauseHypothesis) -> CauseH
     main = strengths[0]
     full = main.null + np.copysign(main.scale, hypothesis.values[main.name] - main.null)
     return replace(hypothesis, values={**hypothesis.values, main.name: float(np.clip(full, main.lower, main.upper))})
-
-
-def _at_all_thresholds(evidence: MeasuredData, hypothesis: CauseHypothesis) -> list[CauseHypothesis]:
-    """The same from every threshold that it may have: a likelihood has many maxima in these."""
-    parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
-    own = [(p.name, start) for p in parameters if p.is_threshold for start in p.starts]
-    return [replace(hypothesis, values={**hypothesis.values, name: start}) for name, start in own]
 
 
 def _beside_the_law(

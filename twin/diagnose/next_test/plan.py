@@ -16,6 +16,7 @@ from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.posterior import TEMPERATURE
 from twin.diagnose.result import NextSensor, NextTest
 from twin.identify.measured_data import MeasuredData
+from twin.identify.time_limit import time_is_up
 from twin.procedures import save_procedure
 from twin.rehearsal import NominalRig, Rehearsed, open_twin, rehearse, rehearse_until_clear
 from twin.rigs import Rig
@@ -56,8 +57,9 @@ def plan_next_test(
 ) -> NextTest | None:
     """Choose a procedure that parts the best model from its close rivals, rehearse it, and write it.
 
-    Of many proposals (:func:`~twin.diagnose.next_test.proposal.propose`) the shortest is taken that would part the
-    models in nine of ten repetitions, whichever is true; where none would, the one that parts them farthest.
+    Of many proposals (:func:`~twin.diagnose.next_test.proposal.propose`), the shortest tried first and as many as the
+    time allows, the shortest is taken that would part the models in nine of ten repetitions, whichever is true; where
+    none would, the one that parts them farthest.
 
     Parameters
     ----------
@@ -117,6 +119,8 @@ def _ranked(
     )
     valued = []
     for proposal in propose(runs, evidence, best, drifting=drifting):
+        if time_is_up():
+            break
         if_best = predict_test_data(evidence, best, proposal)
         promises = []
         for rival in rivals:

@@ -1,0 +1,84 @@
+"""Profile likelihood of a threshold: in it the likelihood has many maxima, and a fit ends in the one it begins in.
+
+The threshold is held at one value after the other while all else is fitted, each fit begun from its neighbour's end
+(continuation), so that a value costs two or three Gauss-Newton steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+
+from twin.diagnose.cause import RATIO, Parameter
+from twin.diagnose.fitted_model import FittedModel, fit_model
+from twin.diagnose.parallel_map import parallel_map
+from twin.identify.measured_data import MeasuredData
+from twin.identify.time_limit import time_is_up
+from twin.identify.whitening import HarmonicResiduals
+
+__all__ = ["highest_of_profile", "threshold_of"]
+
+APART, HALVINGS = 1.1, 2
+"""Ratio of neighbouring values, and how often its logarithm is halved about the best one: sweeps whose steps pass the
+threshold one by one make maxima a sixth wide."""
+HOPELESS = 1.2
+"""Cost over the least so far beyond which a fit leads nowhere: barriers between maxima are some per cent high."""
+
+
+def threshold_of(evidence: MeasuredData, fit: FittedModel) -> Parameter | None:
+    """The threshold of the model's last cause, if it has one."""
+    if not fit.hypotheses:
+        return None
+    last = fit.hypotheses[-1]
+    return next((p for p in last.cause.parameters(evidence, last.label) if p.is_threshold and p.starts), None)
+
+
+def highest_of_profile(
+    evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, threshold: Parameter
+) -> FittedModel:
+    """The fit with the likeliest value of a threshold of its last cause, all else fitted at the model error of `fit`.
+
+    Values are tried over the range in which the cause's fits begin.
+    """
+    most: int | None = None
+    work = [(fit, threshold, factor, most) for factor in (APART, 1 / APART)]
+    for halving in range(1 + HALVINGS):
+        fit = min((fit, *parallel_map(_along, (evidence, harmonics), work)), key=lambda found: found.solution.cost)
+        finer = APART**0.5 ** (halving + 1)
+        work = [(fit, threshold, factor, 1) for factor in (finer, 1 / finer)]
+    return fit
+
+
+def _along(
+    evidence: MeasuredData,
+    harmonics: HarmonicResiduals | None,
+    fit: FittedModel,
+    threshold: Parameter,
+    factor: float,
+    most: int | None,
+) -> FittedModel:
+    """The best fit of those in one direction, up to so many; it is left where two in a row lead nowhere."""
+    best = last = fit
+    failed = 0
+    for value in islice(_values(threshold, fit.hypotheses[-1].values[threshold.name], factor), most):
+        if time_is_up() or failed == 2:
+            break
+        *before, own = last.hypotheses
+        own = replace(own, values={**own.values, threshold.name: value})
+        found = fit_model(
+            evidence, harmonics, last.baseline, (*before, own), errors=fit.errors, tolerance=0.5, held=threshold.name
+        )
+        best = min(best, found, key=lambda each: each.solution.cost)
+        failed = failed + 1 if found.solution.cost > HOPELESS * best.solution.cost else 0
+        last = last if failed else found
+    return best
+
+
+def _values(threshold: Parameter, start: float, factor: float) -> Iterator[float]:
+    """Values away from the start, within the range of the beginnings and half a step of these."""
+    lower, upper = min(threshold.starts) / RATIO, min(max(threshold.starts) * RATIO, threshold.upper)
+    value = min(max(start, lower), upper)
+    while lower <= value * factor <= upper:
+        value *= factor
+        yield value
