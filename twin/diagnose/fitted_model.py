@@ -13,7 +13,7 @@ from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import REWEIGHTED, baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, ErrorModel
-from twin.identify.gauss_newton import Solution, minimise
+from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.linear_fit import LARGEST_STEP
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
@@ -248,10 +248,10 @@ def fit_model(
         start, values = hypothesis.cause.shared(evidence, hypothesis.label, start, hypothesis.values)
         shared.append(replace(hypothesis, values=values))
     problem = FitProblem(evidence, harmonics, start, tuple(shared), errors=errors, held=held, frozen=frozen)
-    x = problem.x0
-    for _ in range(REWEIGHTED):
+
+    def solve(x: Array, *, iterations: int) -> Solution:
         problem.weigh(x)
-        solution = minimise(
+        return minimise(
             problem.evaluate,
             x,
             mean=problem.mean,
@@ -262,9 +262,8 @@ def fit_model(
             largest_step=problem.largest_step,
             residual_alone=lambda x: problem.predict(x).residual,
         )
-        x = solution.x
-        if solution.gained_little(tolerance):
-            break
+
+    solution = minimise_reweighted(solve, problem.x0, rounds=REWEIGHTED, tolerance=tolerance, iterations=iterations)
     return fitted(problem, solution)
 
 

@@ -143,7 +143,7 @@ def search_causes(
         report(f"reducing the recordings anew, with {best.name}")
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
         model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses)
-        if not model.errors.is_usual:
+        if not model.errors.is_sound:
             again = once_more(evidence, harmonics, model, None)
             model = max(model, again, key=lambda fit: fit.log_evidence)
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
@@ -213,7 +213,7 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
         fits += _begun_and_raced(race, model, _beside_no_law, _elsewhere(evidence, scores, promising, effort), report)
     if fits and threshold_of(evidence, max(fits, key=lambda fit: fit.log_evidence)):
         fits += race.with_best_threshold()
-    if fits and not (leading := max(fits, key=lambda fit: fit.log_evidence)).errors.is_usual and not time_is_up():
+    if fits and not (leading := max(fits, key=lambda fit: fit.log_evidence)).errors.is_sound and not time_is_up():
         fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from twin.identify.balance import Added, Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import SOUND, ErrorModel, continuation
-from twin.identify.gauss_newton import Solution, minimise
+from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.joint_law import KNOTS, LayerLaw, choose_knots, spacing, spline_basis
 from twin.identify.linear_fit import base_bounds
 from twin.identify.linear_model import LinearParameters, nominal_parameters
@@ -185,23 +186,28 @@ def fit_base(
     bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
     for level in continuation(errors):
         tolerance = TOLERANCE if level is errors else COARSE_TOLERANCE
-        for _ in range(REWEIGHTED):
-            here = ResidualModel(evidence, errors=level).linearisation(baseline)
-            residual_model = ResidualModel(evidence, errors=level, held=here)
-            mean, precision = residual_model.prior(baseline)
-            mean[held], precision[held, held] = 0.0, HELD_PRECISION
-
-            def evaluate(
-                x: Array, residual_model: ResidualModel = residual_model, baseline: BaselineParameters = baseline
-            ) -> tuple[Array, Array]:
-                prediction = residual_model.evaluate(baseline.with_vector(x))
-                return prediction.residual, prediction.jacobian
-
-            solution = minimise(
-                evaluate, baseline.vector, mean=mean, precision=precision, bounds=bounds, iterations=iterations,
-                tolerance=tolerance / 10,
-            )  # fmt: skip
-            baseline = baseline.with_vector(solution.x)
-            if solution.gained_little(tolerance):
-                break
+        solve = partial(_minimised, evidence, baseline, bounds, held, level, tolerance / 10)
+        solution = minimise_reweighted(
+            solve, baseline.vector, rounds=REWEIGHTED, tolerance=tolerance, iterations=iterations
+        )
+        baseline = baseline.with_vector(solution.x)
     return BaseFit(baseline, solution)
+
+
+def _minimised(
+    evidence: MeasuredData, start: BaselineParameters, bounds: tuple[Array, Array], held: NDArray[np.int64],
+    errors: ErrorModel, tolerance: float, x: Array, *, iterations: int,
+) -> Solution:  # fmt: skip
+    """The minimum from x, with what is held there."""
+    here = ResidualModel(evidence, errors=errors).linearisation(start.with_vector(x))
+    residual_model = ResidualModel(evidence, errors=errors, held=here)
+    mean, precision = residual_model.prior(start)
+    mean[held], precision[held, held] = 0.0, HELD_PRECISION
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        prediction = residual_model.evaluate(start.with_vector(x))
+        return prediction.residual, prediction.jacobian
+
+    return minimise(
+        evaluate, x, mean=mean, precision=precision, bounds=bounds, iterations=iterations, tolerance=tolerance,
+    )  # fmt: skip

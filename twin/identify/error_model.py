@@ -74,11 +74,6 @@ class ErrorModel:
         pairs = ((self.steps.stiffness, SOUND.steps.stiffness), (self.steps.ratio, SOUND.steps.ratio))
         return all(mine < sound * np.exp(SPREAD) for mine, sound in pairs)
 
-    @property
-    def is_usual(self) -> bool:
-        """Whether the steps' error of stiffness is no larger than half of the sound rigs need."""
-        return self.steps.stiffness <= SOUND.steps.stiffness
-
     def with_value(self, kind: str, name: str, value: float) -> ErrorModel:
         """The same but for one number."""
         return replace(self, **{kind: replace(getattr(self, kind), **{name: value})})

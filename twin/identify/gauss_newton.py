@@ -17,6 +17,8 @@ PROBED, SHARPEST = 0.1, 0.75
 
 TRIALS = 10
 """Dampings tried in one iteration, each eight times the last."""
+SAME = 0.01
+"""Relative difference of costs that new weights alone make."""
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,35 @@ def minimise(
             ended = "settled"
             break
     return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), ended)
+
+
+def minimise_reweighted(
+    solve: Callable[..., Solution], start: Array, *, rounds: int, tolerance: float, iterations: int
+) -> Solution:
+    """Minimise a cost that holds what depends on the parameters only slowly: its weights, what harmonics add.
+
+    Each round holds that where the last one ended.  Where rounds gain nothing more, the last is the answer; where they
+    never come to that, the round's beginning at which the cost with what is held there is the least.
+
+    Parameters
+    ----------
+    solve
+        Called as ``solve(x, iterations=...)``: :func:`minimise` from x with what is held there.
+    rounds
+        At most.
+    tolerance
+        A round that gains less ends the search, see :meth:`Solution.gained_little`.
+    """
+    best = solution = solve(start, iterations=iterations)
+    begun = start
+    for left in reversed(range(rounds)):
+        if solution.gained_little(tolerance) and solution.history[0] <= best.history[0] * (1 + SAME):
+            return solution
+        ahead = solution.x
+        solution = solve(ahead, iterations=iterations if left else 0)
+        if solution.history[0] < best.history[0]:
+            best, begun = solution, ahead
+    return solve(begun, iterations=0)
 
 
 def _square(r: Array) -> float:

@@ -16,9 +16,9 @@ Array = NDArray[Any]
 
 SIGNATURE_ERROR = 0.04
 """Relative error of the joint's signature: the law's time form shares its harmonics out among the points."""
-EVEN_ERROR = 0.15
+EVEN_ERROR = 0.05
 """Relative error of any model of the even harmonics: one coordinate stands for the joint."""
-RESONANCE_ERROR = 0.01
+RESONANCE_ERROR = 0.002
 """Relative error of the higher natural frequencies at large amplitudes: it matters to harmonics that fall near them."""
 LINEAR_ERROR = 0.1
 """Relative error of the response to the force's own harmonics, some of which fall near other resonances."""
@@ -114,18 +114,12 @@ def _even_error(
     """Variance (s, h) of any model of the even harmonics.
 
     It is relative to what was measured or, where that is larger, to what a joint force as large as the second
-    harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.  The relative error
-    grows with the softening, since causes are linear beside it.
+    harmonic's would do: near a resonance a small error of frequency makes a large harmonic small.
     """
     if not len(residual_model.points):  # no joint could have made them
         return np.asarray(EVEN_ERROR**2 * size)
     beside = harmonic_fields(residual_model, baseline, orders, stretch=1 + RESONANCE_ERROR)[1]
     gain, gain_beside = (np.sum(np.abs(values) ** 2, axis=2) for values in (joint, beside))
     likely = np.maximum(size, size[:, :1] / gain[:, :1] * np.maximum(gain, gain_beside))
-    balance, p = residual_model.step_receptance(baseline, inner=False)[2], len(residual_model.points)
-    lost = np.abs(balance.stiffness[:, :p].real) / (
-        residual_model.local.weights[:, :p] * baseline.base.E[residual_model.points.joint]
-    )
-    softened = np.max(lost, axis=1)
     detuned = np.sum(np.abs(beside - joint) ** 2, axis=2) / np.minimum(gain, gain_beside)
-    return np.asarray((EVEN_ERROR**2 + softened[:, None] ** 2 + detuned) * likely)
+    return np.asarray((EVEN_ERROR**2 + detuned) * likely)
