@@ -27,7 +27,7 @@ REMEDIES = {
     "rig": "give the --rig that was recorded",
     "same": "give each run and each channel once, and hold out what no fit sees",
     "specimen": "take the runs of each specimen by themselves",
-    "step": "correct the frequencies of the steps",
+    "step": "correct the steps' frequencies or times",
     "swapped": "give each channel the name that the rig has for it",
     "target": "correct the steps' target channel",
     "unit": "record in SI, or convert the file",

@@ -13,7 +13,7 @@ from twin.checks.finding import Finding
 from twin.checks.thresholds import ABSURD, ALIKE, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
 
-__all__ = ["look_at_scale"]
+__all__ = ["look_at_commanded", "look_at_scale"]
 
 G_OVER_POUNDS = POUND_FORCE_N / STANDARD_GRAVITY
 """Of the response per force with the one in g and the other in lbf."""
@@ -40,11 +40,8 @@ def look_at_scale(
     known
         Channels of which the rig file says something already.
     """
-    findings = []
-    level = agreement.level
-    if _off(commanded) and (name := name_of(commanded, OF_FORCE)):
-        findings.append(_finding(run, force, commanded, "the force that the steps command", name, stop=True))
-        level = level * commanded
+    findings = look_at_commanded(run, commanded, force=force)
+    level = agreement.level * (commanded if findings else 1)
     sure = bool(np.all(agreement.shape < SHAPE))
     logs = np.log(level)
     if not findings and len(level) > 1 and np.ptp(logs) < ALIKE and _off(float(level[0])):
@@ -54,6 +51,12 @@ def look_at_scale(
             name = name_of(factor, OF_RESPONSE)
             findings.append(_finding(run, channel, factor, MODEL, name, stop=sure))
     return findings
+
+
+def look_at_commanded(run: str, commanded: float, *, force: str) -> list[Finding]:
+    """Whether the force is off what the steps command, by a factor that has a name."""
+    name = name_of(commanded, OF_FORCE) if _off(commanded) else ""
+    return [_finding(run, force, commanded, "the force that the steps command", name, stop=True)] if name else []
 
 
 def _off(factor: float) -> bool:

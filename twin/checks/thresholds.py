@@ -22,7 +22,10 @@ RATE_ERROR = 0.01
 CLOCK_ERROR = 3e-3
 """Of sines against the commands, from which on no converter's clock is to blame: they are off by 2e-3 at most."""
 ONE_STEP = 0.1
-"""Share of the steps' distance within which a sine is the one of the step beside its own."""
+"""Share of the steps' distance within which a sine is one of a step's."""
+TORN = 3e-4
+"""Share of a sine's power that a step's four parts have not in common: sound ones have 5e-6, steps without any wait for
+settling 2e-5, and those whose log is late by a third of their length 1e-3 to 0.2."""
 
 UNRELATED = 0.3
 """Median coherence below which two channels were not recorded together: chance makes 0.1 of ten averages, sound
@@ -48,7 +51,7 @@ TURNED = 0.25
 """Share of a noise's lines in phase with the model below which a response is turned: sound ones have 0.9, turned ones
 0.1."""
 CLEARER = 3.0
-"""Ratio of misfits from which on another order of the channels is the better one."""
+"""Ratio of misfits from which on another order, or another reason, is the better one."""
 
 PLACE_m = 2e-3
 """Difference of two positions that is more than rounding."""
