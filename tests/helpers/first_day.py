@@ -127,6 +127,17 @@ def _from_list(order: Callable[[list[float]], list[float]]) -> Change:
     return change
 
 
+def _three_steps(run: Run) -> Run:
+    """The middle ones of each sweep alone."""
+    last = {step.sweep: step.index for step in run.steps}
+    kept = [
+        step
+        for step in run.steps
+        if step.state.name in ("DONE", "ABORTED") or abs(2 * step.index - last[step.sweep]) < 4
+    ]
+    return replace(run, steps=tuple(kept))
+
+
 def _slower(run: Run) -> Run:
     """Rate and all time stamps wrong alike, by a thousand."""
     begun = min(int(device.block_time_ns[0]) for device in run.devices.values())
@@ -240,6 +251,7 @@ MISTAKES: dict[str, Mistake] = {
     "steps logged half a step late": Mistake(
         _stepped(time_ns=lambda s: max(0, s.time_ns + 600_000_000)), "step", "force", "", runs=SINES
     ),
+    "three steps a sweep": Mistake(_three_steps, "few", "", "has 3", "told", SINES),
     "force of another time": Mistake(
         _filled("force", lambda x: np.roll(x, len(x) // 3)), "unrelated", "acc1", "coherence", runs=RANDOM
     ),
@@ -254,7 +266,7 @@ MISTAKES: dict[str, Mistake] = {
         lambda run: relabelled(run, "acc1", position_m=300.0), "position", "acc1", "300 m", "told"
     ),
     "target": Mistake(_stepped(target_channel=lambda _: "acc1"), "target", "acc1", "force keeps", "told", SINES),
-    "a range in V": Mistake(lambda run: relabelled(run, "acc1", range=0.001), "range", "acc1", "samples up", "told"),
+    "a range in V": Mistake(lambda run: relabelled(run, "acc1", range=0.001), "range", "acc1", "no use", "told"),
     "another rig's name": Mistake(_about(rig="other"), "rig", "", "other", "told"),
     "another name": Mistake(_renamed, "name", "acc1", "the file has ACC", "told"),
     "another preload": Mistake(_about(preload_N="540"), "preload", "", "resonances of 120N", "told"),

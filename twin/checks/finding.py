@@ -19,6 +19,7 @@ REMEDIES = {
     "dead": "check cable and supply",
     "direction": "correct the channel's direction in the recording or in the rig file",
     "empty": "check cable and supply",
+    "few": "measure more steps",
     "name": "give the channel the name that the rig has for it",
     "position": "correct the one that is wrong",
     "preload": "give the right --preload, or correct the recording's",

@@ -35,7 +35,10 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
 
 
 def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
-    """Single samples that the converter cannot have shown, or far beyond all others, as their neighbours' line."""
+    """Single samples that the converter cannot have shown, or far beyond all others, as their neighbours' line.
+
+    Where many are beyond it, it is the range that is wrong.
+    """
     device = run.device_of(channel)
     samples = device.values[channel]
     size = np.abs(samples.astype(float))
@@ -51,7 +54,8 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
         return run, []
     largest = f"{float(np.max(size[wild])):.3g} {unit}"
     if len(wild) > FEW * len(size):
-        found = f"{len(wild)} samples up to {largest}"
+        found = f"{len(wild)} samples up to {largest}, so that no use is made of it"
+        run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
         return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
     drawn = samples.copy()
     good = np.flatnonzero(size <= most)

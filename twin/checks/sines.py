@@ -12,7 +12,7 @@ from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, line_of
-from twin.checks.thresholds import CLEARER, CLOCK_ERROR, NOT_A_SINE, ONE_STEP, RATE_ERROR, TORN
+from twin.checks.thresholds import CLEARER, CLOCK_ERROR, LEAST_STEPS, NOT_A_SINE, ONE_STEP, RATE_ERROR, TORN
 from twin.checks.units import factor_text
 
 __all__ = ["look_at_sines"]
@@ -24,9 +24,15 @@ PARTS, LEAST_TURNS = 4, 2
 
 
 def look_at_sines(run: Run, *, force: str) -> list[Finding]:
-    """One finding at most, of the first sweep that has one."""
-    swept = [[one for one in sweep.stretches if one.step.frequency_Hz] for sweep in sweeps(run)]
-    return [finding for stretches in swept if stretches and (finding := _look(run, force, stretches))][:1]
+    """One finding at most, of the first sweep that has one; else how many have hardly any steps."""
+    swept = [one for sweep in sweeps(run) if (one := [s for s in sweep.stretches if s.step.frequency_Hz])]
+    findings = [finding for stretches in swept if (finding := _look(run, force, stretches))][:1]
+    few = [one for one in swept if len({s.step.frequency_Hz for s in one}) < LEAST_STEPS]
+    if few and not findings:
+        found = f"sweep {few[0][0].step.sweep} has {len(few[0])}" + (f", and {len(few) - 1} more" if few[1:] else "")
+        expected = f"sweeps of at least {LEAST_STEPS} steps about a resonance"
+        return [Finding(run.path, "", "few", expected, found, "told")]
+    return findings
 
 
 def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> Finding | None:

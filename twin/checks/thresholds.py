@@ -23,6 +23,8 @@ CLOCK_ERROR = 3e-3
 """Of sines against the commands, from which on no converter's clock is to blame: they are off by 2e-3 at most."""
 ONE_STEP = 0.1
 """Share of the steps' distance within which a sine is one of a step's."""
+LEAST_STEPS = 5
+"""Of a sweep: level, resonance and loss of a mode, and how each of the latter changes with amplitude, are five."""
 TORN = 3e-4
 """Share of a sine's power that a step's four parts have not in common: sound ones have 5e-6, steps without any wait for
 settling 2e-5, and those whose log is late by a third of their length 1e-3 to 0.2."""
