@@ -64,7 +64,7 @@ SPECIMEN = 5e-4
 """Relative distance of a sweep's resonance from the other runs' at the same amplitudes: one specimen keeps to 1e-4, two
 whose moduli differ by some per cent are 5e-4 to 2e-3 apart."""
 SPECIMEN_IN_NOISE = 4e-3
-"""The same of noise, whose amplitude is another one, beyond what the sweeps soften: 1.6e-3 with one specimen."""
+"""The same of noise, beyond what the sweeps' softening leaves open of a small amplitude: 1e-3 with one specimen."""
 DRIFTING = 3.0
 """Over what the learnt sweeps differ by among themselves: up to here a drift goes on, and is no other specimen."""
 
