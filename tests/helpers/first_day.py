@@ -256,7 +256,7 @@ MISTAKES: dict[str, Mistake] = {
         _filled("force", lambda x: np.roll(x, len(x) // 3)), "unrelated", "acc1", "coherence", runs=RANDOM
     ),
     "acc1 rectified": Mistake(_filled("acc1", np.abs), "unrelated", "acc1", "coherence"),
-    "acc1 overflows": Mistake(_filled("acc1", _wrapped), "unrelated", "acc1", ""),
+    "acc1 overflows": Mistake(_filled("acc1", _wrapped), "overflow", "acc1", "jumps", "set aside"),
     "noise for sines": Mistake(_noise, "unrelated", "force", "power", runs=SWEEPS),
     "noise for all": Mistake(_noise, "unrelated", "acc1", "coherence"),
     "a channel's copy": Mistake(lambda run: copied(run, "acc2", "acc1"), "same", "acc2", "acc1", runs=SWEEPS),

@@ -21,6 +21,7 @@ REMEDIES = {
     "empty": "check cable and supply",
     "few": "measure more steps",
     "name": "give the channel the name that the rig has for it",
+    "overflow": "choose a larger range, or read the file's numbers as they were written",
     "position": "correct the one that is wrong",
     "preload": "give the right --preload, or correct the recording's",
     "quantity": "correct the recording's label, or the rig file's sensor",

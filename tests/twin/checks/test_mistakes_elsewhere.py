@@ -19,29 +19,32 @@ BENEATH_A_MASS = {"another preload"}
 """What a hidden mass of 4 g hides: it moves the resonances by more than the two preloads are apart."""
 
 
+Campaign = tuple[Runs, Rig]
+
+
 @pytest.fixture(scope="module")
-def hidden(tmp_path_factory: pytest.TempPathFactory, true_rig: Rig) -> Runs:
+def hidden(tmp_path_factory: pytest.TempPathFactory, true_rig: Rig) -> Campaign:
     mass = Effect(cause="added-mass", parameters={"mass_kg": 0.004, "position_m": 0.35})
     folder = record_campaign(tmp_path_factory.mktemp("hidden"), true_rig, effects=[mass])
-    return {name: read_run(folder / f"{name}.mcap") for name in NAMES}
+    return {name: read_run(folder / f"{name}.mcap") for name in NAMES}, load_rig("steel-lap-joint")
 
 
 @pytest.fixture(scope="module")
-def foreign(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+def foreign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     folder: Path = record(Case("none", 7), tmp_path_factory.mktemp("foreign"))
-    return {name: read_run(folder / (BROADBAND if name == "random" else f"{name}.mcap")) for name in NAMES}
+    runs = {name: read_run(folder / (BROADBAND if name == "random" else f"{name}.mcap")) for name in NAMES}
+    return runs, load_rig(folder / "rig.toml")
 
 
 @pytest.mark.parametrize("campaign", ["hidden", "foreign"])
 def test_without_a_mistake_nothing_is_found(campaign: str, request: pytest.FixtureRequest) -> None:
-    runs = request.getfixturevalue(campaign)
-    found = first_look([runs["random"], runs["sweeps"]], load_rig("steel-lap-joint"), held_out=[runs["heldout"]])
-    assert found.told == ()
+    runs, rig = request.getfixturevalue(campaign)
+    assert first_look([runs["random"], runs["sweeps"]], rig, held_out=[runs["heldout"]]).told == ()
 
 
 @pytest.mark.parametrize("name", [name for name in MISTAKES if name not in BENEATH_A_MASS])
 @pytest.mark.parametrize("campaign", ["hidden", "foreign"])
 def test_a_mistake_is_named(campaign: str, name: str, request: pytest.FixtureRequest) -> None:
-    runs = MISTAKES[name].put_into(request.getfixturevalue(campaign))
-    looked = first_look([runs["random"], runs["sweeps"]], load_rig("steel-lap-joint"), held_out=[runs["heldout"]])
-    MISTAKES[name].assert_named(looked)
+    sound, rig = request.getfixturevalue(campaign)
+    runs = MISTAKES[name].put_into(sound)
+    MISTAKES[name].assert_named(first_look([runs["random"], runs["sweeps"]], rig, held_out=[runs["heldout"]]))
