@@ -75,6 +75,7 @@ def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, sto
 
 
 def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
-    found = f"{factor:.3g} times {whose}" + (f", {name}" if name else ", which is no unit's factor")
+    what = name or "which is no unit's factor"
+    found = f"{factor:.3g} times {whose}, " + (what if stop else "along which its shape is another one, too")
     stops = stop and (bool(name) or abs(math.log(factor)) > math.log(ABSURD))
     return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")

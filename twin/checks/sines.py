@@ -12,7 +12,7 @@ from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, line_of
-from twin.checks.thresholds import CLEARER, CLOCK_ERROR, LEAST_STEPS, NOT_A_SINE, ONE_STEP, RATE_ERROR, TORN
+from twin.checks.thresholds import CLEARER, CLOCK_ERROR, CRYSTAL, LEAST_STEPS, NOT_A_SINE, ONE_STEP, RATE_ERROR, TORN
 from twin.checks.units import factor_text
 
 __all__ = ["look_at_sines"]
@@ -42,7 +42,8 @@ def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> Finding | None:
     if not known.any():
         return None
     expected = f"sines at the steps' frequencies in sweep {stretches[0].step.sweep}"
-    if np.median(torn[known]) > TORN:
+    fine = np.isfinite(torn)
+    if fine.any() and np.median(torn[fine]) > TORN:
         found = "force changes its sine within the steps: is their log late or early?"
         return Finding(run.path, force, "step", expected, found, "stopped")
     other = _of_other_steps(commanded[known], actual[known], commanded)
@@ -52,9 +53,17 @@ def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> Finding | None:
         return Finding(run.path, force, "step", expected, found, "told" if clock else "stopped")
     ratio = float(np.median(actual[known] / commanded[known]))
     if abs(ratio - 1) < RATE_ERROR:
-        return None
+        return _of_clock(run.path, force, actual[fine] / commanded[fine] - 1, expected)
     found = f"force at {np.median(actual[known]):.4g} Hz where {np.median(commanded[known]):.4g} Hz are commanded"
     return Finding(run.path, force, "clock", expected, found + factor_text(ratio), "stopped")
+
+
+def _of_clock(run: str, force: str, off: Array, expected: str) -> Finding | None:
+    """Whether all steps (s,) that tell it closely are off by the same share, and by more than a crystal's."""
+    if not len(off) or abs(np.median(off)) < max(CRYSTAL, CLEARER * float(np.median(np.abs(off - np.median(off))))):
+        return None
+    found = f"force {1e6 * np.median(off):+.0f} ppm off in all of them: a clock of generator or converter"
+    return Finding(run, force, "clock", expected, found, "told")
 
 
 def _of_other_steps(commanded: Array, actual: Array, every: Array) -> tuple[str, bool] | None:
@@ -88,7 +97,8 @@ def _of_other_steps(commanded: Array, actual: Array, every: Array) -> tuple[str,
 def _sine(run: Run, channel: str, stretch: Stretch) -> tuple[float, float]:
     """The strongest sine in a stretch: its frequency, Hz, and the share of its power that its parts have not in common.
 
-    The spectrum's peak, then how fast it turns from one half to the other; nan where there is no sine.
+    The spectrum's peak, then how fast it turns from one half to the other; nan where there is no sine, and a share of
+    nan where it has so few periods that the peak must do.
     """
     device = run.device_of(channel)
     first, last = device.position_at(stretch.start_ns), device.position_at(stretch.stop_ns)
@@ -105,7 +115,7 @@ def _sine(run: Run, channel: str, stretch: Stretch) -> tuple[float, float]:
     power = float(np.mean(np.abs(lines) ** 2))
     if power / 2 < NOT_A_SINE * np.var(samples):
         return np.nan, np.nan
-    return turns * rate, 1 - float(np.abs(np.mean(lines)) ** 2) / power
+    return turns * rate, 1 - float(np.abs(np.mean(lines)) ** 2) / power if parts > 1 else np.nan
 
 
 def _lines(samples: Array, turns: float, parts: int) -> Array:

@@ -17,8 +17,11 @@ WILD = 20.0
 FEW = 1e-3
 """Share of samples up to which the wild ones are single ones."""
 
-RATE_ERROR = 0.01
-"""Between a stated rate and the one of the blocks' time stamps; the contract's largest clock error is 1 %."""
+RATE_ERROR = 5e-3
+"""Between a stated rate and the one of the blocks' time stamps; stamps in whole milliseconds of short blocks are off by
+4e-3."""
+CRYSTAL = 2e-4
+"""Between sines and commands; two crystals are apart by 1e-4 at most, and a clock that is a cause by 3e-4 or more."""
 CLOCK_ERROR = 3e-3
 """Of sines against the commands, from which on no converter's clock is to blame: they are off by 2e-3 at most."""
 ONE_STEP = 0.1
