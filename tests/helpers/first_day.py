@@ -269,5 +269,8 @@ MISTAKES: dict[str, Mistake] = {
     "a range in V": Mistake(lambda run: relabelled(run, "acc1", range=0.001), "range", "acc1", "no use", "told"),
     "another rig's name": Mistake(_about(rig="other"), "rig", "", "other", "told"),
     "another name": Mistake(_renamed, "name", "acc1", "the file has ACC", "told"),
+    "noise of another week": Mistake(
+        _about(started="2026-02-07T09:00:00Z"), "specimen", "", "days before the others", "told", RANDOM
+    ),
     "another preload": Mistake(_about(preload_N="540"), "preload", "", "resonances of 120N", "told"),
 }

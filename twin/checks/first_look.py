@@ -22,7 +22,7 @@ from twin.checks.order import look_at_directions, look_at_order
 from twin.checks.preload import look_at_preload
 from twin.checks.quantities import look_at_quantities
 from twin.checks.responses import noise_responses, sine_responses
-from twin.checks.said import look_at_metadata
+from twin.checks.said import look_at_days, look_at_metadata
 from twin.checks.same_run import look_at_copies, without_repeats
 from twin.checks.samples import look_at_samples
 from twin.checks.scale import look_at_commanded, look_at_scale
@@ -99,6 +99,7 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
     known = [as_known(own_channels(run, rig), rig) for run in kept]
     response_outputs(known, rig)
     findings = [finding for run in kept for finding in look_at_metadata(run, rig, preload=preload)]
+    findings += look_at_days(kept)
     looked = [_blamed(run, lambda run: look_at_samples(run, force=force)) for run in known]
     clean = [run for run, _ in looked]
     findings += [finding for _, found in looked for finding in found]
