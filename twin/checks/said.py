@@ -51,6 +51,7 @@ def look_at_days(runs: Sequence[Run]) -> list[Finding]:
             started[run.path] = datetime.fromisoformat(run.info["started"]).timestamp() / DAY_s
         except (KeyError, ValueError, OverflowError):
             continue  # a contract's key that old files leave out
+    started = {path: day for path, day in started.items() if day > 1}  # 1970: not known
     usual = sorted(started.values())[len(started) // 2] if started else 0.0
     return [
         Finding(
