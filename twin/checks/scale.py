@@ -10,7 +10,7 @@ import numpy as np
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
 from twin.checks.finding import Finding
-from twin.checks.thresholds import ABSURD, ALIKE, GAIN, SHAPE
+from twin.checks.thresholds import ABSURD, ALIKE, CLEARER, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
 
 __all__ = ["look_at_commanded", "look_at_scale"]
@@ -42,14 +42,14 @@ def look_at_scale(
     """
     findings = look_at_commanded(run, commanded, force=force)
     level = agreement.level * (commanded if findings else 1)
-    sure = bool(np.all(agreement.shape < SHAPE))
     logs = np.log(level)
+    sure = np.all(agreement.shape < SHAPE) & (CLEARER * agreement.shape < np.abs(logs))
     if not findings and len(level) > 1 and np.ptp(logs) < ALIKE and _off(float(level[0])):
-        return [_of_all(run, float(np.exp(np.mean(logs))), force, channels, stop=sure)]
-    for channel, factor in zip(channels, level.tolist(), strict=True):
+        return [_of_all(run, float(np.exp(np.mean(logs))), force, channels, stop=bool(sure.all()))]
+    for channel, factor, stop in zip(channels, level.tolist(), sure.tolist(), strict=True):
         if _off(factor) and channel not in known:
             name = name_of(factor, OF_RESPONSE)
-            findings.append(_finding(run, channel, factor, MODEL, name, stop=sure))
+            findings.append(_finding(run, channel, factor, MODEL, name, stop=stop))
     return findings
 
 
@@ -76,6 +76,6 @@ def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, sto
 
 def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
     what = name or "which is no unit's factor"
-    found = f"{factor:.3g} times {whose}, " + (what if stop else "along which its shape is another one, too")
+    found = f"{factor:.3g} times {whose}, " + (what if stop else "and not the same over all frequencies")
     stops = stop and (bool(name) or abs(math.log(factor)) > math.log(ABSURD))
     return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")
