@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 from make_schemas import FILES, FOLDER, text
+from test_misspelt_fields import MAPPING
 
 from twin.procedures.store import PROCEDURE_FILES
 from twin.rigs.store import FILES as RIGS
@@ -46,6 +47,7 @@ def shipped() -> Iterator[tuple[str, str, dict[str, Any]]]:
     for name, path in (PROCEDURE_FILES | demo).items():
         yield name, "procedure", tomllib.loads(path.read_text())
     yield "instruments", "instruments", tomllib.loads(INSTRUMENTS)
+    yield "mapping", "mapping", tomllib.loads(MAPPING)
 
 
 SHIPPED = list(shipped())

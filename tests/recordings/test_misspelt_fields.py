@@ -11,6 +11,7 @@ import pytest
 
 from drivers.instruments import Instruments
 from recordings.errors import InputError
+from recordings.importing import Mapping
 from recordings.toml_input import parse_toml
 from twin.procedures import PROCEDURE_FILES
 from twin.procedures.store import parse_procedure
@@ -31,12 +32,33 @@ quantity = "force"
 sensitivity = 0.0112
 position_m = 0.05
 """
+MAPPING = """
+sample_rate_Hz = 1000.0
+time = "t"
+time_unit = "ms"
+delimiter = ";"
+decimal = ","
+target = "force"
+excitation = "stepped-sine"
+preload_N = 120.0
+
+[[channel]]
+column = "ai0"
+name = "force"
+quantity = "force"
+unit = "V"
+scale = 10.0
+sensitivity = "22.4 mV/lbf"
+position_m = 0.05
+direction = "+y"
+"""
 Reader = Callable[[bytes], object]
 KINDS: dict[str, tuple[str, Reader]] = {
     "steel-lap-joint": (RIG_FILES["steel-lap-joint"].read_text(), lambda data: parse_rig(data, source="my.toml")),
     "two-lap-joints": (RIG_FILES["two-lap-joints"].read_text(), lambda data: parse_rig(data, source="my.toml")),
     "steel-sweeps": (PROCEDURE_FILES["steel-sweeps"].read_text(), lambda data: parse_procedure(data, source="my.toml")),
     "instruments": (INSTRUMENTS, lambda data: parse_toml(data, Instruments, source="my.toml")),
+    "mapping": (MAPPING, lambda data: parse_toml(data, Mapping, source="my.toml")),
 }
 FIELD = re.compile(r"^(?:\[+)?([a-z][a-zA-Z_]{3,})(?=\s*=|\])", re.MULTILINE)
 

@@ -38,6 +38,17 @@ class ExpectedResponse:
         return omega[omega > 1e-3 * omega[-1]] / (2 * np.pi)
 
     @property
+    def unsure(self) -> Array:
+        """By what share of itself each resonance moves where all moduli are 10 % off, which no file knows better."""
+        basis, ports = self.model.basis, self.model.ports
+        order = np.argsort(basis.omega)[-len(self.resonances_Hz) :]
+        energy = np.zeros(len(order))
+        for parts, moduli in ((ports.normal, self.model.reference_E), (ports.shear, self.model.reference_G)):
+            for part, modulus in zip(parts, moduli, strict=True):
+                energy += modulus * np.sum((ports.rows[part] @ basis.Phi[:, order]) ** 2, axis=0)
+        return 0.05 * energy / basis.omega[order] ** 2
+
+    @property
     def reach_Hz(self) -> float:
         """Up to which frequency the kept modes make the response."""
         return REACH * float(self.resonances_Hz[-1])

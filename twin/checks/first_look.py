@@ -20,11 +20,12 @@ from twin.checks.finding import Finding
 from twin.checks.held import amplitudes_over_target, look_at_target
 from twin.checks.order import look_at_directions, look_at_order
 from twin.checks.preload import look_at_preload
+from twin.checks.quantities import look_at_quantities
 from twin.checks.responses import noise_responses, sine_responses
-from twin.checks.said import look_at_metadata
+from twin.checks.said import look_at_days, look_at_metadata
 from twin.checks.same_run import look_at_copies, without_repeats
 from twin.checks.samples import look_at_samples
-from twin.checks.scale import look_at_scale
+from twin.checks.scale import look_at_commanded, look_at_scale
 from twin.checks.specimen import look_at_specimens
 from twin.checks.thresholds import SHAPE
 from twin.diagnose.signals import as_known
@@ -98,6 +99,7 @@ def first_look(runs: Sequence[Run], rig: Rig, *, held_out: Sequence[Run] = (), p
     known = [as_known(own_channels(run, rig), rig) for run in kept]
     response_outputs(known, rig)
     findings = [finding for run in kept for finding in look_at_metadata(run, rig, preload=preload)]
+    findings += look_at_days(kept)
     looked = [_blamed(run, lambda run: look_at_samples(run, force=force)) for run in known]
     clean = [run for run, _ in looked]
     findings += [finding for _, found in looked for finding in found]
@@ -159,11 +161,16 @@ def _against_model(
             own += look_at_aliasing(run, force=force)
             findings += own
             agreement = agreement_of(noise, sines, expected)
-            if agreement is None or any(finding.action == "stopped" for finding in own):
+            if any(finding.action == "stopped" for finding in own):
+                continue
+            commanded = _commanded(run, over_target, force)
+            if agreement is None:
+                findings += look_at_commanded(run.path, commanded, force=force)
                 continue
             agreeing.append((run, agreement))
-            findings += look_at_scale(
-                run.path, agreement, channels, force=force, commanded=_commanded(run, over_target, force), known=known
+            other = look_at_quantities(run, noise, sines, expected, agreement)
+            findings += other or look_at_scale(
+                run.path, agreement, channels, force=force, commanded=commanded, known=known
             )
             if np.min(agreement.shape) > SHAPE and any(one.kind == "rig" and one.run == run.path for one in before):
                 said = next(one for one in before if one.kind == "rig" and one.run == run.path)

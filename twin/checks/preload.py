@@ -28,23 +28,29 @@ def look_at_preload(
     findings = []
     for noise in noises:
         apart = {name: _apart(noise, model) for name, model in by_preload.items()}
-        best = min(apart, key=lambda name: apart[name])
-        if np.isfinite(apart[preload]) and apart[preload] > max(OTHER_PRELOAD, CLEARER * apart[best]):
-            found = f"noise {noise.sweep} has the resonances of {best}, {apart[best]:.2%} off, not {apart[preload]:.2%}"
+        best = min(apart, key=lambda name: apart[name][0])
+        (own, over_unsure), (least, _) = apart[preload], apart[best]
+        if np.isfinite(own) and over_unsure > OTHER_PRELOAD and own > CLEARER * least:
+            found = f"noise {noise.sweep} has the resonances of {best}, {least:.2%} off, not {own:.2%}"
             expected = f"those of {preload}, which it is taken at"
             findings.append(Finding(noise.run, "", "preload", expected, found, "told"))
     return findings
 
 
-def _apart(noise: NoiseResponse, model: ExpectedResponse) -> float:
-    """Median relative distance of the resonances that are the model's; infinite for too few."""
+def _apart(noise: NoiseResponse, model: ExpectedResponse) -> tuple[float, float]:
+    """Median distance of the resonances that are the model's: relative, and over what it is unsure of.
+
+    Infinite for too few.
+    """
     found_Hz, own = noise.resonances_Hz, model.resonances_Hz
     if len(noise.frequency_Hz) < 2 or not len(found_Hz):
-        return float("inf")
+        return np.inf, np.inf
     spacing_Hz = noise.frequency_Hz[1] - noise.frequency_Hz[0]
-    own = own[(own < model.reach_Hz) & (spacing_Hz / 2 < SHARP * own)]
-    if not len(own):
-        return float("inf")
-    apart = np.min(np.abs(np.log(found_Hz[None, :] / own[:, None])), axis=1)
-    apart = apart[apart < MATCHED]
-    return float(np.median(apart)) if len(apart) >= FEWEST else float("inf")
+    used = (own < model.reach_Hz) & (spacing_Hz / 2 < SHARP * own)
+    if not used.any():
+        return np.inf, np.inf
+    apart = np.min(np.abs(np.log(found_Hz[None, :] / own[used, None])), axis=1)
+    near = apart < MATCHED
+    if near.sum() < FEWEST:
+        return np.inf, np.inf
+    return float(np.median(apart[near])), float(np.median((apart / model.unsure[used])[near]))

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
+from datetime import datetime
 
 from recordings.run import Run
 from twin.checks.finding import Finding
 from twin.checks.thresholds import PLACE_m
 from twin.rigs import Rig, nearest_preload, recorded_preload
 
-__all__ = ["look_at_metadata"]
+__all__ = ["look_at_days", "look_at_metadata"]
 
+DAY_s = 86400.0
 NEAR = 0.05
 """Share of a preload within which a meter's reading is its name's."""
 
@@ -38,6 +41,26 @@ def look_at_metadata(run: Run, rig: Rig, *, preload: str | None) -> list[Finding
             expected = f"{place:.4g} m, as rig {rig.name} says and as is used"
             findings.append(Finding(run.path, channel.name, "position", expected, found, "told"))
     return findings
+
+
+def look_at_days(runs: Sequence[Run]) -> list[Finding]:
+    """Runs that were recorded days from the others: what has changed since then looks like a drift."""
+    started = {}
+    for run in runs:
+        try:
+            started[run.path] = datetime.fromisoformat(run.info["started"]).timestamp() / DAY_s
+        except (KeyError, ValueError, OverflowError):
+            continue  # a contract's key that old files leave out
+    started = {path: day for path, day in started.items() if day > 1}  # 1970: not known
+    usual = sorted(started.values())[len(started) // 2] if started else 0.0
+    return [
+        Finding(
+            path, "", "specimen", "runs of one day",
+            f"recorded {abs(day - usual):.3g} days {'after' if day > usual else 'before'} the others: "
+            "another specimen, or a change since?", "told",
+        )
+        for path, day in started.items() if abs(day - usual) > 1
+    ]  # fmt: skip
 
 
 def _rig(run: Run, rig: Rig) -> list[Finding]:

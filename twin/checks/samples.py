@@ -19,6 +19,12 @@ __all__ = ["look_at_samples"]
 
 Array = NDArray[Any]
 
+FAR = 0.9
+"""Of the distance of a channel's extremes, which no sampled signal goes at one step between small ones."""
+FEWEST_JUMPS = 3
+ALONE = 3.0
+"""Over those beside it, from which on a large sample is no peak of a signal."""
+
 
 def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
     """A run without its dead channels, single wild samples drawn over, and what was found."""
@@ -35,7 +41,10 @@ def look_at_samples(run: Run, *, force: str) -> tuple[Run, list[Finding]]:
 
 
 def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
-    """Single samples that the converter cannot have shown, or far beyond all others, as their neighbours' line."""
+    """Single samples that the converter cannot have shown, or far beyond all others, as their neighbours' line.
+
+    Where many are beyond it, it is the range that is wrong.
+    """
     device = run.device_of(channel)
     samples = device.values[channel]
     size = np.abs(samples.astype(float))
@@ -46,12 +55,15 @@ def _without_wild(run: Run, channel: str) -> tuple[Run, list[Finding]]:
     usual = WILD * float(np.quantile(sound, 1 - FEW))
     most = min(usual if usual > 0 else np.inf, BEYOND_RANGE * limit if limit else np.inf)
     wild = np.flatnonzero(size > most)
+    if usual == most and len(wild):
+        wild = wild[size[wild] > ALONE * np.interp(wild, np.flatnonzero(size <= most), size[size <= most])]
     unit = run.channels[channel].unit
     if not len(wild):
         return run, []
     largest = f"{float(np.max(size[wild])):.3g} {unit}"
     if len(wild) > FEW * len(size):
-        found = f"{len(wild)} samples up to {largest}"
+        found = f"{len(wild)} samples up to {largest}, so that no use is made of it"
+        run = replace(run, channels={**run.channels, channel: replace(run.channels[channel], range=None)})
         return run, [Finding(run.path, channel, "range", f"at most its range of {limit:g} {unit}", found, "told")]
     drawn = samples.copy()
     good = np.flatnonzero(size <= most)
@@ -84,7 +96,21 @@ def _dead(run: Run, channel: str, *, action: Action) -> Finding | None:
             return Finding(
                 run.path, channel, "empty", "a signal throughout", f"{share:.0%} of samples are {what}", action
             )
+    if (jumps := sum(_overflows(part) for part in parts)) >= FEWEST_JUMPS:
+        found = f"{jumps} jumps from one end of its samples to the other: whole numbers that overflow?"
+        return Finding(run.path, channel, "overflow", "samples that follow each other", found, action)
     return None
+
+
+def _overflows(samples: Array) -> int:
+    """How often a sample lies at the other end of all of them, while those beside go the other way: not if cut off."""
+    if len(samples) < 4 or not np.isfinite(samples).all():
+        return 0
+    steps = np.diff(samples.astype(float))
+    far = np.flatnonzero(np.abs(steps[1:-1]) > FAR * np.ptp(samples)) + 1
+    jump, beside = steps[far], np.stack([steps[far - 1], steps[far + 1]])
+    back = np.all((beside * jump < 0) & (np.abs(beside) < (1 - FAR) * np.abs(jump)), axis=0)
+    return int(np.sum(back)) if 2 * np.sum(back) > len(far) else 0
 
 
 def _zeros(samples: Array) -> float:

@@ -10,10 +10,10 @@ import numpy as np
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
 from twin.checks.finding import Finding
-from twin.checks.thresholds import ABSURD, ALIKE, GAIN, SHAPE
+from twin.checks.thresholds import ABSURD, ALIKE, CLEARER, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
 
-__all__ = ["look_at_scale"]
+__all__ = ["look_at_commanded", "look_at_scale"]
 
 G_OVER_POUNDS = POUND_FORCE_N / STANDARD_GRAVITY
 """Of the response per force with the one in g and the other in lbf."""
@@ -40,20 +40,23 @@ def look_at_scale(
     known
         Channels of which the rig file says something already.
     """
-    findings = []
-    level = agreement.level
-    if _off(commanded) and (name := name_of(commanded, OF_FORCE)):
-        findings.append(_finding(run, force, commanded, "the force that the steps command", name, stop=True))
-        level = level * commanded
-    sure = bool(np.all(agreement.shape < SHAPE))
+    findings = look_at_commanded(run, commanded, force=force)
+    level = agreement.level * (commanded if findings else 1)
     logs = np.log(level)
+    sure = np.all(agreement.shape < SHAPE) & (CLEARER * agreement.shape < np.abs(logs))
     if not findings and len(level) > 1 and np.ptp(logs) < ALIKE and _off(float(level[0])):
-        return [_of_all(run, float(np.exp(np.mean(logs))), force, channels, stop=sure)]
-    for channel, factor in zip(channels, level.tolist(), strict=True):
+        return [_of_all(run, float(np.exp(np.mean(logs))), force, channels, stop=bool(sure.all()))]
+    for channel, factor, stop in zip(channels, level.tolist(), sure.tolist(), strict=True):
         if _off(factor) and channel not in known:
             name = name_of(factor, OF_RESPONSE)
-            findings.append(_finding(run, channel, factor, MODEL, name, stop=sure))
+            findings.append(_finding(run, channel, factor, MODEL, name, stop=stop))
     return findings
+
+
+def look_at_commanded(run: str, commanded: float, *, force: str) -> list[Finding]:
+    """Whether the force is off what the steps command, by a factor that has a name."""
+    name = name_of(commanded, OF_FORCE) if _off(commanded) else ""
+    return [_finding(run, force, commanded, "the force that the steps command", name, stop=True)] if name else []
 
 
 def _off(factor: float) -> bool:
@@ -72,6 +75,7 @@ def _of_all(run: str, factor: float, force: str, channels: Sequence[str], *, sto
 
 
 def _finding(run: str, channel: str, factor: float, whose: str, name: str, *, stop: bool) -> Finding:
-    found = f"{factor:.3g} times {whose}" + (f", {name}" if name else ", which is no unit's factor")
+    what = name or "which is no unit's factor"
+    found = f"{factor:.3g} times {whose}, " + (what if stop else "and not the same over all frequencies")
     stops = stop and (bool(name) or abs(math.log(factor)) > math.log(ABSURD))
     return Finding(run, channel, "unit", "a factor near 1", found, "stopped" if stops else "told")

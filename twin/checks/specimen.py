@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.checks.agreement import agreement_of
 from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
@@ -24,6 +25,8 @@ ABOUT = 0.02
 """Relative distance to the resonance within which a step says where it is."""
 LOWEST = 5
 """Steps of the smallest amplitudes, which noise is held against."""
+BETWEEN = 0.25
+"""Logarithm of the distance of two amplitudes over which a resonance is drawn as a line."""
 BESIDE = (0.02, 0.08)
 """The same of noise, whose lines at the resonance itself are smeared."""
 
@@ -44,22 +47,38 @@ class Backbone:
 
     def apart(self, other: Backbone) -> float:
         """Median relative distance of another one at the same amplitudes; nan where they share too few."""
-        low, high = self.amplitude[[0, -1]] if len(self.amplitude) else (np.inf, 0.0)
-        shared = (other.amplitude >= low) & (other.amplitude <= high)
+        if len(self.amplitude) < 2:
+            return np.nan
+        here, there = np.log(self.amplitude), np.log(other.amplitude)
+        above = np.clip(np.searchsorted(here, there), 1, len(here) - 1)
+        shared = (there >= here[above - 1]) & (there <= here[above]) & (here[above] - here[above - 1] < BETWEEN)
         if shared.sum() < 3:
             return np.nan
-        here = np.interp(np.log(other.amplitude[shared]), np.log(self.amplitude), self.resonance_Hz)
-        return float(np.median(other.resonance_Hz[shared] / here - 1))
+        expected = np.interp(there[shared], here, self.resonance_Hz)
+        return float(np.median(other.resonance_Hz[shared] / expected - 1))
+
+    @property
+    def at_rest_Hz(self) -> tuple[float, float]:
+        """Least and largest resonance without amplitude: as at the lowest ones, or twice as far as a line goes on."""
+        half = len(self.amplitude) // 2
+        if half < LOWEST:
+            return 0.0, np.inf
+        lowest = float(np.median(self.resonance_Hz[:LOWEST]))
+        slope = float(np.polyfit(self.amplitude[:half], self.resonance_Hz[:half], 1)[0])
+        far = lowest - 2 * slope * float(np.median(self.amplitude[:LOWEST]))
+        return min(lowest, far), max(lowest, far)
 
 
 def backbone_of(sines: Sequence[SineResponse], expected: ExpectedResponse, near_Hz: float) -> Backbone:
-    """Of all sweeps about the model's resonance near there."""
+    """Of all sweeps about the model's resonance near there that show the motion's level on both its sides."""
     found = []
     for one in sines:
-        if not len(one.frequency_Hz) or not one.frequency_Hz.min() < near_Hz < one.frequency_Hz.max():
+        agreement = agreement_of([], [one], expected)
+        if agreement is None or not one.frequency_Hz.min() < near_Hz < one.frequency_Hz.max():
             continue
         output, place = _reference(expected, near_Hz)
-        resonance = _resonances(one.frequency_Hz, one.H[:, place], output, expected, place, near_Hz)
+        H = one.H[:, place] / agreement.level[place]
+        resonance = _resonances(one.frequency_Hz, H, output, expected, place, near_Hz)
         omega = 2 * np.pi * one.frequency_Hz
         amplitude = np.abs(one.H[:, place] * one.force) / omega**output.derivative
         about = np.abs(one.frequency_Hz - resonance) < ABOUT * resonance
@@ -116,10 +135,10 @@ def look_at_specimens(
             apart = every.apart(backbone_of([one], expected, near_Hz))
             if abs(apart) > max(SPECIMEN, DRIFTING * drift):
                 findings.append(_finding(one.run, f"sweep {one.sweep}", apart, near_Hz, "at the same amplitudes"))
-        softening = float(np.ptp(every.resonance_Hz)) / near_Hz
         for record in (noise for noises, _ in (*learnt, *held_out) for noise in noises):
-            apart = noise_resonance(record, expected, near_Hz) / float(np.median(every.resonance_Hz[:LOWEST])) - 1
-            if abs(apart) > SPECIMEN_IN_NOISE + softening:
+            resonance = noise_resonance(record, expected, near_Hz)
+            apart = resonance / float(np.clip(resonance, *every.at_rest_Hz)) - 1
+            if abs(apart) > SPECIMEN_IN_NOISE:
                 findings.append(_finding(record.run, f"noise {record.sweep}", apart, near_Hz, "at small amplitudes"))
     return findings
 

@@ -17,12 +17,20 @@ WILD = 20.0
 FEW = 1e-3
 """Share of samples up to which the wild ones are single ones."""
 
-RATE_ERROR = 0.01
-"""Between a stated rate and the one of the blocks' time stamps; the contract's largest clock error is 1 %."""
+RATE_ERROR = 5e-3
+"""Between a stated rate and the one of the blocks' time stamps; stamps in whole milliseconds of short blocks are off by
+4e-3."""
+CRYSTAL = 2e-4
+"""Between sines and commands; two crystals are apart by 1e-4 at most, and a clock that is a cause by 3e-4 or more."""
 CLOCK_ERROR = 3e-3
 """Of sines against the commands, from which on no converter's clock is to blame: they are off by 2e-3 at most."""
 ONE_STEP = 0.1
-"""Share of the steps' distance within which a sine is the one of the step beside its own."""
+"""Share of the steps' distance within which a sine is one of a step's."""
+LEAST_STEPS = 5
+"""Of a sweep: level, resonance and loss of a mode, and how each of the latter changes with amplitude, are five."""
+TORN = 3e-4
+"""Share of a sine's power that a step's four parts have not in common: sound ones have 5e-6, steps without any wait for
+settling 2e-5, and those whose log is late by a third of their length 1e-3 to 0.2."""
 
 UNRELATED = 0.3
 """Median coherence below which two channels were not recorded together: chance makes 0.1 of ten averages, sound
@@ -48,7 +56,7 @@ TURNED = 0.25
 """Share of a noise's lines in phase with the model below which a response is turned: sound ones have 0.9, turned ones
 0.1."""
 CLEARER = 3.0
-"""Ratio of misfits from which on another order of the channels is the better one."""
+"""Ratio of misfits from which on another order, or another reason, is the better one."""
 
 PLACE_m = 2e-3
 """Difference of two positions that is more than rounding."""
@@ -59,10 +67,10 @@ SPECIMEN = 5e-4
 """Relative distance of a sweep's resonance from the other runs' at the same amplitudes: one specimen keeps to 1e-4, two
 whose moduli differ by some per cent are 5e-4 to 2e-3 apart."""
 SPECIMEN_IN_NOISE = 4e-3
-"""The same of noise, whose amplitude is another one, beyond what the sweeps soften: 1.6e-3 with one specimen."""
+"""The same of noise, beyond what the sweeps' softening leaves open of a small amplitude: 1e-3 with one specimen."""
 DRIFTING = 3.0
 """Over what the learnt sweeps differ by among themselves: up to here a drift goes on, and is no other specimen."""
 
-OTHER_PRELOAD = 3e-3
-"""Median relative distance of resonances from those of a preload, from which on another one is looked for:
-moduli 10 % off what is believed make 1e-3."""
+OTHER_PRELOAD = 2.0
+"""Median distance of resonances from those of a preload, over what moduli 10 % off make of it, from which on another
+one is looked for: specimens whose moduli are up to that far off have 1, with some grams beside that 1.7."""

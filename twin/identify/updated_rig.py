@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
+from recordings.errors import InputError
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.linear_model import DAMPED_MODES
@@ -33,6 +35,11 @@ def updated_rig(evidence: MeasuredData, baseline: BaselineParameters, solution: 
         Of the model.
     solution
         The minimum that they are; the first entries of its vector are those of ``unknowns.vector``.
+
+    Raises
+    ------
+    InputError
+        If the minimum is nowhere near a joint.
     """
     rig, base = evidence.rig, baseline.base
     nominal = list(rig.damping.modal_ratio)
@@ -69,14 +76,19 @@ def _law_table(evidence: MeasuredData, baseline: BaselineParameters, solution: S
     by_loss[:, blocks["log_zeta"].start] = _loss_of_mode_1(evidence, baseline, joint)
     if seen:
         by_E[:, baseline.softening(joint)], by_loss[:, baseline.loss(joint)] = -softens, loses
-    return LayerLawTable(
-        opening_m=opening.tolist(),
-        softening=(softens @ law.softening).tolist(),
-        slip_m=slip.tolist(),
-        loss=np.maximum(G * loss_G + loses @ law.loss, 0.0).tolist(),
-        softening_std=_std(by_E, solution.covariance),
-        loss_std=_std(by_loss, solution.covariance),
-    )
+    try:
+        return LayerLawTable(
+            opening_m=opening.tolist(),
+            softening=(softens @ law.softening).tolist(),
+            slip_m=slip.tolist(),
+            loss=np.maximum(G * loss_G + loses @ law.loss, 0.0).tolist(),
+            softening_std=_std(by_E, solution.covariance),
+            loss_std=_std(by_loss, solution.covariance),
+        )
+    except ValidationError as error:
+        reason = "the fit comes to values that no layer has: do the recordings belong to this rig?"
+        remedy = f"look at them with 'twin check RUN... --rig {evidence.rig.name}'"
+        raise InputError(evidence.rig.name, f"joint {evidence.rig.joints[joint].name}, law", reason, remedy) from error
 
 
 def _file_knots(knots: Array) -> Array:

@@ -66,9 +66,12 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     @property
     def sentence(self) -> str:
-        """The answer in one sentence; where it is none, with what a first look suspects."""
-        suspected = "".join(f"  At first look: {one.line}." for one in self.findings)
-        return self.diagnosis.sentence + (suspected if self.verdict == "unknown" else "")
+        """The answer in one sentence; with what a first look suspects, where it blames or leaves something."""
+        found = self.diagnosis
+        if found.verdict == "none" and not found.shortfall:
+            return found.sentence
+        suspected = {(one.kind, one.channel): one for one in reversed(self.findings)}
+        return found.sentence + "".join(f"  At first look: {one.line}." for one in reversed(suspected.values()))
 
     def tables(self) -> Sequence[Table]:
         """Causes, errors on what was held out, residuals by sweep and channel."""

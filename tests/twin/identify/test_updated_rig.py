@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recordings import InputError
 from twin.bench.layer import law_from_table
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
@@ -89,3 +90,10 @@ def test_without_sweeps_the_law_is_the_constant_loss(evidence, baseline):
     assert law.softening == [0.0, 0.0]
     assert law.loss == pytest.approx([float(baseline.base.G[0] * baseline.base.loss_G[0])] * 2)
     assert law.softening_std[0] == law.softening_std[1]
+
+
+def test_a_law_that_no_layer_has_is_refused_in_one_line(evidence, baseline):
+    law = baseline.laws[0]
+    absurd = BaselineParameters(baseline.base, (replace(law, loss=1e9 * law.loss),))
+    with pytest.raises(InputError, match="joint joint, law: the fit comes to values that no layer has"):
+        updated_rig(evidence, absurd, solved(absurd))
