@@ -1,0 +1,1 @@
+"""The papers' law: polynomials of one sensor's amplitude, beside the joint's own."""
