@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.staging import staged_folder
-from twin.commands.output import (
+from twin.commands.common.output import (
     console,
     json_option,
     next_step,
@@ -23,7 +23,7 @@ from twin.commands.output import (
     working,
     write_json,
 )
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
@@ -139,7 +139,7 @@ def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path) -> list[str]:
 
 def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     """The answer for a person."""
-    from twin.views.answer import causes_table
+    from twin.views.reports.answer import causes_table
 
     tell_assumed(data["assumed"])
     say((data["answer"], "bold"))

@@ -10,7 +10,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import (
+from twin.commands.common.output import (
     json_option,
     next_step,
     overwrite_option,
@@ -21,7 +21,7 @@ from twin.commands.output import (
     typed,
     working,
 )
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint

@@ -9,8 +9,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import json_option, overwrite_option, print_json, say, tell_assumed, working
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
+from twin.commands.common.own_code import causes_option, laws_option
 from twin.commands.rig_import import command as import_command
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> No
     """Write both files that were asked for, or neither."""
     with whole_files(picture, view) as (drawn, viewed):
         if viewed is not None:
-            from twin.views.rerun_rig import save_rig_view
+            from twin.views.rerun.rig import save_rig_view
 
             save_rig_view(modelled, viewed)
         if drawn is not None:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import json_option
-from twin.commands.own_code import causes_option, laws_option
-from twin.commands.serving import address_options, serve_source
+from twin.commands.common.output import json_option
+from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.serving import address_options, serve_source
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource

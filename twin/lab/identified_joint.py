@@ -19,10 +19,10 @@ from twin.polynomial_law.by_level import with_polynomials
 from twin.rigs import Rig, foreign_preload
 from twin.structure.plausibility import unlikely_units
 from twin.views.curves import Fitted
-from twin.views.identified_figures import identified_law_figure, strength_figure
-from twin.views.identified_report import fitted_sweeps, identified_page, identified_sentence
-from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
 from twin.views.page import LEFT_OUT, Page
+from twin.views.reports.identification import fitted_sweeps, identified_page, identified_sentence
+from twin.views.reports.identified_figures import identified_law_figure, strength_figure
+from twin.views.reports.identified_tables import determined, determined_table, parameter_table, residual_table
 from twin.views.table import Table
 
 Report = Callable[[str], None]

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from twin.commands import output
+from twin.commands.common import output
+from twin.commands.common.stages import Stages
 from twin.commands.diagnose import _tell
-from twin.commands.stages import Stages
 from twin.diagnose.result import Estimate, NamedCause
 
 NAME = "up[/x] [red]\x1b[2J"

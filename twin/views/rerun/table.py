@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
-from twin.views.chart import Axis, Chart
 from twin.views.receptance import per_force
-from twin.views.rrd import recording_file, send_layout
+from twin.views.rerun.chart import Axis, Chart
+from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
 from twin.views.table import Table, markdown_text, table_markdown
 

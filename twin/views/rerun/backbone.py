@@ -7,9 +7,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from recordings.run import Run
-from twin.views.chart import Axis, Chart
 from twin.views.curves import SteppedSweep
 from twin.views.receptance import farthest_response, per_force, reading_label
+from twin.views.rerun.chart import Axis, Chart
 from twin.views.style import INK, level_colour
 
 

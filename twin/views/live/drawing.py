@@ -13,12 +13,12 @@ from recordings.errors import printable
 from recordings.run import Event, SampleBlock, Step, StepState
 from twin.procedures import StepResult
 from twin.views.extremes import extremes
-from twin.views.live_about import LiveAbout
-from twin.views.live_ranges import RangeUse
-from twin.views.live_spectrum import LiveSpectrum
-from twin.views.live_sweeps import HarmonicsChart, SweepChart, stepped
+from twin.views.live.about import LiveAbout
+from twin.views.live.ranges import RangeUse
+from twin.views.live.spectrum import LiveSpectrum
+from twin.views.live.sweeps import HarmonicsChart, SweepChart, stepped
 from twin.views.receptance import farthest_response
-from twin.views.rrd import entity, log_line, log_view, send_layout
+from twin.views.rerun.rrd import entity, log_line, log_view, send_layout
 from twin.views.style import level_colour, on_dark, unit_text
 from twin.views.table import markdown_text
 

@@ -15,13 +15,13 @@ from recordings.errors import InputError
 from recordings.run import Event, SampleBlock, Step
 from recordings.streams import Acquisition
 from recordings.whole import check_writable
-from twin.commands.output import console, say
+from twin.commands.common.output import console, say
 
 if TYPE_CHECKING:
     from twin.procedures import Procedure, RunSink, StepResult
     from twin.rigs import Rig
-    from twin.views.live import LiveView
-    from twin.views.live_about import LiveAbout
+    from twin.views.live.about import LiveAbout
+    from twin.views.live.view import LiveView
 
 
 def view_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -65,7 +65,7 @@ class WatchOptions:
         """
         if not self.wanted:
             return
-        from twin.views.rerun_viewer import viewer_url, why_no_window
+        from twin.views.rerun.viewer import viewer_url, why_no_window
 
         if self.view and self.view_to is not None:
             raise InputError("--view", "", "goes not with --view-to", "leave one of them out")
@@ -149,8 +149,8 @@ def watched(options: WatchOptions, about: Callable[[], LiveAbout]) -> Iterator[W
 
 
 def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
-    from twin.views.live import LiveView
-    from twin.views.rerun_viewer import open_viewer, viewer_url
+    from twin.views.live.view import LiveView
+    from twin.views.rerun.viewer import open_viewer, viewer_url
 
     targets: list[str | Path] = []
     try:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from recordings.errors import printable
 from recordings.run import Run, StepState
 from twin.identify.spectrum import broadband_records, h1
-from twin.views.chart import Axis, Chart, common_range
 from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label
-from twin.views.rerun_backbone import draw_backbone
-from twin.views.rrd import entity, log_line, log_view, recording_file, send_layout
+from twin.views.rerun.backbone import draw_backbone
+from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.rrd import entity, log_line, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
 

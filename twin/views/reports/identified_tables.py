@@ -13,8 +13,8 @@ from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import Polynomials
-from twin.views.answer import estimate_text
 from twin.views.curves import LawBand, joint_name
+from twin.views.reports.answer import estimate_text
 from twin.views.table import Table
 
 Array = NDArray[Any]

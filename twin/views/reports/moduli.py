@@ -5,9 +5,9 @@ from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyModuli
 from twin.identify.estimate import Estimate
-from twin.views.answer import estimate_text
 from twin.views.figures import bars, legend, panels
 from twin.views.page import Page, Picture, Section
+from twin.views.reports.answer import estimate_text
 from twin.views.style import AFTER, BEFORE, INK
 from twin.views.table import Table
 

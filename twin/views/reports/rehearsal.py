@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from twin.views.page import LEFT_OUT, Page, Picture, Section, Table
-from twin.views.rehearsal_figures import range_figure, responses_figures
-from twin.views.rehearsal_noise import noise_section
-from twin.views.rehearsal_steps import steps_section
+from twin.views.reports.rehearsal_figures import range_figure, responses_figures
+from twin.views.reports.rehearsal_noise import noise_section
+from twin.views.reports.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
 MOST_CHANNELS = 4

@@ -13,7 +13,6 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
-from twin.views.chart import Axis, Chart, common_range
 from twin.views.curves import (
     LawBand,
     about_each_resonance,
@@ -24,13 +23,14 @@ from twin.views.curves import (
 )
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label
-from twin.views.report import diagnosis_page
-from twin.views.rerun_fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
-from twin.views.rerun_mode import animate_joint, animate_rig, draw_loops
-from twin.views.rerun_parts import SLOW_MOTION
-from twin.views.rrd import recording_file, send_layout
+from twin.views.reports.diagnosis import diagnosis_page
+from twin.views.reports.where import regions_of
+from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
+from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
+from twin.views.rerun.parts import SLOW_MOTION
+from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
-from twin.views.where import regions_of
 
 Array = NDArray[Any]
 

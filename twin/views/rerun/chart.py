@@ -16,7 +16,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from recordings.errors import printable
-from twin.views.rrd import entity
+from twin.views.rerun.rrd import entity
 from twin.views.style import on_dark, tick_text, ticks
 
 Array = NDArray[Any]

@@ -15,7 +15,7 @@ READY_s = 180.0
 STOPPED_s = 10.0
 CHILD = """
 import sys
-from twin.commands.stopping import end_with_parent
+from twin.commands.common.stopping import end_with_parent
 end_with_parent(int(sys.argv.pop(1)))
 from twin.cli import main
 main(sys.argv[1:])

@@ -6,7 +6,10 @@ import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
 from twin.identify.linear_model import nominal_parameters
-from twin.views.answer import (
+from twin.views.curves import compared_models, has_law, joint_name, shown_models
+from twin.views.figures import law_figure
+from twin.views.page import Page, Picture, Section, Table
+from twin.views.reports.answer import (
     causes_table,
     errors_table,
     estimate_text,
@@ -15,9 +18,7 @@ from twin.views.answer import (
     residuals_table,
     scores_table,
 )
-from twin.views.curves import compared_models, has_law, joint_name, shown_models
-from twin.views.figures import law_figure
-from twin.views.fit_sections import (
+from twin.views.reports.fit_sections import (
     assumed_of_rig,
     broadband_section,
     fit_facts,
@@ -25,10 +26,9 @@ from twin.views.fit_sections import (
     residuals_picture,
     sweeps_picture,
 )
-from twin.views.missing_force import missing_force_section
-from twin.views.page import Page, Picture, Section, Table
+from twin.views.reports.missing_force import missing_force_section
+from twin.views.reports.where import where_section
 from twin.views.style import AFTER, BEFORE, CAUTION
-from twin.views.where import where_section
 
 LEAST_SHARE = 0.005
 """Least share of chi2 worth a line."""

@@ -16,9 +16,9 @@ from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
-from twin.views.chart import Axis, Chart, common_range
 from twin.views.curves import about_each_resonance, compared_models, resonance_names
 from twin.views.receptance import per_force, reading_label
+from twin.views.rerun.chart import Axis, Chart, common_range
 from twin.views.style import INK, KIND, level_colour
 
 Array = NDArray[Any]

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rich.progress import Progress, TaskID
 
 from recordings.errors import InputError
-from twin.commands.output import console, progress_bar, stage
-from twin.commands.stopping import deaf
+from twin.commands.common.output import console, progress_bar, stage
+from twin.commands.common.stopping import deaf
 
 if TYPE_CHECKING:
     from twin.procedures import Procedure

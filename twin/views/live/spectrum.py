@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 
 from recordings.run import Channel, SampleBlock
-from twin.views.chart import Axis, Chart
+from twin.views.rerun.chart import Axis, Chart
 from twin.views.style import level_colour
 
 SPAN_S = 1.0

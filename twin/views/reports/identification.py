@@ -9,9 +9,10 @@ from twin.identify.identified import POOR_FIT, Identified
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
-from twin.views.answer import estimate_text
 from twin.views.curves import joint_name, law_reach
-from twin.views.fit_sections import (
+from twin.views.page import Page, Picture, Section
+from twin.views.reports.answer import estimate_text
+from twin.views.reports.fit_sections import (
     assumed_of_rig,
     broadband_section,
     fit_facts,
@@ -19,8 +20,8 @@ from twin.views.fit_sections import (
     residuals_picture,
     sweeps_picture,
 )
-from twin.views.identified_figures import file_law_bands, identified_law_figure, strength_figure
-from twin.views.identified_tables import (
+from twin.views.reports.identified_figures import file_law_bands, identified_law_figure, strength_figure
+from twin.views.reports.identified_tables import (
     Determined,
     determined,
     determined_table,
@@ -30,7 +31,6 @@ from twin.views.identified_tables import (
     polynomial_table,
     residual_table,
 )
-from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, CAUTION
 
 AMPLITUDE = {"softening": "an opening of", "loss": "a slip of"}

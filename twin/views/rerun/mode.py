@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from twin.identify.measured_data import MeasuredData
 from twin.structure import drawn_parts
-from twin.views.chart import Axis, Chart
 from twin.views.curves import sensor_places
 from twin.views.operating import JointMotion, Motion
-from twin.views.rerun_parts import SLOW_MOTION, animate_parts, cycle, seen_from
+from twin.views.rerun.chart import Axis, Chart
+from twin.views.rerun.parts import SLOW_MOTION, animate_parts, cycle, seen_from
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
 

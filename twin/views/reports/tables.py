@@ -9,7 +9,7 @@ from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
 from twin.views.figures import bars, dressed, legend, panels
 from twin.views.page import Page, Picture, Section, Table
-from twin.views.report import ACCENT, causes_section
+from twin.views.reports.diagnosis import ACCENT, causes_section
 from twin.views.style import AFTER, BEFORE, MEASURED
 
 MOST_TRIED = 12

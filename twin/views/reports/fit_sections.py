@@ -7,10 +7,10 @@ import numpy as np
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
-from twin.views.answer import residual_rows
 from twin.views.curves import Fitted
 from twin.views.figures import broadband_figure, residuals_figure, sweeps_figure
 from twin.views.page import Picture, Section
+from twin.views.reports.answer import residual_rows
 from twin.views.rig_figure import modes_figure
 
 

@@ -6,9 +6,9 @@ from matplotlib.lines import Line2D
 
 from twin.diagnose.missing import MissingForce
 from twin.diagnose.result import Diagnosis
-from twin.views.answer import estimate_text
 from twin.views.figures import dressed, legend, panels
 from twin.views.page import Picture, Section, Table
+from twin.views.reports.answer import estimate_text
 from twin.views.style import AFTER, BEFORE, INK, level_colour
 
 SENSOR = "#009e73"

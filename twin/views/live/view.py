@@ -11,8 +11,8 @@ from pathlib import Path
 
 from recordings.run import Event, SampleBlock, Step
 from twin.procedures import StepResult
-from twin.views.live_about import LiveAbout
-from twin.views.live_process import draw
+from twin.views.live.about import LiveAbout
+from twin.views.live.process import draw
 
 ROOM_BLOCKS = 512
 """Blocks of samples that may wait to be drawn."""

@@ -14,9 +14,9 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.numbers import FiniteRange
-from twin.commands.output import overwrite_option, say
-from twin.commands.stopping import ASKED
+from twin.commands.common.numbers import FiniteRange
+from twin.commands.common.output import overwrite_option, say
+from twin.commands.common.stopping import ASKED
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource, SlowSource

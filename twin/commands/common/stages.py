@@ -7,7 +7,7 @@ from types import TracebackType
 
 from rich.progress import TaskID
 
-from twin.commands.output import progress_bar, say, stage
+from twin.commands.common.output import progress_bar, say, stage
 
 
 class Stages:

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from recordings.run import Channel, SampleBlock
-from twin.views.chart import Axis, Chart
+from twin.views.rerun.chart import Axis, Chart
 from twin.views.style import INK
 
 LOWEST, HIGHEST = 0.01, 100.0

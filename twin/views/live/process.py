@@ -13,9 +13,9 @@ from typing import Any
 
 import rerun as rr
 
-from twin.views.live_about import LiveAbout
-from twin.views.live_drawing import LiveDrawing
-from twin.views.rrd import APPLICATION, recording_file
+from twin.views.live.about import LiveAbout
+from twin.views.live.drawing import LiveDrawing
+from twin.views.rerun.rrd import APPLICATION, recording_file
 
 GATHER_S = 0.1
 MOST_AT_ONCE = 1024
@@ -40,7 +40,7 @@ def draw(waiting: Any, room: BoundedSemaphore, ready: Event, about: LiveAbout, t
     ready
         Set when drawing can begin.
     about, to
-        As for :class:`~twin.views.live.LiveView`.
+        As for :class:`~twin.views.live.view.LiveView`.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, and the run ends the view
     os.environ.setdefault("RUST_LOG", "error")  # that a viewer stands still is no news for the operator

@@ -8,9 +8,9 @@ import rerun as rr
 from recordings.run import Channel
 from twin.procedures import Dwell, Procedure, RingDown, SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
-from twin.views.chart import Axis, Chart, common_range
-from twin.views.live_about import LiveAbout
+from twin.views.live.about import LiveAbout
 from twin.views.receptance import per_force, per_force_label, reading_label
+from twin.views.rerun.chart import Axis, Chart, common_range
 from twin.views.style import INK, level_colour, unit_text
 
 WIDE = 1200.0
