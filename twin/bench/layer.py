@@ -70,7 +70,7 @@ class JointLaw:
         elif isinstance(normal, Table):
             normal = replace(normal, force=normal.force * share)
         elif isinstance(normal, Linear):
-            normal = replace(normal, k=normal.k * share)
+            normal = replace(normal, coefficient=normal.coefficient * share)
         elif share != 1.0:
             raise ValueError(f"a {type(normal).__name__} law cannot be scaled")
         return replace(self, normal=normal)

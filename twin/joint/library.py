@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from twin.joint.cubic import Cubic
 from twin.joint.iwan import iwan
 from twin.joint.knots import LOSS_POINTS, loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
 from twin.joint.named_law import NamedLaw, Parameter
 from twin.joint.polynomial import Polynomial
+from twin.joint.power_laws import Cubic
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
