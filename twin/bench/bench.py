@@ -23,8 +23,6 @@ SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800
 """Rates the converter has."""
 INTERNAL_RATE_Hz = 11264.0
 """The physics takes at least this many steps a second: enough for all modes that the bench keeps."""
-CHUNK_STEPS = 1 << 13
-"""Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
 
@@ -131,7 +129,7 @@ class Bench:
         """Advance by `count` samples and return them."""
         first = self._index
         signals = np.empty((len(self._instruments), count))
-        chunk = max(1, CHUNK_STEPS // self._substeps)
+        chunk = max(1, (1 << 13) // self._substeps)  # long enough that a call costs nothing, short enough for the cache
         for start in range(0, count, chunk):
             stop = min(start + chunk, count)
             self._advance(signals[:, start:stop])

@@ -33,8 +33,6 @@ RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd
 HELD_OUT = "--held-out"
 LONGEST_s = 600.0
 """Several times what a diagnosis of three sweeps takes on two slow cores."""
-MOST_LIMITS = 3
-"""Of what a sound rig could hide, in the answer; the report has them all."""
 
 
 class _HeldOutRuns(click.Command):
@@ -150,7 +148,7 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
     )
     if data["causes"]:
         print_tables(causes_table(found.diagnosis.causes), to=console)
-    limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:MOST_LIMITS]
+    limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:3]  # the report has them all
     if data["verdict"] == "none" and limits:
         told = "; ".join(f"{each['cause']}, {each['parameter']} {each['limit_95']:.2g}" for each in limits)
         say(f"at most this could hide (95 %): {told}")

@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from twin.views.live.about import LiveAbout
 
 RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report.html")
-REHEARSED_WINDOW_S = 120.0
-"""Of the rig's time that a live view has in sight: it passes hundreds of times as fast as the wall's."""
 
 
 @click.command()
@@ -250,5 +248,5 @@ def _about(
         channels=tuple(source.channels),
         procedure=procedure,
         branches=tuple(branches),
-        window_s=REHEARSED_WINDOW_S,
+        window_s=120.0,  # the rig's time passes hundreds of times as fast as the wall's
     )

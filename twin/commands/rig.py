@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
-TOLD = 10
-"""Natural frequencies that are told at least, as far as there are so many."""
 
 
 @click.group("rig", short_help="Show a rig, or make one from another program's matrices.")
@@ -55,7 +53,7 @@ def show(
     with working(f"assembling {loaded.name}"):
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
         check_effects(loaded, source=rig)
-        frequencies = modelled.modes.frequency_Hz[:TOLD].tolist()
+        frequencies = modelled.modes.frequency_Hz[:10].tolist()
         warnings = implausible(modelled)
     _write(modelled, picture, save)
     if as_json:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from recordings.streams import SampleSource
     from twin.rigs import Rig
 
-ROOM_degC = 21.0
 STEEL_SOFTENING_per_K = 3e-4
 """How much Young's modulus of structural steel falls by, relatively, for each kelvin near room temperature; typical."""
 _NEWTON = re.compile(r"\d+(\.\d+)?N")
@@ -106,7 +105,7 @@ class JointMeter:
 
     def read(self, time_s: float) -> list[float]:
         """Preload (where it is known as a force), N, and temperature, degC."""
-        values = [ROOM_degC + self._warming_K_per_s * time_s]
+        values = [21.0 + self._warming_K_per_s * time_s]  # a room's
         if self._preload_N is not None:
             lost = self._modulus * self._layer_rate * time_s * self._force_per_modulus
             values.insert(0, max(0.0, self._preload_N - lost))

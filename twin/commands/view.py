@@ -15,8 +15,6 @@ from recordings.whole import check_writable, whole_files
 from twin.commands.common.output import console, json_option, overwrite_option, print_json, say, working
 
 RESULT = "result.json"
-LARGEST_RESULT = 200_000_000
-"""Bytes; a larger result.json is nobody's."""
 
 
 @click.command(name="view", short_help="Show a run, a rehearsal or a diagnosis in rerun.")
@@ -115,7 +113,7 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
 
 def _read_result(path: Path) -> dict[str, Any]:
     try:
-        if path.stat().st_size > LARGEST_RESULT:
+        if path.stat().st_size > 200_000_000:  # bytes
             raise InputError(path, "", "too large for a result of this program")
         table = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:

@@ -17,7 +17,6 @@ Value = float | list[float]
 
 AT_REST_m = 1e-12
 """A motion at which every law is at rest."""
-MOST_VALUES = 200
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +56,7 @@ class Parameter:
             float, Field(gt=self.above, ge=self.least, lt=self.below, le=self.most, allow_inf_nan=False)
         ]  # fmt: skip
         if self.several:
-            return Annotated[list[one], Field(max_length=MOST_VALUES)], ... if self.default is None else self.default
+            return Annotated[list[one], Field(max_length=200)], ... if self.default is None else self.default
         return one, ... if self.default is None else self.default
 
 

@@ -11,8 +11,6 @@ from twin.procedures.session import Place, Session
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish
 
-CHIRP_STEP_S = 0.05
-
 
 def run_swept_sine(procedure: SweptSine, session: Session) -> None:
     """Sweep at a fixed voltage; the frequency moves in steps of 50 ms without a phase jump.
@@ -38,7 +36,7 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
             while now_ns < end_ns:
                 share = (now_ns - measure_ns) * 1e-9 / duration_s
                 holds_ns = session.set_sine(first + share * (last - first), voltage_V)
-                now_ns = min(end_ns, max(now_ns, holds_ns) + round(CHIRP_STEP_S * 1e9))
+                now_ns = min(end_ns, max(now_ns, holds_ns) + round(0.05 * 1e9))
                 session.stream.wait(now_ns)
                 session.tick()
             series = session.window(measure_ns, duration_s)

@@ -24,8 +24,6 @@ Array = NDArray[Any]
 WIDTH_IN = 9.0
 ATTRIBUTE = {"model": "after"}
 """Of a sweep's comparison, where it is not called like the kind of curve."""
-MOST_PANELS = 4
-"""Sweeps that get a panel of their own: those with the largest residuals."""
 STYLES: dict[str, dict[str, Any]] = {
     "measured": {"linestyle": "none", "marker": "o", "markersize": 3.2},
     "before": {"linestyle": (0, (4, 2.5)), "linewidth": 1.2},
@@ -67,7 +65,7 @@ def sweeps_figure(
 
 def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("before", "after")) -> Figure:
     """Residuals in standard deviations of their noise: a row a channel, a column for each of the worst sweeps."""
-    worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:MOST_PANELS]
+    worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:4]
     shown = [sweep for sweep in sweeps if sweep in worst]
     channels = sweeps[0].channels
     figure = Drawing(figsize=(WIDTH_IN, 0.6 + 2.1 * len(channels)), layout="constrained")

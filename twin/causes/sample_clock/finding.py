@@ -14,8 +14,6 @@ LEAST_PPM, LEAST_SIGMA = 50.0, 6.0
 """An error below this is what two good clocks differ by, and harms nothing."""
 OWN_ERROR_ppm = 0.5
 """Of the estimate beside its scatter: what is left of transients turns the phase too."""
-ROUNDS = 3
-"""A turn is a drift only while it is small; each round takes the last one's error off."""
 
 
 def find_sample_clock(runs: Sequence[Run]) -> list[Finding]:
@@ -27,7 +25,7 @@ def find_sample_clock(runs: Sequence[Run]) -> list[Finding]:
     error, std = _error(runs)
     if abs(error) < LEAST_PPM or abs(error) < LEAST_SIGMA * std:
         return []
-    for _ in range(ROUNDS - 1):
+    for _ in range(2):  # a turn is a drift only while small: each round takes the last error off
         more, std = _error([with_clock(run, error_ppm=error) for run in runs])
         error += more
     return [

@@ -12,7 +12,6 @@ from types import TracebackType
 
 READY_s = 180.0
 """Longest wait for the instruments; on a fresh installation they compile their kernels first."""
-STOPPED_s = 10.0
 CHILD = """
 import sys
 from twin.commands.common.stopping import end_with_parent
@@ -69,7 +68,7 @@ class ServedRig:
         assert self._process is not None
         self._process.send_signal(signal.SIGINT)
         try:
-            self._process.wait(STOPPED_s)
+            self._process.wait(10.0)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

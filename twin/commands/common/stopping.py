@@ -6,8 +6,6 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PR_SET_PDEATHSIG = 1
-"""Of Linux's prctl."""
 ASKED = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -23,7 +21,7 @@ def terminable() -> Iterator[None]:
 
 def end_with_parent(parent: int) -> None:
     """Be sent SIGTERM when process `parent`, which has started this one, ends, however it does."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGTERM))
+    ctypes.CDLL(None).prctl(1, int(signal.SIGTERM))  # PR_SET_PDEATHSIG
     if os.getppid() != parent:  # it was quicker
         os.kill(os.getpid(), signal.SIGTERM)
 

@@ -23,7 +23,6 @@ LOWEST_Hz, ABOVE_LAST, OVERSAMPLED = 5.0, 1.2, 4.0
 """Of a first noise: its band's lower edge, the upper one over the last damped mode, samples a period of it."""
 QUIET = 1 / 3
 """Its rms force over the smallest sine's amplitude: the joint is to act as in the smallest sweep or less."""
-FIRST_DURATION_s = 60.0
 CREST = 5.0
 """Peaks of noise over its rms."""
 TOLERANCE = 2e-4
@@ -110,7 +109,7 @@ def _first_noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Propos
     highest = ABOVE_LAST * float(evidence.model.basis.omega[DAMPED_MODES - 1]) / (2 * np.pi)
     band = (LOWEST_Hz, float(np.floor(min(highest, rate / OVERSAMPLED))))
     rms = min(QUIET * min(forces), HEADROOM * evidence.rig.force_sensor.range / CREST)
-    yield from _each_length(band, rms, FIRST_DURATION_s, rate)
+    yield from _each_length(band, rms, 60.0, rate)
 
 
 def _each_length(band: tuple[float, float], rms: float, lasted: float, sample_rate: float) -> Iterator[Proposal]:

@@ -24,7 +24,6 @@ FARTHEST_Hz, APART_Hz = 12.0, 0.1
 """Of the distances that are looked at, and between them."""
 FRACTIONS = (1 / 2, 1 / 3)
 """Of the drive's frequency, where a structure may answer as well."""
-HARMONICS = 12
 MEDIAN_OF_TWO = 1.678 / 2
 """Median over mean of the mean of two exponential variables, such as lines on both sides of the drive's."""
 LEAST_LOG_BAYES = 10.0
@@ -104,7 +103,7 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
     if len(x) < 64 or not np.isfinite(x).all():
         return None
     t, length = np.arange(len(x)) / rate, len(x) / rate
-    angle = 2 * np.pi * drive * t[:, None] * np.arange(1, min(HARMONICS, int(0.45 * rate / drive)) + 1)
+    angle = 2 * np.pi * drive * t[:, None] * np.arange(1, min(12, int(0.45 * rate / drive)) + 1)
     slow = (t / length - 0.5)[:, None] ** np.arange(3)
     first = np.hstack([np.cos(angle[:, :1]) * slow[:, 1:], np.sin(angle[:, :1]) * slow[:, 1:]])
     turn = 2 * np.pi * line.frequency_Hz * t[:, None] if line else np.zeros((len(t), 0))

@@ -21,7 +21,6 @@ UNKNOWN = 10.0
 """Standard deviation of the moduli's logarithms beforehand: the frequencies alone decide, and none runs off."""
 SHEAR_GRID = np.geomspace(1e6, 3e9, 40)
 """N/m2, from layers that hardly hold to those that frequencies cannot tell from rigid ones."""
-NORMAL_FACTORS = (0.7, 1.0, 1.4)
 FOLLOWED, RESCANS = 3, 2
 """Places of the grid from which fits begin, and how often it is laid about the best."""
 
@@ -121,7 +120,7 @@ def _searched(problem: Problem, best: Fit) -> Fit:
     (item,) = problem.measured
     normal, shear = best.moduli
     for _ in range(RESCANS):
-        starts = [{normal: best.moduli[normal] * e, shear: float(G)} for G in SHEAR_GRID for e in NORMAL_FACTORS]
+        starts = [{normal: best.moduli[normal] * e, shear: float(G)} for G in SHEAR_GRID for e in (0.7, 1.0, 1.4)]
         models = [problem.frequencies(replace(best, moduli=m), {item.condition: item.number}) for m in starts]
         misfit = [np.sum((np.log(f[item.condition] / item.frequency_Hz) / item.relative_std) ** 2) for f in models]
         fits = [problem.fit((), start=starts[k], iterations=60, tolerance=FINE) for k in np.argsort(misfit)[:FOLLOWED]]

@@ -25,8 +25,6 @@ from twin.views.table import markdown_text
 Array = NDArray[Any]
 
 TIME = "time"
-MOST_IN_SIGHT = 20_000
-"""Samples of a channel that are drawn in one window; of more, the least and the greatest of each short stretch."""
 
 
 class LiveDrawing:
@@ -122,7 +120,7 @@ class LiveDrawing:
         """Samples of one device without a gap, in one go; after a gap the curve begins anew."""
         assert self._origin_ns is not None
         rate_Hz = blocks[0].sample_rate_Hz
-        stretch = math.ceil(2 * rate_Hz * self._about.window_s / MOST_IN_SIGHT)
+        stretch = math.ceil(2 * rate_Hz * self._about.window_s / 20_000)
         starts = [block.time_ns - self._origin_ns for block in blocks]
         times = np.concatenate(
             [start + _grid_ns(len(block), rate_Hz) for start, block in zip(starts, blocks, strict=True)]

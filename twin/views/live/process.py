@@ -17,14 +17,6 @@ from twin.views.live.about import LiveAbout
 from twin.views.live.drawing import LiveDrawing
 from twin.views.rerun.rrd import APPLICATION, recording_file
 
-GATHER_S = 0.1
-MOST_AT_ONCE = 1024
-"""Gathered between two drawings: many blocks in one go cost little more than one."""
-FLUSH_S = 3.0
-"""Patience at the end with a viewer that does not take what is left."""
-NOT_ALL_SENT = 3
-"""Exit status then."""
-
 Item = tuple[int, str, Any]
 
 
@@ -61,9 +53,9 @@ def _connection(url: str) -> Iterator[rr.RecordingStream]:
     recording.connect_grpc(url)
     yield recording
     try:
-        recording.flush(timeout_sec=FLUSH_S)
+        recording.flush(timeout_sec=3.0)  # seconds, for a viewer that does not take what is left
     except RuntimeError:  # the viewer stands still, or is gone
-        os._exit(NOT_ALL_SENT)  # rerun would go on waiting in its own ending
+        os._exit(3)  # rerun would go on waiting in its own ending
     recording.disconnect()
 
 
@@ -73,8 +65,9 @@ def _taken(waiting: Any, room: BoundedSemaphore) -> Iterator[list[Item]]:
     ended = False
     while not ended:
         items: list[Item] = []
-        until = time.monotonic() + GATHER_S
-        while not ended and len(items) < MOST_AT_ONCE and (left := until - time.monotonic()) > 0:
+        until = time.monotonic() + 0.1
+        # Many blocks in one go cost little more than one
+        while not ended and len(items) < 1024 and (left := until - time.monotonic()) > 0:
             try:
                 item = waiting.get(timeout=left)
             except queue.Empty:

@@ -12,9 +12,6 @@ from twin.views.style import INK
 LOWEST, HIGHEST = 0.01, 100.0
 """Ends of the axis, %."""
 GOOD, HIGH, OVER = "#009e73", "#e69f00", "#d55e00"
-HIGH_PERCENT, OVER_PERCENT = 50.0, 95.0
-FALL = 0.7
-"""To this share of itself a bar falls at each drawing, if no sample holds it up: the eye follows no faster."""
 
 
 class RangeUse:
@@ -55,8 +52,8 @@ class RangeUse:
                 bar = np.array([LOWEST, right]), np.full(2, height)
                 self.chart.line(f"{name}/{what}", *bar, _colour(percent), width=width, legend=False)
             self.chart.label(f"{name}/text", LOWEST, height + 0.5, f"{name}: {now:.3g} %, {most:.3g} %", INK)
-            self._now[name] = FALL * now
+            self._now[name] = 0.7 * now  # the eye follows a bar's fall no faster
 
 
 def _colour(percent: float) -> str:
-    return GOOD if percent < HIGH_PERCENT else HIGH if percent < OVER_PERCENT else OVER
+    return GOOD if percent < 50.0 else HIGH if percent < 95.0 else OVER

@@ -16,8 +16,6 @@ from twin.views.live.process import draw
 
 ROOM_BLOCKS = 512
 """Blocks of samples that may wait to be drawn."""
-ROOM = 4096
-"""All that may wait to be drawn: blocks give way first, so that steps and events find room."""
 START_S = 60.0
 """Patience with the other process when it starts."""
 VIEWER_END_S, FILE_END_S = 5.0, 20.0
@@ -42,7 +40,7 @@ class LiveView:
 
     def __init__(self, about: LiveAbout, to: str | Path) -> None:
         context = multiprocessing.get_context("spawn")  # a fork would share the instruments' descriptors
-        self._queue = context.Queue(ROOM)
+        self._queue = context.Queue(4096)  # blocks give way first, so that steps and events find room
         self._room = context.BoundedSemaphore(ROOM_BLOCKS)
         ready = context.Event()
         self._process = context.Process(

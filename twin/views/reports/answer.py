@@ -10,9 +10,6 @@ from twin.diagnose.result import Estimate, Gain, NamedCause
 from twin.diagnose.search import Stage
 from twin.views.table import Table
 
-MOST_SCORES = 8
-"""Causes whose expected gain is told."""
-
 
 def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
     """A value with its standard deviation, both to the digits that the deviation supports."""
@@ -117,7 +114,7 @@ def scores_table(stage: Stage) -> Table:
     return Table(
         caption="Expected gain of log evidence by each cause, to first order, at its best place",
         head=("cause", "expected gain of log evidence"),
-        rows=[(key, f"{gain:+.4g}") for key, gain in list(best.items())[:MOST_SCORES]],
+        rows=[(key, f"{gain:+.4g}") for key, gain in list(best.items())[:8]],
         numbers=(1,),
     )
 

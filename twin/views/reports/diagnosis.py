@@ -30,8 +30,6 @@ from twin.views.reports.missing_force import missing_force_section
 from twin.views.reports.where import where_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
-LEAST_SHARE = 0.005
-"""Least share of chi2 worth a line."""
 ACCENT = {"explained": AFTER, "none": "#007a5a", "ambiguous": CAUTION, "unknown": BEFORE}
 
 
@@ -142,7 +140,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
     where = [
         (str(place["run"]), str(place["channel"]), str(place["harmonic"]), f"{100 * place['share']:.1f} %")
         for place in misfit.where
-        if place["share"] >= LEAST_SHARE
+        if place["share"] >= 0.005  # worth a line
     ]
     several = len(compared_models(diagnosis)) > 1
     tables = []

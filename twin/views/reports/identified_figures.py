@@ -21,8 +21,6 @@ from twin.views.style import AFTER, BEFORE, INK, level_colour
 
 Array = NDArray[Any]
 
-POINTS = 80
-
 
 def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:
     """Softening over opening and loss over slip; below, over a sensor's amplitude, the papers' polynomials.
@@ -86,7 +84,7 @@ def file_law_bands(found: Identified, evidence: MeasuredData) -> tuple[LawBand, 
 
 def _polynomial(axes: Axes, fit: PolynomialFit, quantity: str, smallest_m: float, *, colour: str) -> None:
     """One fit over the amplitudes that it holds for."""
-    X = np.geomspace(min(smallest_m, 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, POINTS)
+    X = np.geomspace(min(smallest_m, 0.5 * fit.largest_amplitude_m), fit.largest_amplitude_m, 80)
     value = fit.softening_at(X) if quantity == "softening" else fit.loss_at(X)
     axes.plot(1e3 * X, 1e-6 * value, color=colour, linestyle="--", linewidth=1.2)
 

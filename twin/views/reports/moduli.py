@@ -13,8 +13,6 @@ from twin.views.table import Table
 
 OPEN = 1.0
 """Standard deviation of a logarithm from which on the frequencies leave a combination open."""
-LEAST_PART = 0.15
-"""Of a modulus in a combination that is told."""
 
 
 def moduli_sentence(found: FrequencyModuli) -> str:
@@ -100,9 +98,7 @@ def _determined(found: FrequencyModuli) -> Section:
     rows = [
         (
             "; ".join(
-                f"{part:+.2f} log {name.partition('[')[0]}"
-                for name, part in combination.items()
-                if abs(part) > LEAST_PART
+                f"{part:+.2f} log {name.partition('[')[0]}" for name, part in combination.items() if abs(part) > 0.15
             ),
             f"{1 / std:.3g}",
             f"{100 * std:.2g} %",

@@ -11,8 +11,6 @@ from twin.views.reports.rehearsal_noise import noise_section
 from twin.views.reports.rehearsal_steps import steps_section
 from twin.views.style import AFTER, BEFORE, CAUTION
 
-MOST_CHANNELS = 4
-
 
 def rehearsal_sentence(result: Mapping[str, Any]) -> str:
     """The answer in one sentence."""
@@ -138,7 +136,7 @@ def _responses(
 ) -> list[Picture]:
     seen = dict.fromkeys(name for step in steps for name in step["phasors"])
     force = next((name for name in seen if name == "force" or name.startswith("force")), None)
-    channels = [name for name in seen if name not in (force, "voltage", "current")][:MOST_CHANNELS]
+    channels = [name for name in seen if name not in (force, "voltage", "current")][:4]
     over = ", over the predicted branches" if branches else ""
     pictures = []
     for figure, about in responses_figures(steps, branches, channels, force):

@@ -18,8 +18,6 @@ Rows = Sequence[Mapping[str, Any]]
 
 LEGEND_COLUMNS = 4
 """As many names of sweeps as fit beside each other."""
-FEW_STEPS = 20
-"""Steps up to which each gets a marker: one alone has no line."""
 UNSTABLE = (0, (1, 2))
 """Line style of branches that no sweep can follow."""
 
@@ -106,7 +104,7 @@ def range_figure(steps: Rows) -> Figure | None:
     number = np.arange(1, len(steps) + 1)
     for i, name in enumerate(names):
         use = [100 * step["range_use"].get(name, np.nan) for step in steps]
-        marker = "o" if len(steps) <= FEW_STEPS else ""
+        marker = "o" if len(steps) <= 20 else ""  # a step alone has no line
         left.semilogy(number, use, color=level_colour(i), label=name, linewidth=1.4, marker=marker, markersize=4)
     left.axhline(100.0, color=INK, linewidth=0.9)
     left.set(title="use of the converter's range", xlabel="step", ylabel="peak, % of the range")

@@ -12,8 +12,6 @@ from twin.views.page import Page, Picture, Section, Table
 from twin.views.reports.diagnosis import ACCENT, causes_section
 from twin.views.style import AFTER, BEFORE, MEASURED
 
-MOST_TRIED = 12
-
 
 def table_page(diagnosis: TableDiagnosis) -> Page:
     """The report of `diagnosis`."""
@@ -186,7 +184,7 @@ def tried_table(diagnosis: TableDiagnosis) -> Table:
     """The models that were fitted, the likeliest first."""
     rows = [
         (model.hypotheses, f"{model.log_evidence:+.1f}", f"{model.chi2_per_dof:.3g}", f"{100 * model.rms_error:.2f} %")
-        for model in diagnosis.tried[:MOST_TRIED]
+        for model in diagnosis.tried[:12]
     ]
     return Table(
         caption="Log evidence against naming nothing, what is assumed beforehand included",

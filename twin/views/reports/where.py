@@ -19,8 +19,6 @@ from twin.views.style import level_colour
 
 Array = NDArray[Any]
 
-DEVIATIONS = 1.96
-"""Standard deviations either way that hold 95 %."""
 SAMPLES = 25
 """Points of a region along a beam."""
 NEXT = "#e69f00"
@@ -86,7 +84,7 @@ def _joint_points(structure: Structure, cause: NamedCause) -> Array:
 
 
 def _interval(value: Estimate) -> list[float]:
-    reach = DEVIATIONS * value.std
+    reach = 1.96 * value.std  # 95 %
     return np.linspace(value.value - reach, value.value + reach, SAMPLES).tolist()
 
 

@@ -26,8 +26,6 @@ WIDTH, HEIGHT = 1000.0, 640.0
 FRAME, GRID, TEXT = (130, 136, 145), (44, 48, 54), (225, 228, 232)
 PAPER = (13, 16, 17)
 """Dark as the viewer: its labels come on dark chips, which a light ground would show."""
-MOST_COLUMNS = 5
-"""Entries of the legend in one row."""
 SAMPLES = {"": "", "line": "—", "dashed": "- -", "point": "●"}
 DASH = 14.0
 """Length of a dash and of the gap after it, in the chart's units."""
@@ -104,7 +102,7 @@ class Chart:
     def _rows(self) -> int:
         if self.legend_rows is not None:
             return self.legend_rows
-        return -(-len(self._legend) // MOST_COLUMNS)
+        return -(-len(self._legend) // 5)
 
     def __post_init__(self) -> None:
         self._draw_frame()

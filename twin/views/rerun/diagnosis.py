@@ -35,7 +35,6 @@ from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
 Array = NDArray[Any]
 
 UNREACHED = "#5f5f5f"
-WHERE = (230, 159, 0, 128)
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
@@ -57,7 +56,9 @@ def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
         moving = motions[-1] if motions else modal_motion(evidence, fitted)
         rig = animate_rig(recording, evidence, moving)
         for name, points in regions_of(diagnosis).items():
-            recording.log(f"/motion/rig/where/{name}", rr.Points3D(points, colors=[WHERE], radii=0.002), static=True)
+            recording.log(
+                f"/motion/rig/where/{name}", rr.Points3D(points, colors=[(230, 159, 0, 128)], radii=0.002), static=True
+            )
         joints = [animate_joint(recording, moving, joint) for joint in moving.joints]
         tabs: list[Any] = []
         for title, group, shown in (

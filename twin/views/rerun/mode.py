@@ -20,8 +20,6 @@ from twin.views.style import INK, level_colour, on_dark
 Array = NDArray[Any]
 
 OPEN, PRESSED = "#d55e00", "#0072b2"
-SHORTEST_m = 1e-3
-"""Length in which a joint is drawn that has but one place."""
 
 
 def animate_rig(recording: rr.RecordingStream, evidence: MeasuredData, motion: Motion) -> rrb.Spatial3DView:
@@ -37,7 +35,7 @@ def animate_joint(recording: rr.RecordingStream, motion: Motion, joint: JointMot
     """A joint as seen from its first part: opening and slip enlarged, coloured by opening or pressing."""
     x, slip = joint.x, joint.slip
     across = 0.45 / max(float(np.max(np.abs(joint.opening))), 1e-12)
-    length = max(float(np.ptp(x)), SHORTEST_m)
+    length = max(float(np.ptp(x)), 1e-3)
     along = 0.04 * length / max(float(np.max(np.abs(slip))), 1e-12)
     widest, farthest = np.max(np.abs(joint.opening)), np.max(np.abs(slip))
     metric = motion.unit == "mm"

@@ -16,8 +16,7 @@ Array = NDArray[Any]
 
 SLOW_MOTION = "slow_motion"
 """Timeline of the animations."""
-FRAMES, CYCLE_S = 40, 2.0
-REST = (95, 95, 95)
+FRAMES = 40
 THICK = 0.003
 """Radius of a line, over the size of the rig; of a point without lines three times as much."""
 
@@ -25,7 +24,7 @@ THICK = 0.003
 def cycle() -> Iterator[tuple[float, complex]]:
     """Times of one cycle, and the phase's turn then; at rest first, where the motion is in phase with the force."""
     for turns in np.arange(FRAMES + 1) / FRAMES:
-        yield CYCLE_S * float(turns), complex(np.exp(2j * np.pi * turns))
+        yield 2.0 * float(turns), complex(np.exp(2j * np.pi * turns))
 
 
 def log_part(
@@ -48,7 +47,7 @@ def animate_parts(
     size = extent(parts)
     for part in parts:
         if len(part.edges):
-            log_part(recording, f"{path}/rest", part, part.points, REST, THICK / 3 * size, static=True)
+            log_part(recording, f"{path}/rest", part, part.points, (95, 95, 95), THICK / 3 * size, static=True)
     for time_s, turned in cycle():
         recording.set_time(SLOW_MOTION, duration=time_s)
         for number, (part, motion) in enumerate(zip(parts, moved, strict=True)):

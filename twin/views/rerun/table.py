@@ -20,8 +20,6 @@ Array = NDArray[Any]
 
 WIDE = 2400.0
 """Width of a chart that has a third of a screen's height and most of its width."""
-MOST_NAMED = 12
-"""Levels that a legend has room for."""
 
 
 def save_table(table: SweepTable | FrequencyTable, path: Path) -> None:
@@ -74,7 +72,7 @@ def _chart(recording: rr.RecordingStream, table: SweepTable, name: str, label: s
         x, y, colour = table.frequency_Hz[rising], values[rising], level_colour(i)
         chart.line(f"{level:g}", x, y, colour, width=1.5, legend=False)
         chart.points(f"{level:g}/steps", x, y, colour, legend=False)
-        if len(levels) <= MOST_NAMED:
+        if len(levels) <= 12:  # more find no room in the legend
             chart.tell(f"level {level:g}", colour)
     return chart.close()
 

@@ -18,12 +18,7 @@ from recordings.errors import InputError
 from recordings.whole import whole_file
 
 LOOPBACK = "127.0.0.1"
-DESKTOP = (1920, 1080)
 START_S = 60.0
-PICTURE_S = 120.0
-"""Patience with a viewer that draws without a graphics card on a busy machine."""
-SETTLED_S = 6.0
-"""After the last data: panes find their widths, curves are drawn, and the viewer's own messages go."""
 _ADDRESS = re.compile(r"(?:rerun\+http://)?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d{1,5})(?:/proxy)?")
 
 Answer = TypeVar("Answer")
@@ -112,7 +107,7 @@ def open_viewer(*options: str, file: Path | None = None) -> Viewer:
 
 
 @contextmanager
-def headless_viewer(*, size: tuple[int, int] = DESKTOP, file: Path | None = None) -> Iterator[Viewer]:
+def headless_viewer(*, size: tuple[int, int] = (1920, 1080), file: Path | None = None) -> Iterator[Viewer]:
     """A viewer without a screen, ended with the block; `size` in pixels."""
     viewer = open_viewer("--headless", "--window-size", f"{size[0]}x{size[1]}", file=file)
     try:
@@ -152,7 +147,7 @@ def save_picture(viewer: Viewer, picture: Path, *, at: tuple[str, float] | None 
         time.sleep(0.2)
     if at is not None:
         _patiently(viewer, lambda: client.set_time(at[0], duration=at[1], play_state="paused"))
-    time.sleep(SETTLED_S)
+    time.sleep(6.0)  # panes find their widths, curves are drawn, and the viewer's own messages go
     image: bytes = _patiently(viewer, client.take_screenshot)
     with whole_file(picture) as part:
         part.write_bytes(image)
@@ -160,7 +155,7 @@ def save_picture(viewer: Viewer, picture: Path, *, at: tuple[str, float] | None 
 
 def _patiently(viewer: Viewer, ask: Callable[[], Answer]) -> Answer:
     """Ask again while the viewer is too busy to answer in time."""
-    until = time.monotonic() + PICTURE_S
+    until = time.monotonic() + 120.0  # without a graphics card, on a busy machine
     while True:
         try:
             return ask()
