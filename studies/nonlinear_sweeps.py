@@ -11,6 +11,7 @@ import numpy as np
 
 from recordings import RunWriter, read_run
 from recordings.beside import temporary_folder
+from studies.force_levels import with_polynomials
 from studies.reproduction import NonlinearSweeps
 from studies.tables import Law, Study, Sweeps
 from twin.bench import open_bench
@@ -20,7 +21,6 @@ from twin.diagnose.effects import with_effects
 from twin.identify.identified import identify_rig
 from twin.identify.measured_data import MeasuredData, gather_data
 from twin.identify.polynomials import Polynomials
-from twin.polynomial_law.by_level import with_polynomials
 from twin.procedures import DirectAcquisition, Procedure, run_procedure
 from twin.rigs import LawTable, Rig, preload_record
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from studies.force_levels import with_polynomials
 from studies.nonlinear_sweeps import record_sweeps, rig_with_law
 from studies.steel_lap_joint import nominal_rig
 from studies.tables import load_study
@@ -12,7 +13,6 @@ from twin.bench import open_bench
 from twin.cli import main
 from twin.diagnose.effects import with_effects
 from twin.identify.identified import identify_rig
-from twin.polynomial_law.by_level import with_polynomials
 from twin.rigs import load_rig
 
 

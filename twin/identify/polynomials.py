@@ -1,6 +1,6 @@
 """The papers' polynomials of one sensor's amplitude, as they were identified beside the joint's own law.
 
-How they are identified is :mod:`twin.polynomial_law.by_level`' matter.
+How they are identified is :mod:`studies.force_levels`' matter.
 """
 
 from dataclasses import dataclass
@@ -118,7 +118,7 @@ class Polynomials:
     residual_percent : dict
         By sweep: the residuals of its level's own polynomials, and of the common ones.
     left_out : dict of LeftOut
-        By level, where there are at least two; see :func:`twin.polynomial_law.by_level.predict_left_out`.
+        By level, where there are at least two; see :func:`studies.force_levels.predict_left_out`.
     base : LinearParameters
         Linear parameters that all are counted from; `base_change` of a fit is what its steps add to them.
     """

@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from studies.force_levels import with_polynomials
 from twin.bench import open_bench
 from twin.checks import FirstLook
 from twin.diagnose.comparison import SweepComparison
@@ -15,7 +16,6 @@ from twin.identify.identified import Identified, identify_rig
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit
 from twin.lab.model_result import FitPictures, IdentifiedModel
-from twin.polynomial_law.by_level import with_polynomials
 from twin.rigs import Rig, foreign_preload
 from twin.structure.plausibility import unlikely_units
 from twin.views.curves import Fitted

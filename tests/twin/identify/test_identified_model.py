@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from recordings import read_run
+from studies.force_levels import with_polynomials
 from twin.identify import gather_data
 from twin.identify.identified import identify_rig
 from twin.identify.predict import RigResponse, blank_data
-from twin.polynomial_law.by_level import with_polynomials
 from twin.rigs import load_rig, save_rig
 
 

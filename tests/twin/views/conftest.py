@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from recordings import Run
+from studies.force_levels import with_polynomials
 from twin.diagnose.comparison import compare_sweeps, predicted_steps
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, modification_of
@@ -26,7 +27,6 @@ from twin.identify.linear_model import Output, build_linear_model, nominal_param
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.identify.sine_fit import SteadyState
 from twin.lab.identified_joint import IdentifiedJoint
-from twin.polynomial_law.by_level import with_polynomials
 from twin.rigs import load_rig
 from twin.views.curves import broadband_responses
 

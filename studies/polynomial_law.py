@@ -4,10 +4,10 @@ Each step of a stepped sine is linear at its own measured amplitude, so the coef
 its frequency response by Gauss-Newton: [S]{dphi} = {eps}, S from products of receptances (2011 paper, equations 13 to
 16; the complex logarithm, whose real part is the paper's dB and whose imaginary part is the phase), every iteration
 regularised with the strength at the L-curve's corner (equation 17).  The linear parameters come from other data; what
-they may be wrong by counts as noise (:mod:`twin.polynomial_law.uncertain_base`), and so does what a function of one
-amplitude is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by
-(omega / omega_1)^2, for the joint's load follows the inertia outboard of it, and by what the layer itself does at each
-step (:mod:`twin.polynomial_law.layer_motion`).  Such a law holds about one resonance; what holds in all is in
+they may be wrong by counts as noise (:mod:`studies.uncertain_base`), and so does what a function of one amplitude
+is wrong by anyway, which near a steep flank is many times the sensors' noise.  X is scaled by (omega / omega_1)^2, for
+the joint's load follows the inertia outboard of it, and by what the layer itself does at each step
+(:mod:`studies.layer_motion`).  Such a law holds about one resonance; what holds in all is in
 :mod:`twin.identify.joint_law`.
 """
 
@@ -21,15 +21,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.layer_motion import LayerMotion, layer_motion
+from studies.layer_response import LayerResponse, layer_response
+from studies.uncertain_base import UncertainBase
 from twin.identify.joint_law import spline_basis
 from twin.identify.linear_model import LinearParameters
 from twin.identify.polynomials import Iteration, PolynomialFit
 from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.rms import relative_error_percent
-from twin.polynomial_law.layer_motion import LayerMotion, layer_motion
-from twin.polynomial_law.layer_response import LayerResponse, layer_response
-from twin.polynomial_law.uncertain_base import UncertainBase
 
 __all__ = ["LARGEST_ORDER", "PolynomialProblem", "fit_polynomials"]
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.force_levels import predict_left_out
+from studies.polynomial_law import PolynomialProblem
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.residual_model import ResidualModel
-from twin.polynomial_law.by_level import predict_left_out
-from twin.polynomial_law.fit import PolynomialProblem
 from twin.rigs import load_rig
 
 SOFTENING, LOSS = np.array([2e6, 5e10, 8e12]), np.array([5e6, 3e10])

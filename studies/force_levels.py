@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.polynomial_law import PolynomialProblem, fit_polynomials
 from twin.identify.base_fit import fit_base
 from twin.identify.identified import Identified
 from twin.identify.linear_model import LinearParameters
@@ -22,7 +23,6 @@ from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance
 from twin.identify.rms import relative_error_percent
 from twin.identify.sweeps import rows_by_sweep
-from twin.polynomial_law.fit import PolynomialProblem, fit_polynomials
 
 __all__ = ["polynomials_by_level", "predict_left_out", "with_polynomials"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.polynomial_law.uncertain_base import UncertainBase
+from studies.uncertain_base import UncertainBase
 
 
 @pytest.fixture

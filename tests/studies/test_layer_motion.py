@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.layer_motion import layer_motion
+from studies.layer_response import layer_response
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.residual_model import ResidualModel
-from twin.polynomial_law.layer_motion import layer_motion
-from twin.polynomial_law.layer_response import layer_response
 from twin.rigs import load_rig
 
 OMEGA = 2 * np.pi * np.array([25.5, 26.2, 26.6, 27.0, 28.0])

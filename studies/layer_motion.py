@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.polynomial_law.layer_response import LayerResponse
+from studies.layer_response import LayerResponse
 
 __all__ = ["LayerMotion", "layer_motion"]
 

@@ -1,1 +1,0 @@
-"""The papers' law: polynomials of one sensor's amplitude, beside the joint's own."""
