@@ -64,11 +64,12 @@ def command(
     """
     page = None if no_report else report or out.with_suffix(".html")
     _check_places(out, page, overwrite=overwrite)
+    from studies.force_levels import with_polynomials
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
     with working("reading") as begin:
-        model = rig.identify(runs, preload=preload, report=begin)
+        model = rig.identify(runs, preload=preload, beside=with_polynomials, report=begin)
         begin("writing the model" + (" and the report" if page else ""))
         _write(model, out, page)
     tell_assumed(model.assumed)

@@ -27,7 +27,7 @@ from twin.views.table import Table
 if TYPE_CHECKING:
     from twin.checks import FirstLook
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
-    from twin.lab.identified_joint import IdentifiedJoint
+    from twin.lab.identified_joint import Beside, IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
     from twin.lab.predicted import PredictedResponse
@@ -159,7 +159,7 @@ class LabRig(Shown):
             return first_look(learnt, rig, held_out=kept, preload=preload)
 
     def identify(
-        self, runs: Runs, *, preload: str | None = None, report: Report = _silent
+        self, runs: Runs, *, preload: str | None = None, beside: Beside | None = None, report: Report = _silent
     ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
         """Identify the rig's model.
 
@@ -172,6 +172,9 @@ class LabRig(Shown):
             Recordings, in memory or as files, or one table.
         preload
             State of the joint; what the recordings name if not given.
+        beside
+            Another identification of recordings to report beside this one, such as the papers' own,
+            :func:`studies.force_levels.with_polynomials`.
         report
             Told what is being done.
 
@@ -183,10 +186,10 @@ class LabRig(Shown):
         given, stages = _listed(runs), Stages(report)
         paths = [Path(run) for run in given if isinstance(run, str | Path)]
         with told_in_one_line(paths[0] if paths else self.source, stages):
-            return self._identified(given, paths, preload, stages)
+            return self._identified(given, paths, preload, beside, stages)
 
     def _identified(
-        self, given: Sequence[AnyRun], paths: Sequence[Path], preload: str | None, report: Report
+        self, given: Sequence[AnyRun], paths: Sequence[Path], preload: str | None, beside: Beside | None, report: Report
     ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
         tables = [path for path in paths if path.suffix.lower() == ".csv"]
         if isinstance(self.file, ModalRig):
@@ -209,7 +212,7 @@ class LabRig(Shown):
         looked = self.check(given, preload=preload).passed()
         from twin.lab.identified_joint import identify_recordings
 
-        return identify_recordings(looked, rig, source=self.source, preload=preload, report=report)
+        return identify_recordings(looked, rig, source=self.source, preload=preload, report=report, beside=beside)
 
     def diagnose(
         self,
