@@ -64,7 +64,7 @@ def polynomials_by_level(
 
     Parameters
     ----------
-    predictor
+    residual_model
         Of evidence with sweeps; those about the lowest resonance are taken, for a law of one sensor's amplitude holds
         about one.
     base, covariance

@@ -85,7 +85,7 @@ class PolynomialProblem:
 
     @staticmethod
     def of(residual_model: ResidualModel, base: LinearParameters, base_covariance: Array) -> PolynomialProblem:
-        """All steps of the predictor's evidence, which are about one resonance."""
+        """All steps of the residual model's evidence, which are about one resonance."""
         evidence = residual_model.evidence
         steps, ref = evidence.steps, evidence.reference
 

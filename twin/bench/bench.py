@@ -13,7 +13,7 @@ from twin.bench.decimation import decimate, decimation_taps
 from twin.bench.generator import Generator
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
-from twin.bench.marching import coefficients, march, packed
+from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
 from twin.bench.shaker import Shaker
@@ -154,7 +154,7 @@ class Bench:
         steps = out.shape[1] * self._substeps
         voltage = self._generator.samples(steps)
         internal = np.empty((steps, len(self._instruments)))
-        failures = march(self._step, self._elements, self._w, self._y, self._u, voltage, internal)
+        failures = integrate(self._step, self._elements, self._w, self._y, self._u, voltage, internal)
         if failures or not np.isfinite(internal[-1]).all():
             raise ArithmeticError(f"the joint's equations had no solution in {failures} of {steps} steps")
         self._time_s += steps * self._step_s

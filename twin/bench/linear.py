@@ -22,7 +22,7 @@ FOLLOWING_s = 1 / (2 * np.pi * MODES_BELOW_Hz)
 
 
 @dataclass(frozen=True)
-class Output:
+class ReadOff:
     """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker.
 
     `displacement` has the static share of all modes left out in it.  Velocities and accelerations are those of the kept
@@ -89,7 +89,7 @@ def linear_rig(
     loads: Sequence[Matrix],
     shaker_loads: Sequence[str] = (),
     cell_mass: float = 0.0,
-    outputs: Sequence[Output],
+    outputs: Sequence[ReadOff],
 ) -> LinearRig:
     """Couple the modes with the shaker.
 

@@ -15,4 +15,4 @@ from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact, one_sided
 from twin.joint.sliders import ParallelJenkins, jenkins, jenkins_stiffness
 from twin.joint.steel import steel_loss, steel_softening
-from twin.joint.table import Table, table_from_stiffness
+from twin.joint.table import ForceTable, table_from_stiffness

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from twin.joint.law import Law, Series, Stiffness
 from twin.joint.slap import PiecewiseLinearContact
-from twin.joint.table import Table
+from twin.joint.table import ForceTable
 
 Value = float | list[float]
 
@@ -86,7 +86,7 @@ class PointForce:
     @property
     def most_taken(self) -> float:
         """What it takes off the modulus where it is softest, N/m2; of a law with memory, where all of it slips."""
-        if isinstance(self.law, Table):
+        if isinstance(self.law, ForceTable):
             return self.at_rest - float(self.law.tangent.min())
         if isinstance(self.law, PiecewiseLinearContact):
             return self.at_rest - self.law.least_tangent

@@ -7,7 +7,7 @@ import numpy as np
 from recordings.quantities import is_response
 from recordings.run import StepState
 from twin.procedures.kinds import SweptSine
-from twin.procedures.session import Place, Session
+from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish
 
@@ -21,7 +21,9 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
     duration_s = (procedure.stop - procedure.start) / procedure.rate
     for voltage_V in procedure.voltages:
         for way in ways:
-            place = Place(sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V)
+            place = StepPlace(
+                sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V
+            )
             first, last = (procedure.start, procedure.stop) if way == "up" else (procedure.stop, procedure.start)
             session.stream.begin_step()
             start_ns = session.set_sine(first, voltage_V)

@@ -12,8 +12,8 @@ from twin.diagnose.tables import diagnose_frequencies
 from twin.diagnose.tables.fit import SPREAD, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.measured import Measurement
+from twin.diagnose.tables.residuals import System
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
-from twin.diagnose.tables.system import System
 from twin.rigs import load_rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.kinds import load_any_rig

@@ -18,7 +18,15 @@ from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequen
 from twin.diagnose.tables.model import FrequencyModel
 from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
-from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
+from twin.diagnose.tables.search import (
+    PLAUSIBLE,
+    FrequencySearch,
+    FrequencyStage,
+    least_gain,
+    probabilities,
+    rivals_of,
+    search,
+)
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.identify.rms import rms
 from twin.rigs import Rig
@@ -143,7 +151,7 @@ def check_modes(problem: Problem) -> None:
             raise InputError(item.path, "column mode", reason, "give it more elements, or leave the mode out")
 
 
-def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[Stage]) -> Verdict:
+def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[FrequencyStage]) -> Verdict:
     if not accepted:
         return "none" if base.chi2_per_dof <= problem.threshold(base.dof) else "unknown"
     before, after = base.chi2_per_dof, final.chi2_per_dof
@@ -153,7 +161,7 @@ def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[Stage])
     return "ambiguous" if probabilities(last)[0] < SURE and rivals_of(last) else "explained"
 
 
-def _causes(accepted: Sequence[Stage], verdict: Verdict) -> tuple[NamedCause, ...]:
+def _causes(accepted: Sequence[FrequencyStage], verdict: Verdict) -> tuple[NamedCause, ...]:
     """Causes in the model, then rivals."""
     found = []
     for number, stage in enumerate(accepted):
@@ -177,7 +185,7 @@ def _named(fit: Fit, number: int, probability: float, rivals: tuple[str, ...], i
     )  # fmt: skip
 
 
-def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[Stage]) -> str:
+def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[FrequencyStage]) -> str:
     named = [cause for cause in causes if cause.in_model]
     what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
     if verdict == "none":
@@ -236,7 +244,7 @@ def _rows(problem: Problem, base: Fit, after: Fit, left_out: tuple[Array, Array]
     return rows
 
 
-def _tried(found: Search) -> list[Tried]:
+def _tried(found: FrequencySearch) -> list[Tried]:
     models = [("nothing", found.base, 0.0)]
     for stage in found.stages:
         before = [change.cause for change, _ in stage.before.active]
@@ -280,7 +288,7 @@ def _assumed(problem: Problem) -> list[str]:
     return assumed
 
 
-def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[str]:
+def _notes(problem: Problem, after: Fit, found: FrequencySearch, next_test: str) -> list[str]:
     notes, accepted = [], found.accepted
     if not problem.stated:
         notes.append(
@@ -314,7 +322,7 @@ def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[
     return notes
 
 
-def _without_prior(stage: Stage) -> str:
+def _without_prior(stage: FrequencyStage) -> str:
     """Said where what is assumed of causes beforehand, and not the data, decides which comes first."""
     data = [trial.log_evidence - np.log(PLAUSIBLE.get(trial.cause, 1.0)) for trial in stage.trials]
     first = int(np.argmax(data))
@@ -326,7 +334,7 @@ def _without_prior(stage: Stage) -> str:
     )
 
 
-def _next_mode(problem: Problem, stage: Stage) -> str:
+def _next_mode(problem: Problem, stage: FrequencyStage) -> str:
     """The unmeasured mode whose frequency tells the best cause from its nearest rival."""
     best = stage.trials[0]
     rival = next(trial for trial in stage.trials[1:] if trial.cause in rivals_of(stage))

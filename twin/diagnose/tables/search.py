@@ -49,7 +49,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Stage:
+class FrequencyStage:
     """What was tried beside `before`, the best first, and whether its first was accepted.
 
     `left_out` are relative errors of each frequency predicted from all others with the first trial; None if its
@@ -63,25 +63,25 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Search:
+class FrequencySearch:
     """The moduli alone with their left-out errors, and the stages; the last one may not have been accepted."""
 
     base: Fit
     base_left_out: Array
-    stages: tuple[Stage, ...]
+    stages: tuple[FrequencyStage, ...]
 
     @property
-    def accepted(self) -> tuple[Stage, ...]:
+    def accepted(self) -> tuple[FrequencyStage, ...]:
         """Stages whose first trial is in the model."""
         return tuple(stage for stage in self.stages if stage.accepted)
 
 
-def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> Search:
+def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> FrequencySearch:
     """The moduli alone, then causes one by one while the evidence and left-out frequencies pay for them."""
     report("fitting the moduli")
     base = current = moduli_alone(problem)
     base_left_out = left_out = leave_one_out(problem, base)
-    stages: list[Stage] = []
+    stages: list[FrequencyStage] = []
     while len(stages) < most:
         trials = _trials(problem, current, report, all_causes=not stages)
         if not trials:
@@ -91,11 +91,11 @@ def search(problem: Problem, *, most: int = 2, report: Report = lambda text: Non
             report(f"predicting left-out frequencies with {best.cause}")
             after = leave_one_out(problem, best.fit)
         accepted = after is not None and rms(after) < rms(left_out)
-        stages.append(Stage(current, tuple(trials), accepted, after))
+        stages.append(FrequencyStage(current, tuple(trials), accepted, after))
         if after is None or not accepted:
             break
         current, left_out = best.fit, after
-    return Search(base, base_left_out, tuple(stages))
+    return FrequencySearch(base, base_left_out, tuple(stages))
 
 
 def moduli_alone(problem: Problem) -> Fit:
@@ -162,14 +162,14 @@ def _trials(problem: Problem, current: Fit, report: Report, *, all_causes: bool)
     return sorted(found, key=lambda trial: -trial.log_evidence)
 
 
-def probabilities(stage: Stage) -> Array:
+def probabilities(stage: FrequencyStage) -> Array:
     """Of the trials: causes together are as probable beforehand as what was accepted before being enough."""
     total = sum(PLAUSIBLE.get(trial.cause, 1.0) for trial in stage.trials)
     values = np.array([trial.log_evidence - np.log(total) for trial in stage.trials] + [stage.before.log_evidence])
     return np.asarray(np.clip(np.exp(values - logsumexp(values))[:-1], 0.0, 0.999))
 
 
-def rivals_of(stage: Stage) -> tuple[str, ...]:
+def rivals_of(stage: FrequencyStage) -> tuple[str, ...]:
     """Other causes whose log evidence comes near the best one's."""
     best = stage.trials[0].log_evidence
     return tuple(trial.cause for trial in stage.trials[1:] if best - trial.log_evidence < RIVAL_LOG_EVIDENCE)

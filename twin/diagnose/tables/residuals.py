@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 Changes = tuple[tuple[Change, dict[str, float]], ...]
 
 
-class System:
+class FrequencyResiduals:
     """Logarithms of moduli, then each change's parameters in units of their scales.
 
     Attributes
