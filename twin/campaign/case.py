@@ -118,8 +118,6 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     ----------
     plan
         What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
-    rig
-        As it is assumed.
     folder
         Gets the recordings.
 
@@ -146,8 +144,6 @@ def record_hidden(
     ----------
     case
         The truth.
-    rig
-        As it is assumed.
     folder
         Gets the recordings, three with one mode, in place of those that an interrupted campaign may have left there.
     waits_too

@@ -1,7 +1,5 @@
 """Which channel the steps' amplitudes were held at."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

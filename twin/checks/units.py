@@ -1,7 +1,5 @@
 """Factors between units that have a name."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

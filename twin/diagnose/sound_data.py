@@ -49,8 +49,6 @@ def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, sou
     ----------
     preload
         As for :func:`~twin.identify.evidence.gather_data`.
-    source
-        The rig file's name, for errors.
 
     Raises
     ------

@@ -113,12 +113,8 @@ class LabRig(Shown):
             Folder of the recordings; a temporary one that lives as long as the result if not given.
         preload
             State of the joint; the rig's first if not given.
-        seed
-            Of the noise.
         rounds
             At most so many improvements.
-        report
-            Told what is being done.
 
         Raises
         ------
@@ -175,8 +171,6 @@ class LabRig(Shown):
         beside
             Another identification of recordings to report beside this one, such as the papers' own,
             :func:`studies.force_levels.with_polynomials`.
-        report
-            Told what is being done.
 
         Raises
         ------
@@ -245,8 +239,6 @@ class LabRig(Shown):
         processes
             How many fit causes to recordings side by side.  With more than one a script must guard its main part by
             ``if __name__ == "__main__"``.
-        report
-            Told what is being done.
 
         Raises
         ------

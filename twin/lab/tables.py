@@ -26,12 +26,8 @@ def diagnose_tables(
 
     Parameters
     ----------
-    source
-        The rig's name, for errors.
     preloads
         Of tables that do not say it themselves.
-    report
-        Told what is being done.
 
     Raises
     ------

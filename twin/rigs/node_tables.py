@@ -4,8 +4,6 @@ A list of nodes gives their places only: a CSV with columns node, x_m, y_m, z_m 
 sets 15 and 2411), the ``*NODE`` lines of an Abaqus or CalculiX input, GRID entries of Nastran.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

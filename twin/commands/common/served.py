@@ -35,8 +35,6 @@ class ServedRig:
         Rig file, as it really is.
     folder
         Where the bus, the log and the client's file of addresses go.
-    seed
-        Of the noise.
 
     Raises
     ------

@@ -122,11 +122,6 @@ def find_missing_force(evidence: MeasuredData, *, report: Report = lambda text: 
     """Ask the data for a force at one place that the base family lacks.
 
     None where no force of these terms at any one place takes a share of the misfit away: what is wrong is then none.
-
-    Parameters
-    ----------
-    report
-        Told what is being done.
     """
     if not evidence.rig.layout().passable:
         return None  # its place is sought along one line of beams

@@ -69,8 +69,6 @@ def plan_next_test(
         The rig with the best model, on which the proposal is rehearsed.
     out
         Folder for the procedure.
-    report
-        Told what is being done.
     """
     best, *rivals = models
     if not rivals:

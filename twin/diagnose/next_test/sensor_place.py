@@ -3,8 +3,6 @@
 Each candidate place gets the noise that the response channels showed; the sensor's own mass is not on the structure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -65,8 +65,6 @@ def read_frequencies(
         Conditions given beside the tables: none, one for all, or one for each table.
     default
         Condition of a table that neither names one nor is named one.
-    source
-        The rig's name, for errors.
 
     Raises
     ------

@@ -1,7 +1,5 @@
 """Nodes of two parts that face each other across a joint, with the area that each pair stands for."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, KDTree, QhullError

@@ -1,7 +1,5 @@
 """Entries of Nastran bulk data: fields of 8 or 16 characters, or between commas, over as many lines as they need."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

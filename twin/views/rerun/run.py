@@ -37,10 +37,6 @@ def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None
 
     Parameters
     ----------
-    run
-        A recorded run.
-    path
-        The file to write; replaced if it exists.
     rehearsal
         The table of a rehearsal (``result.json``): its warnings and predicted branches are shown too.
 
