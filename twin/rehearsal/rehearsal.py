@@ -15,9 +15,7 @@ from recordings.run import Channel
 from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.rehearsal.bands import band_numbers
-
-NEAR = 0.02
-"""Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of it."""
+from twin.rehearsal.limits import LIMITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +168,7 @@ class Rehearsal:
         near = np.zeros(len(steps), bool)
         for band, channel in self._about_resonances(steps):
             size = np.array([abs(self.transfer(steps[i], channel)) for i in band])
-            near[band] = size > NEAR * size.max()
+            near[band] = size > LIMITS.rehearsal_near * size.max()
         return near
 
     def _about_resonances(self, steps: Sequence[StepResult]) -> Iterator[tuple[list[int], str]]:

@@ -14,7 +14,8 @@ from twin.diagnose.posterior import SURE
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies, require_one_joint
-from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequencies
+from twin.diagnose.tables.limits import LIMITS
+from twin.diagnose.tables.measured import Measurement, read_frequencies
 from twin.diagnose.tables.model import FrequencyModel
 from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
@@ -269,9 +270,9 @@ def _assumed(problem: Problem) -> list[str]:
     assumed = [f"The moduli are identified; before the data each is assumed to a factor of {np.exp(wide[-1]):.2g}."]
     if not problem.stated:
         assumed.append(
-            f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure "
-            f"that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, which "
-            "the evidence integrates over."
+            f"The table gives no std_Hz: each frequency is taken to be good to {100 * LIMITS.assumed_std:g} %, a "
+            f"figure that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, "
+            "which the evidence integrates over."
         )
     rare = ", ".join(f"{cause} at {weight:g}" for cause, weight in PLAUSIBLE.items())
     assumed.append(
@@ -290,8 +291,8 @@ def _notes(problem: Problem, after: Fit, found: FrequencySearch, next_test: str)
     notes, accepted = [], found.accepted
     if not problem.stated:
         notes.append(
-            f"std_Hz is not given: {100 * ASSUMED_STD:g} % is assumed, known to a factor of {np.exp(SPREAD):.0f}; "
-            f"the model makes {100 * ASSUMED_STD * after.scale:.2g} % the most probable"
+            f"std_Hz is not given: {100 * LIMITS.assumed_std:g} % is assumed, known to a factor of "
+            f"{np.exp(SPREAD):.0f}; the model makes {100 * LIMITS.assumed_std * after.scale:.2g} % the most probable"
         )
     if after.active and after.dof < 1.5:
         notes.append(

@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.diagnose.tables.limits import LIMITS
 
 Array = NDArray[np.float64]
-ASSUMED_STD = 1e-3
-"""Relative standard deviation of a frequency whose table gives none: bolted structures repeat to about 0.1 %."""
-MODEL_STD = 1e-4
-"""What a mesh and rounded lengths do to any frequency, relative; added to whatever a table states."""
 
 
 @dataclass(frozen=True)
@@ -113,5 +110,5 @@ def _measurement(table: FrequencyTable, state: str, rows: NDArray[np.bool_]) -> 
         line = int(table.line[order][1 + np.argmax(np.diff(f) <= 0)])
         raise InputError(table.path, f"line {line}, column frequency_Hz", "does not rise with the number of the mode")
     stated = bool(np.all(np.isfinite(std)))
-    relative = np.hypot(std / f, MODEL_STD) if stated else np.full(len(f), ASSUMED_STD)
+    relative = np.hypot(std / f, LIMITS.model_std) if stated else np.full(len(f), LIMITS.assumed_std)
     return Measurement(table.path, state, table.mode[order], f, relative, stated)
