@@ -36,8 +36,6 @@ def decimation_taps(
         Delay of each channel in internal steps.
     differentiate : ndarray of bool, (channels,)
         Channels whose input is to be differentiated in time.
-    step_s
-        Internal step.
     """
     if substeps == 1 and not delay_steps.any():
         return np.where(differentiate[:, None], FIVE_POINTS / step_s, np.eye(5)[2])

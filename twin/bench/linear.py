@@ -112,8 +112,6 @@ def linear_rig(
         armature, and voltages in the coil, likewise restoring.
     cell_mass
         Mass between stinger and force cell, kg: the structure's matrices have it, and the cell does not feel it.
-    outputs
-        What to read.
     """
     Phi, m, R = modal.Phi, len(modal.omega), modal.residual
     followers = [output.row for output in outputs if output.quantity == "rate" and output.row is not None]

@@ -118,8 +118,6 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     ----------
     plan
         What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
-    folder
-        Gets the recordings.
 
     Returns
     -------
@@ -142,14 +140,10 @@ def record_hidden(
 
     Parameters
     ----------
-    case
-        The truth.
     folder
         Gets the recordings, three with one mode, in place of those that an interrupted campaign may have left there.
     waits_too
         Store the waits between steps as well.
-    modes
-        Sweeps about the first so many.
 
     Returns
     -------
@@ -191,8 +185,6 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
 
     Parameters
     ----------
-    plan
-        What to hide.
     rig
         As it is assumed, which with the recordings is all that the diagnosis sees.
     keep

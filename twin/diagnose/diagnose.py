@@ -76,8 +76,6 @@ def diagnose(
         Folder for the extended model; none is written without it.
     causes
         What may be named, apart from what the samples themselves show.
-    most
-        Largest number of causes in one model.
     thorough
         Whether more rivals are fitted, from more beginnings and for longer.
 

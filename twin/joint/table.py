@@ -71,8 +71,6 @@ def table_from_stiffness(
     ----------
     stiffness, slope
         N(A) and dN/dA, vectorised, defined from 0 to `limit_m`.
-    limit_m
-        End of the table.
     """
     x = np.linspace(0.0, limit_m, TABLE_POINTS // 2 + 1)
     nodes, weights = np.polynomial.legendre.leggauss(200)

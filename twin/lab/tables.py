@@ -24,11 +24,6 @@ def diagnose_tables(
 ) -> TableDiagnosis:
     """Diagnose tables of one kind.
 
-    Parameters
-    ----------
-    preloads
-        Of tables that do not say it themselves.
-
     Raises
     ------
     InputError

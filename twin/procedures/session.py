@@ -33,8 +33,6 @@ class Session:
         Its samples and where they are written.
     voltage_limit_V
         The generator saturates here.
-    on_step
-        Called after every measured step.
     on_time
         Called with the seconds of rig time that have passed, after every window.
     """

@@ -29,10 +29,6 @@ class Wait:
     ----------
     session, step
         What runs, and what it asks for; the generator has been set.
-    holds_ns
-        Since when.
-    sample_rate_Hz
-        Of the primary device.
     """
 
     def __init__(self, session: Session, step: SineStep, holds_ns: int, sample_rate_Hz: float) -> None:

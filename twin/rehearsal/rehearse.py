@@ -154,8 +154,6 @@ def rehearse(
 
     Parameters
     ----------
-    procedure
-        What to do.
     source
         The bench, or any other source; at rest.
     recording
@@ -231,16 +229,12 @@ def rehearse_until_clear(
 
     Parameters
     ----------
-    first
-        The rehearsal to improve on.
     make_source
         Gives a fresh rig at rest for every round.
     recording
         The MCAP of the last round.
     assumed, progress, on_step
         As for :func:`rehearse`.
-    rounds
-        At most so many improvements.
     on_round
         Called with every improved procedure before it is rehearsed.
 

@@ -101,12 +101,8 @@ def operating_motions(
 
     Parameters
     ----------
-    evidence, model
-        A fit.
     sweeps
         Of this evidence; others are left out.
-    extension
-        What the model adds to what is known of the rig.
     """
     steps = evidence.steps
     rows_of = rows_by_sweep(steps.states)

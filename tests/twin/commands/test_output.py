@@ -23,7 +23,7 @@ def screen(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     """What standard error shows of a wide terminal without colours."""
     file = io.StringIO()
     plain = Console(file=file, force_terminal=True, no_color=True, width=200, markup=False, highlight=False)
-    for module in ("output", "diagnose"):
+    for module in ("common.output", "diagnose"):
         monkeypatch.setattr(f"twin.commands.{module}.console", plain)
     return file
 

@@ -12,8 +12,6 @@ class NameOrFile(click.ParamType):
 
     Parameters
     ----------
-    name
-        For people.
     module, table
         Where the mapping of shipped names is; imported when it is needed.
     """

@@ -171,11 +171,6 @@ def progress_bar() -> Progress:
 def working(text: str) -> Iterator[Callable[[str], None]]:
     """A bar for work whose steps nobody can count beforehand; where none shows, a line for each stage.
 
-    Parameters
-    ----------
-    text
-        What is done first.
-
     Yields
     ------
     callable

@@ -62,8 +62,6 @@ def plan_next_test(
         Those that the recordings cannot tell apart, the most probable first.
     extended
         The rig with the best model, on which the proposal is rehearsed.
-    out
-        Folder for the procedure.
     """
     best, *rivals = models
     if not rivals:

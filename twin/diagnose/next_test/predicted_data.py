@@ -43,8 +43,6 @@ def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Prop
     ----------
     evidence
         What was recorded: its noise, forces, and settling are those of the new test.
-    truth
-        The model that is taken to be true.
     """
     last = max([s.time_s for s in evidence.steps.states] + [d.time_s for d in evidence.broadband])
     procedure = proposal.procedure

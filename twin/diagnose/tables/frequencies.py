@@ -60,8 +60,6 @@ def diagnose_frequencies(
         Preload of the tables that do not say it themselves: one for all, or one each; the rig's first by default.
     held_out
         Frequencies kept for the gain, at preloads that `tables` hold.  Without any, each frequency is left out in turn.
-    most
-        Largest number of causes.
 
     Raises
     ------

@@ -56,8 +56,6 @@ def read_frequencies(
 
     Parameters
     ----------
-    conditions
-        Names that the rig knows.
     named
         Conditions given beside the tables: none, one for all, or one for each table.
     default

@@ -43,12 +43,8 @@ def diagnose_sweeps(
     ----------
     sweeps
         In the order in which they were run; at least five with five steps each.
-    path
-        Their table, for messages.
     held_out
         Sweeps kept for the gain; without any, each is left out in turn.
-    held_out_paths
-        Their tables, for the answer.
     rig_name, channel, source
         Of the modal model that is identified.
 

@@ -27,8 +27,6 @@ class LiveView:
 
     Parameters
     ----------
-    about
-        The run.
     to
         The address of a viewer, ``rerun+http://HOST:PORT/proxy``, or the .rrd file to write.
 

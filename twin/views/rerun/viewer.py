@@ -74,8 +74,6 @@ def open_viewer(*options: str, file: Path | None = None) -> Viewer:
     ----------
     options
         Further ones of the program ``rerun``.
-    file
-        What it opens at once.
 
     Raises
     ------
@@ -123,8 +121,6 @@ def save_picture(viewer: Viewer, picture: Path, *, at: tuple[str, float] | None 
     ----------
     viewer
         With data loaded or coming.
-    picture
-        The file to write.
     at
         Timeline and time, s, to show; where the viewer stands if left out.
 
