@@ -90,4 +90,4 @@ def _is_near(rehearsal: Rehearsal, here: StepResult, there: StepResult, fold_Hz:
 def branches_of(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[Mapping[str, Any]]:
     """The predicted curves at a sweep's force, one about each resonance."""
     target = steps[0].target_amplitude
-    return [b for b in rehearsal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)]
+    return [b for b in rehearsal.nominal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)]
