@@ -37,12 +37,8 @@ class Built:
 
     Attributes
     ----------
-    plan
-        What it was built from.
     condensed
         Structure in r coordinates.
-    laws
-        Of the joints.
     rigid
         Number of motions that only a soft suspension holds.
     elements_

@@ -69,14 +69,8 @@ class CaseResult:
     oracle_after
         Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model
         or the diagnosis failed.
-    aborted
-        Recordings that ended early.
     overloaded
         Channels whose converter counted samples on its limit: their clipping is true, hidden or not.
-    recording_s
-        Time that the recordings took.
-    error
-        What went wrong, if anything did.
     """
 
     plan: CasePlan

@@ -44,7 +44,6 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
         Values, covariance, polynomials, residuals.
     evidence : MeasuredData
         The recordings, reduced.
-    warnings : tuple of str
     """
 
     found: Identified

@@ -32,8 +32,6 @@ class RehearsedProcedure(Reported):
 
     Attributes
     ----------
-    first : Rehearsed
-        The procedure as it was asked for.
     better : Rehearsed or None
         The procedure improved until it is clear; None where there was nothing to improve.
     result : mapping

@@ -72,7 +72,6 @@ class MissingForce:
         Where it fits best.
     terms : tuple of FittedTerm
         The simplest law that fits.
-    levels : tuple of ForceAtLevel
     before, after : float
         Chi2 per degree of freedom without and with the force.
     """

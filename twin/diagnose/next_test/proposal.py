@@ -25,12 +25,8 @@ class Proposal:
 
     Attributes
     ----------
-    what
-        In words.
     longer : float
         Measuring time over that of the recordings it resembles.
-    rig_time_s : float
-        As estimated.
     """
 
     what: str

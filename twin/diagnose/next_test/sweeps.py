@@ -24,8 +24,6 @@ class Band:
 
     Attributes
     ----------
-    frequencies_Hz : tuple of float
-    amplitudes_N : tuple of float
     mode : int
         Number of another mode, from 1; 0 where the recordings went already.
     """

@@ -27,7 +27,6 @@ class Sidebands:
 
     Attributes
     ----------
-    channel : str
     offset_Hz : float
         Their distance to the drive, in the middle of the steps.
     power : float

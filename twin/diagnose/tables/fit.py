@@ -42,7 +42,6 @@ class Fit:
         Frequencies minus parameters that they determine.
     scale : float
         Most probable factor on standard deviations that were assumed; 1 where all were stated.
-    log_evidence : float
     frequency_Hz : dict of ndarray
         The model's, by condition.
     residual : ndarray

@@ -21,8 +21,6 @@ class Measurement:
 
     Attributes
     ----------
-    path : str
-        The table's file.
     number : ndarray of int, (m,)
         Bending modes, from 1.
     frequency_Hz, relative_std : ndarray, (m,)

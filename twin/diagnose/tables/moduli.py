@@ -28,7 +28,6 @@ class FrequencyModuli:
 
     Attributes
     ----------
-    preload : str
     model : Rig
         With the identified moduli.
     mode : ndarray of int, (m,)
@@ -36,8 +35,6 @@ class FrequencyModuli:
         Measured, of the nominal rig, and of the identified one.
     nominal : dict
         Moduli as the rig file has them, N/m2, by their names in the fit.
-    fit : Fit
-    warnings : tuple of str
     """
 
     preload: str

@@ -14,8 +14,6 @@ class LiveAbout:
 
     Attributes
     ----------
-    title
-        Of the rig and the procedure.
     channels
         All that will be recorded.
     procedure

@@ -45,8 +45,6 @@ class Determined:
         Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors).
     beforehand : float
         Standard deviation before the data, if all other parameters were known.
-    std : float
-        Standard deviation after the data.
     partner, correlation : str, float
         The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere.
     """
