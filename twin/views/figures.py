@@ -176,6 +176,16 @@ def bars(axes: Axes, kinds: Sequence[tuple[str, Any, str]], names: Sequence[str]
     axes.set_xticks(x, names)
 
 
+def error_bars(kinds: Sequence[tuple[str, Any, str]], names: Sequence[str], *, xlabel: str, ylabel: str) -> Figure:
+    """Errors in groups about a line at zero, as :func:`bars` takes them."""
+    figure, (axes,) = panels(1, height_in=3.1)
+    bars(axes, kinds, names)
+    axes.axhline(0.0, color=INK, linewidth=0.8)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    legend(figure, axes.get_legend_handles_labels()[0])
+    return figure
+
+
 def dressed(axes: Axes) -> None:
     """Give axes, when their titles are set, the look that all figures share."""
     axes.grid(color="#dddddd", linewidth=0.6)

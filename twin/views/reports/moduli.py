@@ -5,10 +5,10 @@ from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyModuli
 from twin.identify.estimate import Estimate
-from twin.views.figures import bars, legend, panels
+from twin.views.figures import error_bars
 from twin.views.page import Page, Picture, Section
 from twin.views.reports.answer import estimate_text
-from twin.views.style import AFTER, BEFORE, INK
+from twin.views.style import AFTER, BEFORE
 from twin.views.table import Table
 
 OPEN = 1.0
@@ -56,14 +56,10 @@ def frequency_table(found: FrequencyModuli) -> Table:
 
 def errors_figure(found: FrequencyModuli) -> Figure:
     """Relative errors of all frequencies, as assumed and as identified."""
-    figure, (axes,) = panels(1, height_in=3.0)
     before = 100 * (found.before_Hz / found.measured_Hz - 1)
     kinds = [("as assumed", before, BEFORE), ("identified", found.error_percent, AFTER)]
-    bars(axes, kinds, [str(mode) for mode in found.mode])
-    axes.axhline(0.0, color=INK, linewidth=0.8)
-    axes.set(xlabel="mode", ylabel="model over measured, minus one, %")
-    legend(figure, axes.get_legend_handles_labels()[0])
-    return figure
+    names = [str(mode) for mode in found.mode]
+    return error_bars(kinds, names, xlabel="mode", ylabel="model over measured, minus one, %")
 
 
 def moduli_page(found: FrequencyModuli, *, table: str) -> Page:

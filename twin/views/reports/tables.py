@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
-from twin.views.figures import bars, dressed, legend, panels
+from twin.views.figures import bars, dressed, error_bars, legend, panels
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.reports.diagnosis import ACCENT, causes_section
 from twin.views.style import AFTER, BEFORE, MEASURED
@@ -110,15 +110,11 @@ def _frequencies(diagnosis: TableDiagnosis, rows: Sequence[FrequencyRow]) -> Sec
 
 
 def _frequency_figure(rows: Sequence[FrequencyRow], *, extended: bool) -> Figure:
-    figure, (axes,) = panels(1, height_in=3.2)
     kinds = [("moduli alone", [100 * row.left_out_before for row in rows], BEFORE)]
     if extended:
         kinds.append(("extended", [100 * row.left_out_after for row in rows], AFTER))
-    bars(axes, kinds, [f"{row.mode}\n{row.condition}" for row in rows])
-    axes.axhline(0.0, color=MEASURED, linewidth=0.8)
-    axes.set(ylabel="left-out error, %", xlabel="mode and condition")
-    legend(figure, axes.get_legend_handles_labels()[0])
-    return figure
+    names = [f"{row.mode}\n{row.condition}" for row in rows]
+    return error_bars(kinds, names, xlabel="mode and condition", ylabel="left-out error, %")
 
 
 def _sweeps(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Section:
