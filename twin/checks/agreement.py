@@ -1,5 +1,7 @@
 """How a run's responses compare with the rig's linear model: their level, their direction, their shape."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,7 @@
 """Whether force and responses were recorded together, and whether the excitation reaches beyond half the rate."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Whether samples, time stamps and the steps' frequencies go together."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any

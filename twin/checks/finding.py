@@ -1,5 +1,7 @@
 """What a first look at recordings saw."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

@@ -1,5 +1,7 @@
 """Which channel the steps' amplitudes were held at."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Channels that are swapped or turned: which order of them has the model's shapes."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from itertools import permutations
 from typing import Any

@@ -1,5 +1,7 @@
 """Whether a noise's resonances are those of the preload that the file names, or another one's of the rig."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Responses per force of one recording, quickly: from noise by Welch's method, from sines by one line a step."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,7 @@
 """What a recording's metadata and its attached rig file say, against the rig that it is held against."""
 
+from __future__ import annotations
+
 import tomllib
 
 from recordings.run import Run

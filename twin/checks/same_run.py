@@ -1,5 +1,7 @@
 """Sweeps and channels that are there twice, by their samples."""
 
+from __future__ import annotations
+
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """Channels that are dead, half empty or hold single wild samples, which no model need be asked about."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Levels that are off by the factor of a unit."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Container, Sequence
 

@@ -65,4 +65,4 @@ DRIFTING = 3.0
 
 OTHER_PRELOAD = 3e-3
 """Median relative distance of resonances from those of a preload, from which on another one is looked for:
-moduli 10 % off the nominal make 1e-3."""
+moduli 10 % off what is believed make 1e-3."""

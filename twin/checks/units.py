@@ -1,5 +1,7 @@
 """Factors between units that have a name."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
 
