@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from benchmarks.measured import Measured, least_seconds
 from twin.bench import JointLaw, open_bench, steel_law
 from twin.bench.linear import to_poles
-from twin.bench.marching import Elements, coefficients, march
+from twin.bench.marching import Elements, coefficients, integrate
 from twin.rigs import load_rig
 
 RATE_Hz = 25600.0
@@ -55,7 +55,7 @@ def marched() -> tuple[float, float]:
     out = np.empty((count, 1))
 
     def work() -> None:
-        march(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), voltage, out)
+        integrate(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), voltage, out)
 
     seconds = least_seconds(work, 20)
     exact, _ = _integrated(1e-9)

@@ -23,8 +23,8 @@ from twin.diagnose import diagnose
 from twin.diagnose.result import Diagnosis
 from twin.rigs import RIG_FILES, load_rig
 from twin.structure.modelled_rig import modelled_rig
+from twin.views.reports.where import regions_of, where_figure
 from twin.views.rig_figure import rig_figure
-from twin.views.where import regions_of, where_figure
 
 DOCS = Path(__file__).parent
 PAGE, PICTURES = DOCS / "gallery.md", DOCS / "pictures" / "gallery"

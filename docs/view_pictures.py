@@ -13,14 +13,14 @@ import tempfile
 from pathlib import Path
 
 from twin.bench import open_bench
-from twin.commands.viewing import Watch, known_branches
+from twin.commands.common.viewing import Watch, known_branches
 from twin.procedures import StepResult, load_procedure
 from twin.rehearsal import NominalRig, rehearse
 from twin.rigs import load_rig
-from twin.views.live import LiveView
-from twin.views.live_about import LiveAbout
-from twin.views.rerun_mode import SLOW_MOTION
-from twin.views.rerun_viewer import headless_viewer, save_picture
+from twin.views.live.about import LiveAbout
+from twin.views.live.view import LiveView
+from twin.views.rerun.mode import SLOW_MOTION
+from twin.views.rerun.viewer import headless_viewer, save_picture
 
 LIVE_STEP = 105
 """Of 123: the picture of the live view is taken when so many are measured, in the middle of the last sweep."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from twin.structure.bending_modes import bending_modes
+from twin.structure.modes import bending_modes
 
 __all__ = [
     "FrequencySet",

@@ -29,7 +29,6 @@ __all__ = ["polynomials_by_level", "predict_left_out", "with_polynomials"]
 Array = NDArray[Any]
 
 FEWEST_STEPS = 4
-TURNS, TOLERANCE, LARGEST_STEP = 60, 1e-9, 0.05
 
 
 def with_polynomials(
@@ -65,7 +64,7 @@ def polynomials_by_level(
 
     Parameters
     ----------
-    predictor
+    residual_model
         Of evidence with sweeps; those about the lowest resonance are taken, for a law of one sensor's amplitude holds
         about one.
     base, covariance
@@ -129,11 +128,11 @@ def _at_force(piece: PolynomialProblem, fit: PolynomialFit) -> tuple[Array, Arra
 
     from_force = np.log(piece.amplitude_m / np.abs(piece.measured))
     x = np.log(piece.amplitude_m)
-    for _ in range(TURNS):
+    for _ in range(60):
         g = miss(x)
         slope = (miss(x + 1e-5) - miss(x - 1e-5)) / 2e-5
-        if np.max(np.abs(g)) < TOLERANCE:
+        if np.max(np.abs(g)) < 1e-9:
             break
-        x = x - np.clip(g / slope, -LARGEST_STEP, LARGEST_STEP)
+        x = x - np.clip(g / slope, -0.05, 0.05)
     # Beyond a fold there is nothing to converge to.
     return response(x), np.abs(miss(x)) < 1e-6

@@ -21,7 +21,6 @@ __all__ = ["LayerMotion", "layer_motion"]
 
 Array = NDArray[Any]
 
-TURNS = 3
 APART = 1e-3
 """Relative distance of the frequencies from which a resonance is extrapolated."""
 
@@ -70,7 +69,7 @@ def layer_motion(
     """
     response = _per_output(layer, dE, dG, output)
     beside, near, resonance = omega, response, omega * (1 + APART)
-    for _ in range(TURNS):
+    for _ in range(3):
         # Near a resonance the inverse of a receptance falls linearly with omega^2, by a complex constant.
         there = _per_output(layer_at(resonance), dE, dG, output)
         inverse = 1 / near.receptance

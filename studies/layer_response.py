@@ -29,7 +29,7 @@ class LayerResponse:
 
     Attributes
     ----------
-    predictor : ResidualModel
+    residual_model : ResidualModel
     omega : ndarray, (f,)
         As the model has them: a wrong sample clock is already taken off.
     R : ndarray, (f, p, p)

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.gauss import gauss
+from twin.structure.beam import gauss
 from twin.structure.joint_operators import of_beams
 from twin.structure.mesh import BeamMesh, mesh_layers
 from twin.structure.structure import Structure

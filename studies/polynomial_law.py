@@ -40,7 +40,7 @@ LAW_ERROR = 1e-3
 
 LARGEST_ORDER = 4
 ITERATIONS, TOLERANCE = 40, 1e-7
-READ_OFF_TURNS, READ_OFF_KNOTS = 12, 20
+READ_OFF_KNOTS = 20
 WEAKER = 0.1
 """Factor on the strength where the corner's step gains nothing any more: what it held back then comes in."""
 
@@ -85,7 +85,7 @@ class PolynomialProblem:
 
     @staticmethod
     def of(residual_model: ResidualModel, base: LinearParameters, base_covariance: Array) -> PolynomialProblem:
-        """All steps of the predictor's evidence, which are about one resonance."""
+        """All steps of the residual model's evidence, which are about one resonance."""
         evidence = residual_model.evidence
         steps, ref = evidence.steps, evidence.reference
 
@@ -150,7 +150,7 @@ def _read_off(layer: LayerResponse, measured: Array, X: Array, left: Array, refe
     """
     E = layer.residual_model.moduli[0][0]
     s, loss = np.zeros((2, len(X)))
-    for _ in range(READ_OFF_TURNS):
+    for _ in range(12):
         H, by_E, by_G = layer.responses(-left * s + 0j, 1j * loss)
         gap = H[:, reference] / measured - 1
         a, b = by_E[:, reference] * left, -1j * by_G[:, reference]

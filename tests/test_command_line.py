@@ -19,8 +19,8 @@ from needed import program
 from rich.console import Console
 
 from twin.cli import SUMMARIES, group, main
-from twin.commands import output
-from twin.commands.examples import EXAMPLES
+from twin.commands.common import output
+from twin.commands.common.examples import EXAMPLES
 
 RIG = ["--rig", "steel-lap-joint"]
 BAD = {

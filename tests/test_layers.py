@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 HARDWARE = {"drivers", "serial", "can", "cantools"}
 PHYSICS = sorted(p.name for p in (ROOT / "twin").iterdir() if p.is_dir() and p.name not in ("commands", "__pycache__"))
 OUTSIDE = {"studies", "benchmarks"}
-"""Packages that use `twin`, and that only its commands use; its laboratory, too, uses the studies."""
+"""Packages that use `twin`, and that only its commands use."""
 INNER = {
     "structure": {"joint", "rigs", "structure"},
     "joint": {"joint"},
@@ -66,8 +66,7 @@ def test_drivers_know_no_physics():
 
 @pytest.mark.parametrize("folder", PHYSICS)
 def test_only_the_outermost_know_studies_and_benchmarks(folder):
-    """A laboratory has the papers' own polynomials beside the joint's law."""
-    assert those_of(ROOT / "twin" / folder, OUTSIDE - {"studies"} if folder == "lab" else OUTSIDE) == []
+    assert those_of(ROOT / "twin" / folder, OUTSIDE) == []
 
 
 def test_studies_meet_neither_hardware_nor_benchmarks():

@@ -18,7 +18,7 @@ for _library in ("OPENBLAS", "OMP", "MKL"):
 import click  # noqa: E402
 
 from recordings.errors import InputError, printable  # noqa: E402
-from twin.commands.stopping import terminable  # noqa: E402
+from twin.commands.common.stopping import terminable  # noqa: E402
 
 SUMMARIES = {
     "demo": "The main job from end to end: serve, acquire, identify, find a hidden effect, report.",
@@ -54,8 +54,8 @@ class LazyGroup(click.Group):
         """Import and return one command."""
         if cmd_name not in SUMMARIES:
             return None
-        from twin.commands.completion import named_types
-        from twin.commands.examples import EXAMPLES
+        from twin.commands.common.completion import named_types
+        from twin.commands.common.examples import EXAMPLES
 
         command = importlib.import_module(f"twin.commands.{cmd_name}").command
         assert isinstance(command, click.Command)
@@ -100,7 +100,7 @@ def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> 
 def _print_completion(context: click.Context, _: click.Parameter, shell: str | None) -> None:
     if shell is None or context.resilient_parsing:
         return
-    from twin.commands.completion import completion_script
+    from twin.commands.common.completion import completion_script
 
     click.echo(completion_script(group, shell))
     context.exit()
@@ -131,7 +131,7 @@ def group() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a user's mistake becomes one line and exit status 2."""
-    from twin.commands.output import trace
+    from twin.commands.common.output import trace
 
     given = sys.argv[1:] if arguments is None else arguments
     try:

@@ -1,4 +1,4 @@
-"""The plain numpy twin of :func:`twin.bench.marching.march`: the same scheme written a second time."""
+"""The plain numpy twin of :func:`twin.bench.marching.integrate`: the same scheme written a second time."""
 
 from __future__ import annotations
 

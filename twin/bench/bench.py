@@ -13,7 +13,7 @@ from twin.bench.decimation import decimate, decimation_taps
 from twin.bench.generator import Generator
 from twin.bench.instruments import InstrumentChannel, convert, high_pass_coefficients
 from twin.bench.layer import JointLaw
-from twin.bench.marching import coefficients, march, packed
+from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
 from twin.bench.shaker import Shaker
@@ -23,8 +23,6 @@ SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800
 """Rates the converter has."""
 INTERNAL_RATE_Hz = 11264.0
 """The physics takes at least this many steps a second: enough for all modes that the bench keeps."""
-CHUNK_STEPS = 1 << 13
-"""Internal steps marched at once: long enough that a call costs nothing, short enough for the cache."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
 
@@ -131,7 +129,7 @@ class Bench:
         """Advance by `count` samples and return them."""
         first = self._index
         signals = np.empty((len(self._instruments), count))
-        chunk = max(1, CHUNK_STEPS // self._substeps)
+        chunk = max(1, (1 << 13) // self._substeps)  # long enough that a call costs nothing, short enough for the cache
         for start in range(0, count, chunk):
             stop = min(start + chunk, count)
             self._advance(signals[:, start:stop])
@@ -156,7 +154,7 @@ class Bench:
         steps = out.shape[1] * self._substeps
         voltage = self._generator.samples(steps)
         internal = np.empty((steps, len(self._instruments)))
-        failures = march(self._step, self._elements, self._w, self._y, self._u, voltage, internal)
+        failures = integrate(self._step, self._elements, self._w, self._y, self._u, voltage, internal)
         if failures or not np.isfinite(internal[-1]).all():
             raise ArithmeticError(f"the joint's equations had no solution in {failures} of {steps} steps")
         self._time_s += steps * self._step_s

@@ -11,7 +11,7 @@ from recordings.quantities import is_response, quantity
 from twin.bench.force_factor import ForceFactor
 from twin.bench.instruments import InstrumentChannel
 from twin.bench.layer import JointLaw, law_by_name, law_from_table, no_law, steel_law
-from twin.bench.linear import LinearRig, Output, Poles, linear_rig, to_poles, with_resonance
+from twin.bench.linear import LinearRig, Poles, ReadOff, linear_rig, to_poles, with_resonance
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
@@ -37,12 +37,8 @@ class Built:
 
     Attributes
     ----------
-    plan
-        What it was built from.
     condensed
         Structure in r coordinates.
-    laws
-        Of the joints.
     rigid
         Number of motions that only a soft suspension holds.
     elements_
@@ -117,13 +113,13 @@ class Built:
         ratios = self.plan.rig.damping.modal_ratio
         elastic = range(len(modal.omega) - self.rigid)
         zeta = np.array([SUSPENSION_DAMPING] * self.rigid + [ratios[min(r, len(ratios) - 1)] for r in elastic])
-        outputs = [Output("rate" if velocity else "displacement", row) for row, velocity in self.rows]
-        outputs += [Output(name) for name in self.shaker_rows]  # type: ignore[arg-type]
-        outputs += [Output("integral", row) for row in self.auxiliary_rows]
+        outputs = [ReadOff("rate" if velocity else "displacement", row) for row, velocity in self.rows]
+        outputs += [ReadOff(name) for name in self.shaker_rows]  # type: ignore[arg-type]
+        outputs += [ReadOff("integral", row) for row in self.auxiliary_rows]
         instruments = list(self.plan.instruments.values())
         as_velocity = self.differentiable & velocities
         for i, row, slow in zip(instruments, self.channel_rows, as_velocity, strict=True):
-            outputs.append(Output("velocity" if slow else _form(i), row, static=True))  # type: ignore[arg-type]
+            outputs.append(ReadOff("velocity" if slow else _form(i), row, static=True))  # type: ignore[arg-type]
         rig = linear_rig(
             modal,
             zeta=zeta,

@@ -20,8 +20,6 @@ DIFFERENCE = np.convolve([1.0, -1.0], [-1 / 24, 13 / 12, -1 / 24])
 """Difference of neighbours times the step, its droop sinc(f h) made good; centred 1.5 steps back."""
 FIVE_POINTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12
 """Central difference for the case in which there is nothing to filter: 0.5 % low at a tenth of the rate."""
-BETA = 7.86
-"""Kaiser window for 80 dB."""
 
 
 def decimation_taps(
@@ -38,8 +36,6 @@ def decimation_taps(
         Delay of each channel in internal steps.
     differentiate : ndarray of bool, (channels,)
         Channels whose input is to be differentiated in time.
-    step_s
-        Internal step.
     """
     if substeps == 1 and not delay_steps.any():
         return np.where(differentiate[:, None], FIVE_POINTS / step_s, np.eye(5)[2])
@@ -58,7 +54,7 @@ def decimation_taps(
 def _sinc(length: int, centre: float, substeps: int) -> NDArray[np.float64]:
     """Windowed sinc around a latency, of unit sum."""
     x = (np.arange(length) - centre) / substeps
-    window = np.i0(BETA * np.sqrt(np.maximum(0.0, 1 - (x / HALF_LENGTH) ** 2))) / np.i0(BETA)
+    window = np.i0(7.86 * np.sqrt(np.maximum(0.0, 1 - (x / HALF_LENGTH) ** 2))) / np.i0(7.86)
     taps = np.sinc(x) * window * (np.abs(x) <= HALF_LENGTH)
     return np.asarray(taps / taps.sum())
 

@@ -11,13 +11,7 @@ from twin.bench.multisine import Multisine
 
 
 class Generator:
-    """Makes the voltage at the bench's internal steps.
-
-    Parameters
-    ----------
-    step_s
-        Internal step.
-    """
+    """Makes the voltage at the bench's internal steps."""
 
     def __init__(self, step_s: float) -> None:
         self._step_s = step_s

@@ -63,10 +63,6 @@ def draw_case(
 
     Parameters
     ----------
-    rng
-        Chance.
-    rig
-        As the experimenter believes.
     causes
         Contract names to draw from, ``none`` among them if wanted; :data:`FIRST_CAUSES` if not given.
     number

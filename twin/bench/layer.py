@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.joint import (
+    ForceTable,
     Law,
     Linear,
     RunningLoss,
     Saturating,
-    Table,
     loss_of_knots,
     softening_of_knots,
     steel_loss,
@@ -67,10 +67,10 @@ class JointLaw:
             raise ValueError("a law that a rig file names cannot be scaled")
         if isinstance(normal, Saturating):
             normal = replace(normal, k=normal.k * share, spring=normal.spring * share)
-        elif isinstance(normal, Table):
+        elif isinstance(normal, ForceTable):
             normal = replace(normal, force=normal.force * share)
         elif isinstance(normal, Linear):
-            normal = replace(normal, k=normal.k * share)
+            normal = replace(normal, coefficient=normal.coefficient * share)
         elif share != 1.0:
             raise ValueError(f"a {type(normal).__name__} law cannot be scaled")
         return replace(self, normal=normal)
@@ -162,4 +162,4 @@ def slapping(law: JointLaw, *, E: float, gap_m: float, factor: float, limit_m: f
         whole, at_gap = held(o), held(np.array([gap_m]))[0]
         return np.where(o > gap_m, at_gap + factor * (whole - at_gap), whole) - E * o
 
-    return replace(law, normal=Table.of(force, limit_m=limit_m), opening=())
+    return replace(law, normal=ForceTable.of(force, limit_m=limit_m), opening=())

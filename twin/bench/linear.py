@@ -22,7 +22,7 @@ FOLLOWING_s = 1 / (2 * np.pi * MODES_BELOW_Hz)
 
 
 @dataclass(frozen=True)
-class Output:
+class ReadOff:
     """One thing to read: a row over the condensed coordinates and its time derivative, or a quantity of the shaker.
 
     `displacement` has the static share of all modes left out in it.  Velocities and accelerations are those of the kept
@@ -89,7 +89,7 @@ def linear_rig(
     loads: Sequence[Matrix],
     shaker_loads: Sequence[str] = (),
     cell_mass: float = 0.0,
-    outputs: Sequence[Output],
+    outputs: Sequence[ReadOff],
 ) -> LinearRig:
     """Couple the modes with the shaker.
 
@@ -112,8 +112,6 @@ def linear_rig(
         armature, and voltages in the coil, likewise restoring.
     cell_mass
         Mass between stinger and force cell, kg: the structure's matrices have it, and the cell does not feel it.
-    outputs
-        What to read.
     """
     Phi, m, R = modal.Phi, len(modal.omega), modal.residual
     followers = [output.row for output in outputs if output.quantity == "rate" and output.row is not None]

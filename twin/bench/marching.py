@@ -119,7 +119,7 @@ def packed(poles: Complex) -> Matrix:
 
 
 @COMPILED
-def march(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, voltage: Matrix, out: Matrix) -> int:
+def integrate(step: Step, elements: Elements, w: Matrix, y: Matrix, u: Matrix, voltage: Matrix, out: Matrix) -> int:
     """March over the samples of `voltage`; `w`, `y`, `u` and the elements' states are moved on in place.
 
     Parameters

@@ -93,8 +93,6 @@ class JointPlan:
 
     Attributes
     ----------
-    name
-        Of the joint.
     E, G
         Moduli of its layer, N/m2.
     law
@@ -129,10 +127,6 @@ class Plan:
         As the experimenter believes, then as it is.
     layout
         Its parts and supports on the bench's mesh.
-    joints
-        What its joints are like.
-    instruments
-        By channel.
     base_receptance
         Motion of the foundation per drive force, m/N.
     moduli_rate_per_s

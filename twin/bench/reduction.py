@@ -87,8 +87,6 @@ def condense(
         Moduli of the joints at which the basis is built, N/m2.
     loads : sequence of ndarray, (n,)
         Force patterns whose static deflection the basis must hold.
-    modes
-        How many modes.
     """
     M, K = matrices.M, with_layers(matrices.K0, matrices.K_E, matrices.K_G, E, G)
     Phi = normal_modes(M, K, modes).Phi

@@ -69,14 +69,8 @@ class CaseResult:
     oracle_after
         Error on the held-out sweep of a diagnosis that may name the hidden causes only; None where they have no model
         or the diagnosis failed.
-    aborted
-        Recordings that ended early.
     overloaded
         Channels whose converter counted samples on its limit: their clipping is true, hidden or not.
-    recording_s
-        Time that the recordings took.
-    error
-        What went wrong, if anything did.
     """
 
     plan: CasePlan
@@ -118,10 +112,6 @@ def record_case(plan: CasePlan, rig: Rig, folder: Path) -> tuple[HiddenCase, lis
     ----------
     plan
         What to hide; its seed decides sizes, places, noise, and what is unknown of the rig anyway.
-    rig
-        As it is assumed.
-    folder
-        Gets the recordings.
 
     Returns
     -------
@@ -144,16 +134,10 @@ def record_hidden(
 
     Parameters
     ----------
-    case
-        The truth.
-    rig
-        As it is assumed.
     folder
         Gets the recordings, three with one mode, in place of those that an interrupted campaign may have left there.
     waits_too
         Store the waits between steps as well.
-    modes
-        Sweeps about the first so many.
 
     Returns
     -------
@@ -195,8 +179,6 @@ def run_case(plan: CasePlan, rig: Rig, keep: Path | None = None) -> CaseResult:
 
     Parameters
     ----------
-    plan
-        What to hide.
     rig
         As it is assumed, which with the recordings is all that the diagnosis sees.
     keep

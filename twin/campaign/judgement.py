@@ -12,9 +12,6 @@ Outcome = Literal["right", "in a set", "partly", "none", "unknown", "wrong", "fa
 ``partly``: some of several.  ``none`` and ``unknown``: that verdict, though something listed is hidden.  ``wrong``: a
 false name.  ``failed``: no diagnosis."""
 
-WITHIN_STD = 1.96
-"""Half the width of a 95 % interval."""
-
 
 def judge(result: CaseResult) -> Outcome:
     """The outcome of one case."""
@@ -65,6 +62,6 @@ def covered(result: CaseResult) -> list[tuple[str, bool]]:
         for name, truth in effect["parameters"].items():
             estimate = named[0]["parameters"].get(name) if named else None
             if isinstance(estimate, dict) and not isinstance(truth, str):
-                inside = abs(estimate["value"] - truth) <= WITHIN_STD * estimate["std"]
+                inside = abs(estimate["value"] - truth) <= 1.96 * estimate["std"]  # 95 %
                 out.append((f"{effect['cause']} {name}", bool(inside)))
     return out

@@ -35,8 +35,6 @@ def run_campaign(
 
     Parameters
     ----------
-    rig
-        As it is assumed.
     folder
         Holds ``cases/NAME.json`` for each finished case; written one by one, so that an interruption loses only those
         that are running.

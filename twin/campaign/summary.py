@@ -82,7 +82,6 @@ class CampaignSummary:
         By cause and strength.
     confusion : dict
         For each hidden cause (single ones, and none) at full strength, how often each name came first.
-    calibration : tuple of Calibration
     parameters : dict
         For each parameter, (inside, of) its 95 % intervals.
     smallest : dict

@@ -27,8 +27,6 @@ class Registered(MutableMapping[str, T], Generic[T]):
     ----------
     part
         ``effect``, ``model``, ``finding`` or ``draw``: the attribute of a cause from outside.
-    listed
-        The parts of the package's own causes.
     """
 
     def __init__(self, part: str, listed: Callable[[], Mapping[str, T]]) -> None:

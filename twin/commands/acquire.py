@@ -13,8 +13,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
-from twin.commands.numbers import FiniteRange
-from twin.commands.output import (
+from twin.commands.common.numbers import FiniteRange
+from twin.commands.common.output import (
     console,
     json_option,
     next_step,
@@ -24,15 +24,15 @@ from twin.commands.output import (
     say,
     stage,
 )
-from twin.commands.own_code import laws_option
-from twin.commands.viewing import Watch, WatchOptions, known_branches, view_options, watched
+from twin.commands.common.own_code import laws_option
+from twin.commands.common.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
     from drivers.host import RigAcquisition
     from recordings import Event, Indicator, RunWriter, SampleBlock, Step
     from recordings.streams import Acquisition
     from twin.procedures import Procedure, ProcedureResult, RunSink, StepResult
-    from twin.views.live_about import LiveAbout
+    from twin.views.live.about import LiveAbout
 
 
 @click.command()
@@ -133,7 +133,7 @@ def _branches(rig_name: str | None, preload: str | None, procedure: Procedure | 
 def _about(
     info: dict[str, str], acquisition: RigAcquisition, procedure: Procedure | None, branches: list[dict[str, Any]]
 ) -> LiveAbout:
-    from twin.views.live_about import LiveAbout
+    from twin.views.live.about import LiveAbout
 
     title = " · ".join(text for text in (info.get("rig"), info.get("procedure")) if text) or "Recording"
     return LiveAbout(title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches))

@@ -11,9 +11,18 @@ import click
 
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.numbers import FiniteRange
-from twin.commands.output import console, json_option, print_json, print_tables, progress_bar, say, stage, write_json
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.numbers import FiniteRange
+from twin.commands.common.output import (
+    console,
+    json_option,
+    print_json,
+    print_tables,
+    progress_bar,
+    say,
+    stage,
+    write_json,
+)
+from twin.commands.common.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.campaign import CampaignSummary, CasePlan, CaseResult, CauseRow

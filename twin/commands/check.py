@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from twin.commands.output import json_option, next_step, print_json, say, working
+from twin.commands.common.output import json_option, next_step, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.check import CheckReport

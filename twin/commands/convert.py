@@ -9,8 +9,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
-from twin.commands.numbers import FiniteRange
-from twin.commands.output import json_option, overwrite_option, print_json, say, working
+from twin.commands.common.numbers import FiniteRange
+from twin.commands.common.output import json_option, overwrite_option, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.convert import Format

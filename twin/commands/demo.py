@@ -12,11 +12,11 @@ import click
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.staging import staged_folder
+from twin.commands.common.output import json_option, overwrite_option, print_json, say, write_json
+from twin.commands.common.own_code import causes_option
+from twin.commands.common.served import ServedRig, ServedRigError
+from twin.commands.common.stages import Stages
 from twin.commands.demo_ending import tell_result
-from twin.commands.output import json_option, overwrite_option, print_json, say, write_json
-from twin.commands.own_code import causes_option
-from twin.commands.served import ServedRig, ServedRigError
-from twin.commands.stages import Stages
 
 if TYPE_CHECKING:
     from drivers.host import RigAcquisition
@@ -198,8 +198,8 @@ def _diagnose(runs: dict[str, Run], nominal: Rig, out: Path, stages: Stages) -> 
 def _report(found: Diagnosis, case: DemoCase, seed: int, out: Path, stages: Stages) -> dict[str, Any]:
     from twin.demo import BROADBAND, HELD_OUT, SWEEPS
     from twin.rigs import save_rig
-    from twin.views.report import diagnosis_page
-    from twin.views.rerun_diagnosis import save_diagnosis
+    from twin.views.reports.diagnosis import diagnosis_page
+    from twin.views.rerun.diagnosis import save_diagnosis
 
     stages.begin("report", "Writing the report and the pictures")
     diagnosis_page(found).write(out / REPORT, commands=[_again(BROADBAND, SWEEPS, "--held-out", HELD_OUT)])

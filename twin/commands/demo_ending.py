@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.table import Table
 
-from twin.commands.output import console, say
+from twin.commands.common.output import console, say
 
 
 def tell_result(result: Mapping[str, Any], out: Path) -> None:

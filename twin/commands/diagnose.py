@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.staging import staged_folder
-from twin.commands.output import (
+from twin.commands.common.output import (
     console,
     json_option,
     next_step,
@@ -23,7 +23,7 @@ from twin.commands.output import (
     working,
     write_json,
 )
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
@@ -33,8 +33,6 @@ RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd
 HELD_OUT = "--held-out"
 LONGEST_s = 600.0
 """Several times what a diagnosis of three sweeps takes on two slow cores."""
-MOST_LIMITS = 3
-"""Of what a sound rig could hide, in the answer; the report has them all."""
 
 
 class _HeldOutRuns(click.Command):
@@ -139,7 +137,7 @@ def _draw(found: DiagnosedRecordings | DiagnosedTables, out: Path) -> list[str]:
 
 def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], out: Path, files: Sequence[str]) -> None:
     """The answer for a person."""
-    from twin.views.answer import causes_table
+    from twin.views.reports.answer import causes_table
 
     tell_assumed(data["assumed"])
     say((data["answer"], "bold"))
@@ -150,7 +148,7 @@ def _tell(found: DiagnosedRecordings | DiagnosedTables, data: dict[str, Any], ou
     )
     if data["causes"]:
         print_tables(causes_table(found.diagnosis.causes), to=console)
-    limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:MOST_LIMITS]
+    limits = [each for each in data.get("excluded", ()) if each["limit_95"] is not None][:3]  # the report has them all
     if data["verdict"] == "none" and limits:
         told = "; ".join(f"{each['cause']}, {each['parameter']} {each['limit_95']:.2g}" for each in limits)
         say(f"at most this could hide (95 %): {told}")

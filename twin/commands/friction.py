@@ -10,8 +10,8 @@ import click
 import numpy as np
 
 from recordings.errors import InputError
-from twin.commands.numbers import FiniteRange
-from twin.commands.output import json_option, print_json, print_tables, working
+from twin.commands.common.numbers import FiniteRange
+from twin.commands.common.output import json_option, print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.friction_loops import FrictionFit, FrictionIdentification

@@ -10,7 +10,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import (
+from twin.commands.common.output import (
     json_option,
     next_step,
     overwrite_option,
@@ -21,7 +21,7 @@ from twin.commands.output import (
     typed,
     working,
 )
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
@@ -64,11 +64,12 @@ def command(
     """
     page = None if no_report else report or out.with_suffix(".html")
     _check_places(out, page, overwrite=overwrite)
+    from studies.force_levels import with_polynomials
     from twin.lab import load_rig
 
     rig = load_rig(rig_name)
     with working("reading") as begin:
-        model = rig.identify(runs, preload=preload, report=begin)
+        model = rig.identify(runs, preload=preload, beside=with_polynomials, report=begin)
         begin("writing the model" + (" and the report" if page else ""))
         _write(model, out, page)
     tell_assumed(model.assumed)

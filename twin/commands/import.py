@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.output import json_option, next_step, overwrite_option, print_json, say, working
+from twin.commands.common.output import json_option, next_step, overwrite_option, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.run import Run

@@ -9,7 +9,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import json_option, overwrite_option, print_json, print_tables, working
+from twin.commands.common.output import json_option, overwrite_option, print_json, print_tables, working
 
 if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from recordings.whole import check_writable
-from twin.commands.output import json_option, overwrite_option, print_json, say, tell_assumed, working
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
+from twin.commands.common.own_code import causes_option, laws_option
 
 
 @click.command(short_help="Predict responses to given frequencies and forces.")

@@ -15,7 +15,7 @@ import click
 
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.output import (
+from twin.commands.common.output import (
     json_option,
     next_step,
     overwrite_option,
@@ -27,20 +27,18 @@ from twin.commands.output import (
     typed,
     write_json,
 )
-from twin.commands.own_code import causes_option, laws_option
-from twin.commands.rehearsing import Meter, run_here, run_side_by_side
-from twin.commands.viewing import WatchOptions, known_branches, view_options, watched
+from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.rehearsing import Meter, run_here, run_side_by_side
+from twin.commands.common.viewing import WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource
     from twin.procedures import Procedure, StepResult
     from twin.rehearsal import Caution, Rehearsed
     from twin.rigs import Rig
-    from twin.views.live_about import LiveAbout
+    from twin.views.live.about import LiveAbout
 
 RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report.html")
-REHEARSED_WINDOW_S = 120.0
-"""Of the rig's time that a live view has in sight: it passes hundreds of times as fast as the wall's."""
 
 
 @click.command()
@@ -146,8 +144,8 @@ class _Job:
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
         from twin.rigs.assumed import assumed
-        from twin.views.rehearsal_noise import noise_sentence
-        from twin.views.rehearsal_report import rehearsal_page
+        from twin.views.reports.rehearsal import rehearsal_page
+        from twin.views.reports.rehearsal_noise import noise_sentence
 
         asked, rig, source = self.prepare()
         preload = rig.preload_name(self.preload)
@@ -215,7 +213,7 @@ def _states(result: dict[str, Any]) -> set[str]:
 
 
 def _tell(title: str, rehearsed: Rehearsed, wall_s: float | None) -> None:
-    from twin.views.rehearsal_report import counted_notes
+    from twin.views.reports.rehearsal import counted_notes
 
     result = rehearsed.rehearsal.result
     speed = f", rehearsed in {wall_s:.1f} s" if wall_s is not None else ""
@@ -243,12 +241,12 @@ def _say_caution(caution: Caution) -> None:
 def _about(
     rig: Rig, name: str, procedure: Procedure, source: SampleSource, branches: list[dict[str, Any]]
 ) -> LiveAbout:
-    from twin.views.live_about import LiveAbout
+    from twin.views.live.about import LiveAbout
 
     return LiveAbout(
         title=f"{rig.name} · {name}, rehearsed",
         channels=tuple(source.channels),
         procedure=procedure,
         branches=tuple(branches),
-        window_s=REHEARSED_WINDOW_S,
+        window_s=120.0,  # the rig's time passes hundreds of times as fast as the wall's
     )

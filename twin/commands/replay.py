@@ -6,8 +6,8 @@ from typing import Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import json_option, say
-from twin.commands.serving import address_options, serve_source
+from twin.commands.common.output import json_option, say
+from twin.commands.common.serving import address_options, serve_source
 
 
 @click.command()

@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 import click
 
-from twin.commands.output import json_option, print_json, print_tables, working
+from twin.commands.common.output import json_option, print_json, print_tables, working
 
 STUDIES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 

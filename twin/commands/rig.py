@@ -9,16 +9,14 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import json_option, overwrite_option, print_json, say, tell_assumed, working
-from twin.commands.own_code import causes_option, laws_option
+from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
+from twin.commands.common.own_code import causes_option, laws_option
 from twin.commands.rig_import import command as import_command
 
 if TYPE_CHECKING:
     from twin.structure.modelled_rig import ModelledRig
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
-TOLD = 10
-"""Natural frequencies that are told at least, as far as there are so many."""
 
 
 @click.group("rig", short_help="Show a rig, or make one from another program's matrices.")
@@ -55,7 +53,7 @@ def show(
     with working(f"assembling {loaded.name}"):
         modelled = modelled_rig(loaded, preload=known_preload(loaded, preload) if loaded.joints else None)
         check_effects(loaded, source=rig)
-        frequencies = modelled.modes.frequency_Hz[:TOLD].tolist()
+        frequencies = modelled.modes.frequency_Hz[:10].tolist()
         warnings = implausible(modelled)
     _write(modelled, picture, save)
     if as_json:
@@ -102,7 +100,7 @@ def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> No
     """Write both files that were asked for, or neither."""
     with whole_files(picture, view) as (drawn, viewed):
         if viewed is not None:
-            from twin.views.rerun_rig import save_rig_view
+            from twin.views.rerun.rig import save_rig_view
 
             save_rig_view(modelled, viewed)
         if drawn is not None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.numbers import FiniteRange
-from twin.commands.output import json_option, overwrite_option, print_json, say, working
+from twin.commands.common.numbers import FiniteRange
+from twin.commands.common.output import json_option, overwrite_option, print_json, say, working
 
 if TYPE_CHECKING:
     from twin.rigs.imported import Imported, PartFiles

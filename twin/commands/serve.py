@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from recordings.errors import InputError
-from twin.commands.output import json_option
-from twin.commands.own_code import causes_option, laws_option
-from twin.commands.serving import address_options, serve_source
+from twin.commands.common.output import json_option
+from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.serving import address_options, serve_source
 
 if TYPE_CHECKING:
     from recordings.streams import SampleSource
     from twin.rigs import Rig
 
-ROOM_degC = 21.0
 STEEL_SOFTENING_per_K = 3e-4
 """How much Young's modulus of structural steel falls by, relatively, for each kelvin near room temperature; typical."""
 _NEWTON = re.compile(r"\d+(\.\d+)?N")
@@ -106,7 +105,7 @@ class JointMeter:
 
     def read(self, time_s: float) -> list[float]:
         """Preload (where it is known as a force), N, and temperature, degC."""
-        values = [ROOM_degC + self._warming_K_per_s * time_s]
+        values = [21.0 + self._warming_K_per_s * time_s]  # a room's
         if self._preload_N is not None:
             lost = self._modulus * self._layer_rate * time_s * self._force_per_modulus
             values.insert(0, max(0.0, self._preload_N - lost))

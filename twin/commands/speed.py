@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from twin.commands.output import json_option, print_json, progress_bar, say, stage
+from twin.commands.common.output import json_option, print_json, progress_bar, say, stage
 
 
 @click.command("speed")

@@ -12,11 +12,9 @@ import click
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.output import console, json_option, overwrite_option, print_json, say, working
+from twin.commands.common.output import console, json_option, overwrite_option, print_json, say, working
 
 RESULT = "result.json"
-LARGEST_RESULT = 200_000_000
-"""Bytes; a larger result.json is nobody's."""
 
 
 @click.command(name="view", short_help="Show a run, a rehearsal or a diagnosis in rerun.")
@@ -63,7 +61,7 @@ def command(what: Path, save: Path | None, picture: Path | None, overwrite: bool
 
 def _draw(view: Path, picture: Path) -> None:
     """A picture of a view by a viewer without a screen."""
-    from twin.views.rerun_viewer import headless_viewer, save_picture
+    from twin.views.rerun.viewer import headless_viewer, save_picture
 
     try:
         with console.status("drawing, without a screen"), headless_viewer(file=view) as viewer:
@@ -98,8 +96,8 @@ def _save(what: Path, out: Path) -> Path:
 def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -> Path:
     from recordings import read_run
     from recordings.tables import read_table
-    from twin.views.rerun_run import save_run
-    from twin.views.rerun_table import save_table
+    from twin.views.rerun.run import save_run
+    from twin.views.rerun.table import save_table
 
     if recording.suffix.lower() == ".rrd":
         return Path(shutil.copyfile(recording, out))
@@ -115,7 +113,7 @@ def _save_run(recording: Path, out: Path, rehearsal: Mapping[str, Any] | None) -
 
 def _read_result(path: Path) -> dict[str, Any]:
     try:
-        if path.stat().st_size > LARGEST_RESULT:
+        if path.stat().st_size > 200_000_000:  # bytes
             raise InputError(path, "", "too large for a result of this program")
         table = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
@@ -135,7 +133,7 @@ def _inside(folder: Path, name: str, source: Path) -> Path:
 
 def _open(view: Path) -> bool:
     """Open the viewer if there is a display; say how to open it elsewhere if not."""
-    from twin.views.rerun_viewer import open_viewer, why_no_window
+    from twin.views.rerun.viewer import open_viewer, why_no_window
 
     if why := why_no_window():
         say(f"{why}; the view is {view}: open it with 'rerun {view.name}' where there is a screen")

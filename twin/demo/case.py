@@ -30,10 +30,6 @@ def draw_demo_case(rig: Rig, *, seed: int, cause: str | None = None) -> DemoCase
 
     Parameters
     ----------
-    rig
-        As the experimenter believes.
-    seed
-        Of everything that is drawn.
     cause
         Hide this one, ``none`` for nothing; drawn from :data:`twin.bench.FIRST_CAUSES` if not given.
     """

@@ -25,10 +25,8 @@ class SweepComparison:
 
     Attributes
     ----------
-    run : str
     sweep : str
         Its name, with the run's where two runs have the same.
-    channels : tuple of str
     frequency_Hz : ndarray, (s,)
     force_N : ndarray, (s,)
         Amplitude of the measured force.

@@ -1,7 +1,5 @@
 """Diagnosis from end to end: recordings and the nominal rig in, an answer out."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -74,18 +72,12 @@ def diagnose(
     held_out
         Recordings kept for measuring the gain.  Without any, the middle one of three or more sweeps is set
         aside, or every fourth step of fewer.
-    source
-        The rig file's name, for errors.
     out
         Folder for the extended model; none is written without it.
     causes
         What may be named, apart from what the samples themselves show.
-    most
-        Largest number of causes in one model.
     thorough
         Whether more rivals are fitted, from more beginnings and for longer.
-    report
-        Told what is being done.
 
     Raises
     ------

@@ -21,11 +21,6 @@ def acting_effects(
 
     Effects without a forward model, see :func:`left_out_effects`, change nothing and are left out.
 
-    Parameters
-    ----------
-    source
-        The rig file's name, for errors.
-
     Raises
     ------
     InputError
@@ -67,11 +62,6 @@ def with_effects(evidence: MeasuredData, *, source: str = "rig") -> MeasuredData
 
     Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters
     that lacked them is left out.
-
-    Parameters
-    ----------
-    source
-        The rig file's name, for errors.
 
     Raises
     ------

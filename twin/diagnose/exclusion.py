@@ -11,9 +11,6 @@ from twin.diagnose.places import told_place
 from twin.diagnose.score import Score
 from twin.identify.measured_data import MeasuredData
 
-ONE_SIDED_95 = 1.645
-"""Standard deviations that 95 % of a normal distribution lie below."""
-
 
 @dataclass(frozen=True)
 class Exclusion:
@@ -48,7 +45,7 @@ def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[E
         rising, falling = main.upper > main.null, main.lower < main.null
         size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
         largest_size = max(main.upper - main.null, main.null - main.lower)
-        limit = size + ONE_SIDED_95 * score.std
+        limit = size + 1.645 * score.std  # 95 % of a normal distribution lie below 1.645 standard deviations
         share = limit / main.scale if limit < largest_size else np.inf
         if name in largest and share <= largest[name][0]:
             continue

@@ -121,8 +121,6 @@ class NextTest:
 
     Attributes
     ----------
-    procedure
-        Its file.
     separation, needed : float
         Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough.
     rig_time_s : float

@@ -48,14 +48,12 @@ def sound_data(runs: Sequence[Run], rig: Rig, *, preload: str | None = None, sou
     Parameters
     ----------
     preload
-        As for :func:`~twin.identify.evidence.gather_data`.
-    source
-        The rig file's name, for errors.
+        As for :func:`~twin.identify.measured_data.gather_data`.
 
     Raises
     ------
     InputError
-        If the recordings do not fit the rig (:func:`~twin.identify.evidence.gather_data`), or an effect of the rig
+        If the recordings do not fit the rig (:func:`~twin.identify.measured_data.gather_data`), or an effect of the rig
         file is none (:func:`~twin.diagnose.effects.with_effects`).
     """
     runs = [as_known(own_channels(run, rig), rig) for run in runs]

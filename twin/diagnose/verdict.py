@@ -1,7 +1,5 @@
 """From the selection to an answer: the probability of every hypothesis, and what is honest to say."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -34,8 +34,6 @@ class FrequencyResponses:
         direction is -y keeps its sign.
     coherence : ndarray, (n, f), or None
         Of broadband excitation.
-    responses, force
-        The channels.
     frf_form
         ``receptance``, ``mobility`` or ``accelerance``.
     """

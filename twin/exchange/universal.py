@@ -14,8 +14,6 @@ from recordings.run import Channel, Run
 from recordings.whole import refuse_existing, whole_file
 from twin.exchange.responses import FrequencyResponses
 
-_FRF, _COHERENCE = 4, 6
-_FREQUENCY = 18
 _TEXT = 80
 
 
@@ -41,6 +39,9 @@ def write_universal(
         pyuff.UFF(str(part)).write_sets(sets, mode="add")
 
 
+# In data set 58 function 4 is a frequency response and 6 a coherence; 18 as a data type is a frequency.
+
+
 def _sets(each: FrequencyResponses, nodes: dict[str, int], run: Run) -> list[dict[str, Any]]:
     found = []
     for row, channel in enumerate(each.responses):
@@ -48,7 +49,7 @@ def _sets(each: FrequencyResponses, nodes: dict[str, int], run: Run) -> list[dic
         found.append({**head, **_axes(channel, each.force), "data": each.frf[row]})
         if each.coherence is not None:
             none = {"ordinate_spec_data_type": 0, "ordinate_axis_lab": "coherence", "orddenom_spec_data_type": 0}
-            found.append({**head, **none, "func_type": _COHERENCE, "data": each.coherence[row]})
+            found.append({**head, **none, "func_type": 6, "data": each.coherence[row]})
     return found
 
 
@@ -56,13 +57,13 @@ def _head(each: FrequencyResponses, channel: Channel, nodes: dict[str, int], run
     """What an FRF and its coherence share."""
     steps = np.diff(each.frequency_Hz)
     return {
-        "type": 58, "binary": 1, "func_type": _FRF,
+        "type": 58, "binary": 1, "func_type": 4,
         "id1": f"{channel.name} / {each.force.name}"[:_TEXT], "id2": f"sweep {each.sweep}"[:_TEXT],
         "id3": run.info.get("started", "NONE")[:_TEXT], "id4": (run.info.get("rig") or "NONE")[:_TEXT],
         "rsp_ent_name": _short(channel), "rsp_node": nodes[channel.name], "rsp_dir": axis_number(channel.direction),
         "ref_ent_name": _short(each.force), "ref_node": nodes[each.force.name],
         "ref_dir": axis_number(each.force.direction),
-        "abscissa_spacing": int(np.allclose(steps, steps[0], rtol=1e-9)), "abscissa_spec_data_type": _FREQUENCY,
+        "abscissa_spacing": int(np.allclose(steps, steps[0], rtol=1e-9)), "abscissa_spec_data_type": 18,
         "abscissa_axis_lab": "frequency", "abscissa_axis_units_lab": "Hz", "x": each.frequency_Hz,
     }  # fmt: skip
 

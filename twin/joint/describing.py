@@ -19,10 +19,6 @@ def describing_function(
     ----------
     path
         Force along the samples of a path that starts at rest at zero.
-    amplitude
-        A, one value or several.
-    points
-        Samples a cycle.
     cycles
         How many to run; the last is taken, when laws with memory have settled.
 

@@ -7,14 +7,14 @@ from scipy.interpolate import PchipInterpolator
 
 from twin.joint.law import Series
 from twin.joint.running_loss import RunningLoss
-from twin.joint.table import Table, table_from_stiffness
+from twin.joint.table import ForceTable, table_from_stiffness
 
 LOSS_POINTS = 1025
 RUN_OUT = 0.1
 """Share of the last knot's amplitude over which a softening levels off beyond it."""
 
 
-def softening_of_knots(amplitude_m: Sequence[float], softening: Sequence[float]) -> Table:
+def softening_of_knots(amplitude_m: Sequence[float], softening: Sequence[float]) -> ForceTable:
     """The one odd, single-valued force whose describing function is minus the softening.
 
     It is constant before the first knot, and levels off beyond the last instead of ending in a corner, which a sine of

@@ -9,20 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from twin.joint.cubic import Cubic
 from twin.joint.iwan import iwan
 from twin.joint.knots import LOSS_POINTS, loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
 from twin.joint.named_law import NamedLaw, Parameter
 from twin.joint.polynomial import Polynomial
+from twin.joint.power_laws import Cubic
 from twin.joint.running_loss import RunningLoss
 from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.sliders import jenkins
-
-LOSS_REACH = 6.0
-"""Scales over which a running loss is tabulated; beyond, it is constant."""
 
 
 def _modulus(name: str, about: str, **more: Any) -> Parameter:
@@ -61,7 +58,7 @@ def _mayer_gaul(opened: float, closed: float, pressed: float, gap: float) -> Law
 
 
 def _running_loss(loss: float, reached_at: float, power: float) -> Law:
-    amplitude = np.linspace(0.0, LOSS_REACH * reached_at, LOSS_POINTS)
+    amplitude = np.linspace(0.0, 6.0 * reached_at, LOSS_POINTS)  # beyond, the loss is constant
     share = (amplitude / reached_at) ** power
     return RunningLoss(float(amplitude[-1]), loss * share / (1.0 + share))
 

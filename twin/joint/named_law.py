@@ -11,13 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from twin.joint.law import Law, Series, Stiffness
 from twin.joint.slap import PiecewiseLinearContact
-from twin.joint.table import Table
+from twin.joint.table import ForceTable
 
 Value = float | list[float]
 
 AT_REST_m = 1e-12
 """A motion at which every law is at rest."""
-MOST_VALUES = 200
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +56,7 @@ class Parameter:
             float, Field(gt=self.above, ge=self.least, lt=self.below, le=self.most, allow_inf_nan=False)
         ]  # fmt: skip
         if self.several:
-            return Annotated[list[one], Field(max_length=MOST_VALUES)], ... if self.default is None else self.default
+            return Annotated[list[one], Field(max_length=200)], ... if self.default is None else self.default
         return one, ... if self.default is None else self.default
 
 
@@ -87,7 +86,7 @@ class PointForce:
     @property
     def most_taken(self) -> float:
         """What it takes off the modulus where it is softest, N/m2; of a law with memory, where all of it slips."""
-        if isinstance(self.law, Table):
+        if isinstance(self.law, ForceTable):
             return self.at_rest - float(self.law.tangent.min())
         if isinstance(self.law, PiecewiseLinearContact):
             return self.at_rest - self.law.least_tangent

@@ -22,7 +22,6 @@ LOSS_MODULUS = 3.0e9
 LOSS_SLIP = 1.65e-6
 """Scale of the loss, m of a point's slip, at REFERENCE_MODULUS."""
 LOSS_POWER = 4
-LOSS_POINTS = 1025
 LOSS_END = 6.0
 """End of the loss's table, over its scale."""
 
@@ -36,5 +35,5 @@ def steel_softening(E: float) -> Saturating:
 def steel_loss(E: float) -> RunningLoss:
     """What a point loses over its slip, for a layer of normal modulus `E`, N/m2."""
     scale = LOSS_SLIP * np.sqrt(E / REFERENCE_MODULUS)
-    slip = np.linspace(0.0, LOSS_END * scale, LOSS_POINTS)
+    slip = np.linspace(0.0, LOSS_END * scale, 1025)
     return RunningLoss(slip[-1], LOSS_MODULUS * slip**LOSS_POWER / (slip**LOSS_POWER + scale**LOSS_POWER))

@@ -23,7 +23,7 @@ TABLE_POINTS = 4097
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class ForceTable:
     """A single-valued force given at equal steps from -`limit_m` to `limit_m`; beyond it goes on along its tangents."""
 
     kind: ClassVar[int] = TABLE
@@ -32,7 +32,7 @@ class Table:
     force: Series
 
     @classmethod
-    def of(cls, force: Callable[[Series], Series], *, limit_m: float) -> Table:
+    def of(cls, force: Callable[[Series], Series], *, limit_m: float) -> ForceTable:
         """Tabulate a single-valued force."""
         return cls(limit_m, force(np.linspace(-limit_m, limit_m, TABLE_POINTS)))
 
@@ -64,15 +64,13 @@ class Table:
 
 def table_from_stiffness(
     stiffness: Callable[[Series], Series], slope: Callable[[Series], Series], *, limit_m: float
-) -> Table:
+) -> ForceTable:
     """The hyperelastic law whose describing function is a given real curve.
 
     Parameters
     ----------
     stiffness, slope
         N(A) and dN/dA, vectorised, defined from 0 to `limit_m`.
-    limit_m
-        End of the table.
     """
     x = np.linspace(0.0, limit_m, TABLE_POINTS // 2 + 1)
     nodes, weights = np.polynomial.legendre.leggauss(200)
@@ -80,4 +78,4 @@ def table_from_stiffness(
     A = x[:, None] * sine
     integrand = 3.0 * sine**3 * stiffness(A) + x[:, None] * sine**4 * slope(A)
     half = x / 2.0 * (integrand @ weights) * np.pi / 4
-    return Table(limit_m, np.concatenate([-half[:0:-1], half]))
+    return ForceTable(limit_m, np.concatenate([-half[:0:-1], half]))

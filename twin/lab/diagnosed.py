@@ -17,14 +17,14 @@ from twin.identify.measured_data import MeasuredData
 from twin.lab.model_result import FitPictures, ModelResult
 from twin.rigs import Rig
 from twin.rigs.kinds import AnyRig
-from twin.views.answer import causes_table, errors_table, residuals_table
 from twin.views.curves import Fitted, has_law, shown_models
 from twin.views.figures import law_figure, sweeps_figure
-from twin.views.missing_force import missing_force_figure
 from twin.views.page import LEFT_OUT, Page
-from twin.views.report import diagnosis_page
+from twin.views.reports.answer import causes_table, errors_table, residuals_table
+from twin.views.reports.diagnosis import diagnosis_page
+from twin.views.reports.missing_force import missing_force_figure
+from twin.views.reports.tables import table_figure, table_page, tried_table
 from twin.views.table import Table
-from twin.views.table_report import table_figure, table_page, tried_table
 
 EXTENDED, VIEW = "extended.toml", "view.rrd"
 """Files of a saved diagnosis."""
@@ -107,7 +107,7 @@ class DiagnosedRecordings(FitPictures, _Diagnosed):
 
     def save_view(self, path: str | Path) -> None:
         """Write a file for the rerun viewer."""
-        from twin.views.rerun_diagnosis import save_diagnosis
+        from twin.views.rerun.diagnosis import save_diagnosis
 
         save_diagnosis(self.diagnosis, Path(path))
 

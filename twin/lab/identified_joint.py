@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from matplotlib.figure import Figure
 
-from studies.force_levels import with_polynomials
 from twin.bench import open_bench
 from twin.checks import FirstLook
 from twin.diagnose.comparison import SweepComparison
@@ -19,13 +18,20 @@ from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload
 from twin.structure.plausibility import unlikely_units
 from twin.views.curves import Fitted
-from twin.views.identified_figures import identified_law_figure, strength_figure
-from twin.views.identified_report import fitted_sweeps, identified_page, identified_sentence
-from twin.views.identified_tables import determined, determined_table, parameter_table, residual_table
 from twin.views.page import LEFT_OUT, Page
+from twin.views.reports.identification import fitted_sweeps, identified_page, identified_sentence
+from twin.views.reports.identified_figures import identified_law_figure, strength_figure
+from twin.views.reports.identified_tables import determined, determined_table, parameter_table, residual_table
 from twin.views.table import Table
 
 Report = Callable[[str], None]
+
+
+class Beside(Protocol):
+    """Another identification of the same data, which is reported beside the joint's own law."""
+
+    def __call__(self, found: Identified, evidence: MeasuredData, *, report: Report) -> Identified:
+        """What was `found` with the other identification in it."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -38,7 +44,6 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
         Values, covariance, polynomials, residuals.
     evidence : MeasuredData
         The recordings, reduced.
-    warnings : tuple of str
     """
 
     found: Identified
@@ -109,13 +114,15 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
 
 
 def identify_recordings(
-    looked: FirstLook, rig: Rig, *, source: str, preload: str | None, report: Report
+    looked: FirstLook, rig: Rig, *, source: str, preload: str | None, report: Report, beside: Beside | None
 ) -> IdentifiedJoint:
     """Moduli, damping and joint law from recordings that passed a first look; `source` names the rig in errors."""
     runs = looked.runs
     report("reducing the runs to responses")
     sound = sound_data(runs, rig, preload=preload, source=source)
-    found = with_polynomials(identify_rig(sound.evidence, report=report), sound.evidence, report=report)
+    found = identify_rig(sound.evidence, report=report)
+    if beside is not None:
+        found = beside(found, sound.evidence, report=report)
     warnings = [*(f"implausible: {line}" for line in unlikely_units(rig)), *looked.told, *left_out_effects(rig.effect)]
     warnings += [f"{finding.cause}: {finding.summary}" for finding in sound.findings]
     try:

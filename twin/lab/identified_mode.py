@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from twin.identify.modal_table import identify_sweep_table
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs.modal import ModalRig
-from twin.views.mode_report import mode_figure, mode_page, mode_sentence, mode_table
 from twin.views.page import Page
+from twin.views.reports.mode import mode_figure, mode_page, mode_sentence, mode_table
 from twin.views.table import Table
 
 

@@ -11,8 +11,8 @@ from recordings import FrequencyTable, InputError, read_table
 from twin.diagnose.tables import FrequencyModuli, fit_moduli
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs import Rig
-from twin.views.moduli_report import errors_figure, frequency_table, moduli_page, moduli_sentence, moduli_table
 from twin.views.page import Page
+from twin.views.reports.moduli import errors_figure, frequency_table, moduli_page, moduli_sentence, moduli_table
 from twin.views.table import Table
 
 

@@ -38,7 +38,6 @@ class PredictedResponse(Shown):
         ``force`` or ``acceleration``.
     assumed : tuple of str
         What stands for what the rig file leaves out.
-    warnings : tuple of str
     """
 
     response: ModalResponse

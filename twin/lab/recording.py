@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
     from twin.views.curves import SteppedSweep
 
-MOST_POINTS = 20_000
-"""Samples of one picture; of longer stretches the largest and the smallest of each piece are drawn."""
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Recording(Shown):
@@ -100,7 +97,7 @@ class Recording(Shown):
         begin, end = device.position_at(first + round(1e9 * start_s)), device.position_at(stop)
         time_s = 1e-9 * (device.times_ns(begin, end) - first)
         figure, (axes,) = panels(1, height_in=3.0)
-        position, drawn = extremes(device.values[channel][begin:end], -(-2 * (end - begin) // MOST_POINTS))
+        position, drawn = extremes(device.values[channel][begin:end], -(-2 * (end - begin) // 20_000))
         axes.plot(time_s[position], drawn, color=AFTER, linewidth=0.8)
         unit = unit_text(self.run.channels[channel].unit)
         axes.set(title=channel, xlabel="time, s", ylabel=f"{channel}, {unit}")

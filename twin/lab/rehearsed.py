@@ -19,8 +19,8 @@ from twin.rehearsal import NominalRig, Rehearsed, branch_tables, open_twin, rehe
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 from twin.views.page import Page
-from twin.views.rehearsal_figures import range_figure, responses_figures
-from twin.views.rehearsal_report import rehearsal_page, rehearsal_sentence, sweeps_table, warnings_table
+from twin.views.reports.rehearsal import rehearsal_page, rehearsal_sentence, sweeps_table, warnings_table
+from twin.views.reports.rehearsal_figures import range_figure, responses_figures
 from twin.views.table import Table
 
 Report = Callable[[str], None]
@@ -32,8 +32,6 @@ class RehearsedProcedure(Reported):
 
     Attributes
     ----------
-    first : Rehearsed
-        The procedure as it was asked for.
     better : Rehearsed or None
         The procedure improved until it is clear; None where there was nothing to improve.
     result : mapping

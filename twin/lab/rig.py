@@ -27,7 +27,7 @@ from twin.views.table import Table
 if TYPE_CHECKING:
     from twin.checks import FirstLook
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
-    from twin.lab.identified_joint import IdentifiedJoint
+    from twin.lab.identified_joint import Beside, IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
     from twin.lab.predicted import PredictedResponse
@@ -113,12 +113,8 @@ class LabRig(Shown):
             Folder of the recordings; a temporary one that lives as long as the result if not given.
         preload
             State of the joint; the rig's first if not given.
-        seed
-            Of the noise.
         rounds
             At most so many improvements.
-        report
-            Told what is being done.
 
         Raises
         ------
@@ -159,7 +155,7 @@ class LabRig(Shown):
             return first_look(learnt, rig, held_out=kept, preload=preload)
 
     def identify(
-        self, runs: Runs, *, preload: str | None = None, report: Report = _silent
+        self, runs: Runs, *, preload: str | None = None, beside: Beside | None = None, report: Report = _silent
     ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
         """Identify the rig's model.
 
@@ -172,8 +168,9 @@ class LabRig(Shown):
             Recordings, in memory or as files, or one table.
         preload
             State of the joint; what the recordings name if not given.
-        report
-            Told what is being done.
+        beside
+            Another identification of recordings to report beside this one, such as the papers' own,
+            :func:`studies.force_levels.with_polynomials`.
 
         Raises
         ------
@@ -183,10 +180,10 @@ class LabRig(Shown):
         given, stages = _listed(runs), Stages(report)
         paths = [Path(run) for run in given if isinstance(run, str | Path)]
         with told_in_one_line(paths[0] if paths else self.source, stages):
-            return self._identified(given, paths, preload, stages)
+            return self._identified(given, paths, preload, beside, stages)
 
     def _identified(
-        self, given: Sequence[AnyRun], paths: Sequence[Path], preload: str | None, report: Report
+        self, given: Sequence[AnyRun], paths: Sequence[Path], preload: str | None, beside: Beside | None, report: Report
     ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
         tables = [path for path in paths if path.suffix.lower() == ".csv"]
         if isinstance(self.file, ModalRig):
@@ -209,7 +206,7 @@ class LabRig(Shown):
         looked = self.check(given, preload=preload).passed()
         from twin.lab.identified_joint import identify_recordings
 
-        return identify_recordings(looked, rig, source=self.source, preload=preload, report=report)
+        return identify_recordings(looked, rig, source=self.source, preload=preload, report=report, beside=beside)
 
     def diagnose(
         self,
@@ -242,8 +239,6 @@ class LabRig(Shown):
         processes
             How many fit causes to recordings side by side.  With more than one a script must guard its main part by
             ``if __name__ == "__main__"``.
-        report
-            Told what is being done.
 
         Raises
         ------

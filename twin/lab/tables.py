@@ -24,15 +24,6 @@ def diagnose_tables(
 ) -> TableDiagnosis:
     """Diagnose tables of one kind.
 
-    Parameters
-    ----------
-    source
-        The rig's name, for errors.
-    preloads
-        Of tables that do not say it themselves.
-    report
-        Told what is being done.
-
     Raises
     ------
     InputError

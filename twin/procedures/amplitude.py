@@ -106,8 +106,6 @@ class SlowHold:
     ----------
     deadband
         Relative error within which the voltage stays.
-    time_constant_s
-        tau.
     """
 
     def __init__(self, *, deadband: float, time_constant_s: float) -> None:

@@ -21,7 +21,6 @@ import numpy as np
 from twin.procedures.session import Session
 from twin.procedures.settling import SettlingDetector
 
-MOST_DETOURS = 4
 SHORTEST_S, LONGEST_S = 0.2, 1.0
 WIDEST_TURN = 0.6
 """Largest turn of the force's phase, rad: the plan is linear in the structure."""
@@ -81,7 +80,7 @@ class Brake:
     """
 
     def __init__(self, tolerance: float) -> None:
-        self._tolerance, self._left = tolerance, MOST_DETOURS
+        self._tolerance, self._left = tolerance, 4
 
     def act(self, session: Session, detector: SettlingDetector, *, length_s: float, end_ns: int) -> int | None:
         """Take a detour if there is one worth taking, after a window of `length_s` that ended at `end_ns`.

@@ -10,7 +10,7 @@ from recordings.quantities import follows_excitation
 from recordings.run import StepState
 from recordings.streams import Excitation
 from twin.procedures.kinds import Multisine, Random
-from twin.procedures.session import Place, Session
+from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish, measure, rms
 
@@ -62,7 +62,7 @@ def run_multisine(procedure: Multisine, session: Session) -> None:
 class _Held:
     """Broadband excitation since `since_ns`; the first since `first_ns`."""
 
-    place: Place
+    place: StepPlace
     voltage_V: float
     first_ns: int
     since_ns: int
@@ -72,7 +72,7 @@ def _hold(procedure: Random | Multisine, session: Session, *, trial_s: float) ->
     """Switch on, and find the voltage that gives the wanted rms."""
     open_loop = procedure.control == "voltage"
     channel = "voltage" if open_loop else procedure.target_channel
-    place = Place(sweep=procedure.procedure, index=0, target_channel=channel, target_amplitude=procedure.rms)
+    place = StepPlace(sweep=procedure.procedure, index=0, target_channel=channel, target_amplitude=procedure.rms)
     voltage_V = procedure.rms if open_loop else procedure.controller.start_voltage
     voltage_V = min(voltage_V, procedure.limits.voltage)
     first_ns = since_ns = _drive(procedure, session, voltage_V)

@@ -11,8 +11,6 @@ class DirectAcquisition:
 
     Parameters
     ----------
-    source
-        Where samples come from.
     block_s
         Length of the blocks that `read` returns, s.  The procedure reacts at block ends only, as on a wire.
     """

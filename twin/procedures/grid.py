@@ -45,10 +45,6 @@ def step_frequencies(
 
     Parameters
     ----------
-    procedure
-        Where the grid is.
-    upwards
-        The direction.
     responses
         Returns frequency (Hz) and complex response of the steps measured so far in this sweep; an adaptive grid
         looks at the last two before it chooses the next frequency.

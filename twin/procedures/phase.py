@@ -23,16 +23,12 @@ class PhaseLock:
 
     Parameters
     ----------
-    start_Hz
-        Where it starts.
     widest_Hz
         How far it may go from there.
     target
         Phase of the response ahead of the force, rad.
     deadband
         Phase error within which the frequency stays, rad.
-    time_constant_s
-        tau.
     """
 
     def __init__(

@@ -32,8 +32,6 @@ def run_procedure(
 
     Parameters
     ----------
-    procedure
-        What to do.
     acquisition
         Virtual or real instruments, not started.
     writer

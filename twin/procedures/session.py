@@ -13,7 +13,7 @@ from twin.procedures.stream import Series, Stream
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class StepPlace:
     """Which step of which sweep is running."""
 
     sweep: str
@@ -33,8 +33,6 @@ class Session:
         Its samples and where they are written.
     voltage_limit_V
         The generator saturates here.
-    on_step
-        Called after every measured step.
     on_time
         Called with the seconds of rig time that have passed, after every window.
     """
@@ -53,7 +51,7 @@ class Session:
         self._limit_V, self._on_step, self._on_time = voltage_limit_V, on_step, on_time
         self.channels: Mapping[str, Channel] = {channel.name: channel for channel in acquisition.channels}
         self.steps: list[StepResult] = []
-        self.place: tuple[Place, float] | None = None
+        self.place: tuple[StepPlace, float] | None = None
         self.last_step: Step | None = None
         self.start_ns: int | None = None
         self.frequency_Hz = 0.0
@@ -98,7 +96,7 @@ class Session:
         """The time from which a change made now would probably hold."""
         return self.stream.latest_ns + self.latency_ns
 
-    def mark(self, place: Place, state: StepState, time_ns: int, frequency_Hz: float) -> None:
+    def mark(self, place: StepPlace, state: StepState, time_ns: int, frequency_Hz: float) -> None:
         """Write the start of a state of a step."""
         self.place = (place, frequency_Hz)
         self.last_step = Step(

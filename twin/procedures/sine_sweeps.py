@@ -10,7 +10,7 @@ from twin.procedures.grid import fixed_frequencies, step_frequencies
 from twin.procedures.kinds import Dwell, RingDown, SteppedSine
 from twin.procedures.phase import PhaseLock, resonance_phase
 from twin.procedures.results import StepResult
-from twin.procedures.session import Place, Session
+from twin.procedures.session import Session, StepPlace
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.procedures.sine_step import SineStep, run_sine_step
 
@@ -89,7 +89,7 @@ class _Runner:
         procedure = self._procedure
         phase = procedure.phase
         step = SineStep(
-            place=Place(sweep=sweep, index=index, target_channel=self._target_channel, target_amplitude=amplitude),
+            place=StepPlace(sweep=sweep, index=index, target_channel=self._target_channel, target_amplitude=amplitude),
             frequency_Hz=frequency_Hz,
             voltage_V=self._first_voltage(frequency_Hz, amplitude),
             measured_channel=self._measured_channel,
@@ -151,7 +151,7 @@ class _Runner:
         """Generator to zero, the decay recorded as a step of its own."""
         session = self._session
         frequency_Hz = session.frequency_Hz
-        place = Place(sweep=sweep, index=index, target_channel=self._target_channel, target_amplitude=0.0)
+        place = StepPlace(sweep=sweep, index=index, target_channel=self._target_channel, target_amplitude=0.0)
         session.stream.begin_step()
         start_ns = session.set_output(Excitation())
         end_ns = start_ns + round(procedure.duration * 1e9)

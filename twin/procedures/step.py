@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from twin.procedures.amplitude import AmplitudeControl
 from twin.procedures.phase import PhaseLock
-from twin.procedures.session import Place
+from twin.procedures.session import StepPlace
 from twin.procedures.tables import Settle
 
 
@@ -17,7 +17,7 @@ class SineStep:
     None where the frequency stays, otherwise it follows `phase_channel` until within `phase_tolerance_rad`.
     """
 
-    place: Place
+    place: StepPlace
     frequency_Hz: float
     voltage_V: float
     measured_channel: str

@@ -8,11 +8,11 @@ import numpy as np
 from recordings.quantities import follows_excitation
 from recordings.run import StepState
 from twin.procedures.results import StepResult
-from twin.procedures.session import Place, Session
+from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
 
 
-def measure(session: Session, place: Place, start_ns: int, duration_s: float) -> dict[str, Series]:
+def measure(session: Session, place: StepPlace, start_ns: int, duration_s: float) -> dict[str, Series]:
     """Record a stretch."""
     end_ns = start_ns + round(duration_s * 1e9)
     session.stream.begin_step()
@@ -24,7 +24,7 @@ def measure(session: Session, place: Place, start_ns: int, duration_s: float) ->
 
 def finish(
     session: Session,
-    place: Place,
+    place: StepPlace,
     series: Mapping[str, Series],
     *,
     voltage_V: float,

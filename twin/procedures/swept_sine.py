@@ -7,11 +7,9 @@ import numpy as np
 from recordings.quantities import is_response
 from recordings.run import StepState
 from twin.procedures.kinds import SweptSine
-from twin.procedures.session import Place, Session
+from twin.procedures.session import Session, StepPlace
 from twin.procedures.stream import Series
 from twin.procedures.stretch import finish
-
-CHIRP_STEP_S = 0.05
 
 
 def run_swept_sine(procedure: SweptSine, session: Session) -> None:
@@ -23,7 +21,9 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
     duration_s = (procedure.stop - procedure.start) / procedure.rate
     for voltage_V in procedure.voltages:
         for way in ways:
-            place = Place(sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V)
+            place = StepPlace(
+                sweep=f"{voltage_V:g}V-{way}", index=0, target_channel="voltage", target_amplitude=voltage_V
+            )
             first, last = (procedure.start, procedure.stop) if way == "up" else (procedure.stop, procedure.start)
             session.stream.begin_step()
             start_ns = session.set_sine(first, voltage_V)
@@ -38,7 +38,7 @@ def run_swept_sine(procedure: SweptSine, session: Session) -> None:
             while now_ns < end_ns:
                 share = (now_ns - measure_ns) * 1e-9 / duration_s
                 holds_ns = session.set_sine(first + share * (last - first), voltage_V)
-                now_ns = min(end_ns, max(now_ns, holds_ns) + round(CHIRP_STEP_S * 1e9))
+                now_ns = min(end_ns, max(now_ns, holds_ns) + round(0.05 * 1e9))
                 session.stream.wait(now_ns)
                 session.tick()
             series = session.window(measure_ns, duration_s)

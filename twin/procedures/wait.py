@@ -12,15 +12,13 @@ from twin.procedures.settling import SettlingDetector, usual_rate
 from twin.procedures.sine_fit import SineFit
 from twin.procedures.step import SineStep
 
-WINDOW_CYCLES = 10
-LEAST_SAMPLES = 64
 CONTROL_HARMONICS = 5
 """As many as are measured: one that is left out looks like noise, which excuses an amplitude that is not held."""
 
 
 def window_seconds(frequency_Hz: float, sample_rate_Hz: float) -> float:
     """Length of a control window: at least ten cycles and 64 samples, a whole number of samples."""
-    cycles = max(WINDOW_CYCLES, math.ceil(LEAST_SAMPLES * frequency_Hz / sample_rate_Hz))
+    cycles = max(10, math.ceil(64 * frequency_Hz / sample_rate_Hz))
     return round(cycles / frequency_Hz * sample_rate_Hz) / sample_rate_Hz
 
 
@@ -31,10 +29,6 @@ class Wait:
     ----------
     session, step
         What runs, and what it asks for; the generator has been set.
-    holds_ns
-        Since when.
-    sample_rate_Hz
-        Of the primary device.
     """
 
     def __init__(self, session: Session, step: SineStep, holds_ns: int, sample_rate_Hz: float) -> None:

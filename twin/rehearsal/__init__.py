@@ -2,6 +2,7 @@
 
 from twin.rehearsal.branches import Branch, predicted_branches
 from twin.rehearsal.improve import improved_procedure
+from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal, SweepSummary
-from twin.rehearsal.rehearse import NominalRig, Rehearsed, judge, open_twin, rehearse, rehearse_until_clear
+from twin.rehearsal.rehearse import Rehearsed, judge, open_twin, rehearse, rehearse_until_clear
 from twin.rehearsal.tables import branch_tables, rehearsed_table, result_table

@@ -6,11 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.resonances import by_resonance, same_resonance
-
-FEWEST = 3
-"""Steps about a resonance: fewer, as a coarse grid has at low frequencies, belong to the next one."""
-SUNK = 0.5
-"""Of the lower of two peaks: between them the response must fall below, else both are one resonance (half: 6 dB)."""
+from twin.rehearsal.limits import LIMITS
 
 
 def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.intp]:
@@ -39,10 +35,10 @@ def band_numbers(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> NDArray[np.i
 
 
 def _groups(frequency_Hz: NDArray[Any]) -> list[NDArray[np.intp]]:
-    """Places of the steps between gaps, at least :data:`FEWEST` in each group where there are so many."""
+    """Places of the steps between gaps, at least ``LIMITS.bands_fewest`` in each group where there are so many."""
     found: list[NDArray[np.intp]] = []
     for group in by_resonance(frequency_Hz):
-        if found and min(len(found[-1]), len(group)) < FEWEST:
+        if found and min(len(found[-1]), len(group)) < LIMITS.bands_fewest:
             found[-1] = np.concatenate([found[-1], group])
         else:
             found.append(group)
@@ -56,7 +52,7 @@ def _valleys(frequency_Hz: NDArray[Any], size: NDArray[Any]) -> list[int]:
     last = peaks[0] if peaks else 0
     for i in peaks[1:]:
         valley = last + int(np.argmin(size[last:i]))
-        if size[valley] < SUNK * min(size[last], size[i]):
+        if size[valley] < LIMITS.bands_sunk * min(size[last], size[i]):
             found.append(valley)
             last = i
         elif size[i] > size[last]:

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from twin.procedures import StepResult
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Rehearsal
-from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps, steepest_linear
+from twin.rehearsal.turns import phase_steps, steepest_linear
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,9 @@ def jumping_steps(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[int
     turns = phase_steps(rehearsal, steps)
     if not turns:
         return []
-    found = {i for i, turn in enumerate(turns) if turn > max(ALLOWED_DEGREES, steepest_linear(rehearsal, steps, i))}
+    found = {
+        i for i, turn in enumerate(turns) if turn > max(LIMITS.turns_allowed_deg, steepest_linear(rehearsal, steps, i))
+    }
     folds = folds_within(rehearsal, steps)
     upwards = steps[-1].frequency_Hz > steps[0].frequency_Hz
     for fold_Hz in folds.up_Hz if upwards else folds.down_Hz:
@@ -87,4 +90,4 @@ def _is_near(rehearsal: Rehearsal, here: StepResult, there: StepResult, fold_Hz:
 def branches_of(rehearsal: Rehearsal, steps: Sequence[StepResult]) -> list[Mapping[str, Any]]:
     """The predicted curves at a sweep's force, one about each resonance."""
     target = steps[0].target_amplitude
-    return [b for b in rehearsal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)]
+    return [b for b in rehearsal.nominal.branches if math.isclose(b["force_N"], target, rel_tol=1e-6)]

@@ -11,12 +11,8 @@ from recordings import read_run
 from twin.identify.modes.from_record import modes_of_record
 from twin.identify.spectrum import BroadbandRecord, broadband_records, h1
 from twin.rehearsal.checks.too_short import averages
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Rehearsal
-
-AVERAGES = 12.0
-"""Stretches that densities and responses are averaged over."""
-MOST_LINES = 2000
-"""Of a table; more than a picture shows, and twice as many cost a megabyte."""
 
 
 def noise_tables(rehearsal: Rehearsal, recording: Path) -> list[dict[str, Any]]:
@@ -32,7 +28,7 @@ def noise_tables(rehearsal: Rehearsal, recording: Path) -> list[dict[str, Any]]:
 def _table(rehearsal: Rehearsal, record: BroadbandRecord, band: tuple[float, float]) -> dict[str, Any]:
     force, channels = rehearsal.force_channel, tuple(rehearsal.response_channels)
     assert force is not None
-    resolution_Hz = max(AVERAGES / record.duration_s, (band[1] - band[0]) / MOST_LINES)
+    resolution_Hz = max(LIMITS.noise_averages / record.duration_s, (band[1] - band[0]) / LIMITS.most_lines)
     seen = h1(record, force=force, resolution_Hz=resolution_Hz)
     inside = (seen.frequency_Hz >= band[0]) & (seen.frequency_Hz <= band[1]) & (seen.frequency_Hz > 0)
     length = int(min(len(record.samples[force]), record.sample_rate_Hz / resolution_Hz))

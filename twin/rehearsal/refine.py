@@ -7,12 +7,9 @@ from collections.abc import Sequence
 from twin.identify.resonances import same_resonance
 from twin.procedures import SteppedSine, StepResult
 from twin.procedures.grid import fixed_frequencies
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Rehearsal
 
-FINEST, REACH = 0.4, 4.0
-"""Of the resonance's half width: the steps across it, and how far to either side of it they go."""
-WIDENING = 0.4
-"""Of the distance from there: how wide the steps become farther out, so that a place known badly is not passed over."""
 SMALLEST_CHANGE = 0.1
 
 
@@ -57,7 +54,7 @@ def _around(rehearsal: Rehearsal, frequencies: Sequence[float], low_Hz: float, h
     Where those belong to another resonance, the gap between the two is left alone.
     """
     half_Hz = rehearsal.half_width_Hz(0.5 * (low_Hz + high_Hz))
-    first, last = low_Hz - REACH * half_Hz, high_Hz + REACH * half_Hz
+    first, last = low_Hz - LIMITS.refine_reach * half_Hz, high_Hz + LIMITS.refine_reach * half_Hz
     below = bisect.bisect_left(frequencies, first) - 1
     above = bisect.bisect_right(frequencies, last)
     bottom, top = frequencies[max(below, 0)], frequencies[min(above, len(frequencies) - 1)]
@@ -68,7 +65,7 @@ def _around(rehearsal: Rehearsal, frequencies: Sequence[float], low_Hz: float, h
         frequency = begin
         while sign * (end - frequency) > 0:
             beyond = max(frequency - last, first - frequency, 0.0)
-            step = _round_step(max(FINEST * half_Hz, WIDENING * beyond))
+            step = _round_step(max(LIMITS.refine_finest * half_Hz, LIMITS.refine_widening * beyond))
             # multiples of the step: what two sweeps ask for falls together
             multiple = math.floor(frequency / step + 1e-6) + 1 if sign > 0 else math.ceil(frequency / step - 1e-6) - 1
             frequency = round(multiple * step, 10)

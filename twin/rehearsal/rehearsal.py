@@ -15,9 +15,8 @@ from recordings.run import Channel
 from twin.procedures import Procedure, ProcedureResult, StepResult, SweptSine
 from twin.procedures.settling import USUAL_DAMPING_RATIO
 from twin.rehearsal.bands import band_numbers
-
-NEAR = 0.02
-"""Of a resonance's largest response per force: a step with less of it lies so far off that it tells nothing of it."""
+from twin.rehearsal.limits import LIMITS
+from twin.rehearsal.nominal import NominalRig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,39 +86,26 @@ class SweepSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class Rehearsal:
-    """A procedure that was run on the twin.
-
-    `damping_ratio` is what is assumed of the least damped mode in question, `bits` the converter's word length; None
-    where nothing is known.  `drive_limits` are the largest values that its drive lets some channels have.
-    `branches` are the predicted curves, as :func:`twin.rehearsal.branch_tables` gives them, of forces that are known.
-    `implausible` is what the rig's file is unlikely to mean.  `modes` are natural frequencies, Hz, that are assumed,
-    with their damping ratios, the lowest first.
-    """
+    """A procedure that was run on the twin, and what is assumed of the rig."""
 
     procedure: Procedure
     result: ProcedureResult
     channels: Mapping[str, Channel]
-    damping_ratio: float | None = None
-    bits: int | None = None
-    drive_limits: Mapping[str, float] = field(default_factory=dict)
-    branches: Sequence[Mapping[str, Any]] = ()
-    implausible: Sequence[str] = ()
-    modes: Sequence[tuple[float, float]] = ()
+    nominal: NominalRig = field(default_factory=NominalRig)
 
     @property
     def lowest_mode(self) -> tuple[float, float] | None:
         """Frequency, Hz, and damping ratio of the lowest mode in the band of a procedure that has one."""
         low, high = getattr(self.procedure, "band", (math.inf, 0.0))
-        return next(((f, ratio) for f, ratio in self.modes if low <= f <= high), None)
+        return next(((f, ratio) for f, ratio in self.nominal.modes if low <= f <= high), None)
 
     def time_constant_s(self, frequency_Hz: float) -> float:
         """Of a free decay near a frequency, s."""
-        ratio = USUAL_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
-        return 1.0 / (2 * math.pi * frequency_Hz * ratio)
+        return 1.0 / (2 * math.pi * self.half_width_Hz(frequency_Hz))
 
     def half_width_Hz(self, frequency_Hz: float) -> float:
         """Half of the half-power bandwidth of a resonance near a frequency."""
-        ratio = USUAL_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
+        ratio = USUAL_DAMPING_RATIO if self.nominal.damping_ratio is None else self.nominal.damping_ratio
         return ratio * frequency_Hz
 
     def sweeps(self) -> dict[str, list[StepResult]]:
@@ -170,7 +156,7 @@ class Rehearsal:
         near = np.zeros(len(steps), bool)
         for band, channel in self._about_resonances(steps):
             size = np.array([abs(self.transfer(steps[i], channel)) for i in band])
-            near[band] = size > NEAR * size.max()
+            near[band] = size > LIMITS.rehearsal_near * size.max()
         return near
 
     def _about_resonances(self, steps: Sequence[StepResult]) -> Iterator[tuple[list[int], str]]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from recordings import InputError, RunWriter
 from recordings.streams import Acquisition, SampleSource
@@ -23,65 +22,9 @@ from twin.procedures import (
 from twin.rehearsal.checks import CHECKS
 from twin.rehearsal.gather import gathered
 from twin.rehearsal.improve import improved_procedure
+from twin.rehearsal.nominal import NominalRig
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-from twin.rigs import Rig, nominal_rig_file, preload_record
-from twin.structure.modelled_rig import modelled_rig
-from twin.structure.plausibility import unlikely_units
-
-
-@dataclass(frozen=True, kw_only=True)
-class NominalRig:
-    """What is assumed of the rig beside its samples, and what the recording should say of it.
-
-    Attributes
-    ----------
-    rig_name, rig_file
-        For the ``run`` record and its attachment.
-    preload
-        ``preload_N`` or ``preload_Nm`` of the ``run`` record, where known.
-    damping_ratio
-        Of the least damped mode.
-    bits
-        The converter's.
-    drive_limits
-        By the channel that shows each.
-    branches
-        Predicted curves, as :func:`twin.rehearsal.branch_tables` gives them: where they fold, a sweep jumps.
-    implausible
-        What the rig's file is unlikely to mean.
-    modes
-        Natural frequencies of the file's structure, Hz, with their damping ratios.
-    """
-
-    rig_name: str = ""
-    rig_file: bytes = b""
-    preload: Mapping[str, str] = field(default_factory=dict)
-    damping_ratio: float | None = None
-    bits: int | None = None
-    drive_limits: Mapping[str, float] = field(default_factory=dict)
-    branches: Sequence[Mapping[str, Any]] = ()
-    implausible: Sequence[str] = ()
-    modes: Sequence[tuple[float, float]] = ()
-
-    @classmethod
-    def of(cls, rig: Rig, *, preload: str, branches: Sequence[Mapping[str, Any]] = ()) -> NominalRig:
-        """What the rig's file says, at one of its preloads, and the branches predicted from it."""
-        return cls(
-            rig_name=rig.name,
-            rig_file=nominal_rig_file(rig),
-            preload=preload_record(preload),
-            damping_ratio=min(rig.damping.modal_ratio),
-            bits=rig.acquisition.bits,
-            drive_limits=drive_limits(rig),
-            branches=branches,
-            implausible=unlikely_units(rig),
-            modes=_modes(rig, preload),
-        )
-
-
-def _modes(rig: Rig, preload: str) -> tuple[tuple[float, float], ...]:
-    ratios, modes = rig.damping.modal_ratio, modelled_rig(rig, preload=preload or None).modes
-    return tuple((float(f), ratios[min(number, len(ratios) - 1)]) for number, f in enumerate(modes.frequency_Hz))
+from twin.rigs import Rig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,14 +97,10 @@ def rehearse(
 
     Parameters
     ----------
-    procedure
-        What to do.
     source
         The bench, or any other source; at rest.
     recording
         The MCAP to write; replaced if it exists.
-    assumed
-        Of the rig.
     progress, on_step
         As for :func:`twin.procedures.run_procedure`.
     watch
@@ -206,12 +145,7 @@ def rehearse(
         procedure=procedure,
         result=result,
         channels={channel.name: channel for channel in source.channels},
-        damping_ratio=nominal.damping_ratio,
-        bits=nominal.bits,
-        drive_limits=nominal.drive_limits,
-        branches=nominal.branches,
-        implausible=nominal.implausible,
-        modes=nominal.modes,
+        nominal=nominal,
     )
     return Rehearsed(rehearsal=rehearsal, recording=recording, cautions=judge(rehearsal))
 
@@ -231,16 +165,12 @@ def rehearse_until_clear(
 
     Parameters
     ----------
-    first
-        The rehearsal to improve on.
     make_source
         Gives a fresh rig at rest for every round.
     recording
         The MCAP of the last round.
-    assumed, progress, on_step
+    nominal, progress, on_step
         As for :func:`rehearse`.
-    rounds
-        At most so many improvements.
     on_round
         Called with every improved procedure before it is rehearsed.
 

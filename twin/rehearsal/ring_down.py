@@ -11,13 +11,7 @@ from numpy.typing import NDArray
 from recordings import read_run
 from recordings.run import Run, Step, StepState
 from twin.procedures import ProcedureResult, StepResult
-
-WINDOW_CYCLES = 10
-LEAST_ABOVE_NOISE = 10.0
-"""Amplitude over its own noise, down to which a decay is followed."""
-MOST_PARTS = 5
-FEWEST_WINDOWS = 4
-"""Of a part, so that its slope has a scatter."""
+from twin.rehearsal.limits import LIMITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,17 +63,21 @@ def _decay(run: Run, mark: Step, step: StepResult, channels: list[str]) -> Decay
     times = run.device_of(name).times_ns()
     sample_rate_Hz = 1e9 * (len(times) - 1) / float(times[-1] - times[0])
     t, z = _phasors(samples[name], sample_rate_Hz, mark.frequency_Hz)
-    if len(t) < 2 * FEWEST_WINDOWS:
+    if len(t) < 2 * LIMITS.fewest_windows:
         return None
     size = np.abs(z)
     # what is left when all has decayed is noise; a decay cut off before that has none to judge by
     noise = float(np.median(size[-max(len(size) // 10, 1) :])) if size[-1] < 0.01 * size[0] else 0.0
-    followed = int(np.argmax(size < LEAST_ABOVE_NOISE * noise)) if np.any(size < LEAST_ABOVE_NOISE * noise) else len(t)
-    if followed < 2 * FEWEST_WINDOWS:
+    followed = (
+        int(np.argmax(size < LIMITS.least_above_noise * noise))
+        if np.any(size < LIMITS.least_above_noise * noise)
+        else len(t)
+    )
+    if followed < 2 * LIMITS.fewest_windows:
         return None
     t, logarithm = t[:followed], np.log(size[:followed]) + 1j * np.unwrap(np.angle(z[:followed]))
     whole = _fitted(t, logarithm, mark.frequency_Hz)
-    count = min(MOST_PARTS, followed // FEWEST_WINDOWS)
+    count = min(5, followed // LIMITS.fewest_windows)
     parts = tuple(_fitted(t[i], logarithm[i], mark.frequency_Hz) for i in np.array_split(np.arange(followed), count))
     first, last = parts[0], parts[-1]
     change = abs(first.damping_ratio - last.damping_ratio)
@@ -95,7 +93,7 @@ def _phasors(
     samples: NDArray[np.float64], sample_rate_Hz: float, frequency_Hz: float
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Times and complex amplitudes of neighbouring Hann windows of ten cycles; none where a sample was lost."""
-    length = max(round(WINDOW_CYCLES / frequency_Hz * sample_rate_Hz), 8)
+    length = max(round(10 / frequency_Hz * sample_rate_Hz), 8)
     count = len(samples) // length
     t = np.arange(count * length).reshape(count, length) / sample_rate_Hz
     weights = np.hanning(length + 1)[:-1]

@@ -86,7 +86,7 @@ def _decays(rehearsed: Rehearsed) -> list[dict[str, Any]]:
 def _step(rehearsed: Rehearsed, step: StepResult, before: StepResult | None) -> dict[str, Any]:
     rehearsal = rehearsed.rehearsal
     limits = rehearsal.procedure.limits
-    peaks = {**rehearsal.drive_limits, **limits.peak}
+    peaks = {**rehearsal.nominal.drive_limits, **limits.peak}
     ranges = {name: channel.range for name, channel in rehearsal.channels.items() if channel.range}
     return {
         **{name: getattr(step, name) for name in AS_MEASURED},

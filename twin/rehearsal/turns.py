@@ -6,13 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from twin.procedures import StepResult
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Rehearsal
 from twin.rehearsal.transient import transient_left
 
-ALLOWED_DEGREES = 80.0
-"""Phase of the response between neighbouring steps.  At worst the peak lies half way: cos 40 degrees, a quarter low."""
-MARGIN_DEGREES = 45.0
-"""What a bent resonance turns faster than a linear one before it jumps."""
 MOST_TRANSIENT = 0.2
 
 
@@ -41,4 +38,4 @@ def steepest_linear(rehearsal: Rehearsal, steps: Sequence[StepResult], index: in
     """The most that a linear resonance of the assumed width can turn from one step to the next, with a margin."""
     gap_Hz = abs(steps[index + 1].frequency_Hz - steps[index].frequency_Hz)
     half_Hz = rehearsal.half_width_Hz(steps[index].frequency_Hz)
-    return 2 * math.degrees(math.atan(gap_Hz / (2 * half_Hz))) + MARGIN_DEGREES
+    return 2 * math.degrees(math.atan(gap_Hz / (2 * half_Hz))) + LIMITS.turns_margin_deg

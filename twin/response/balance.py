@@ -70,8 +70,6 @@ class HarmonicBalance:
     ----------
     built
         From :attr:`twin.bench.Bench.built`.
-    harmonics
-        H.
     samples
         A period in the alternation.
     internal_rate_Hz
@@ -127,11 +125,6 @@ class HarmonicBalance:
         Where that branch turns back before the next frequency, the sweep jumps to where the branch comes by that
         frequency in the end, or to the state that rest leads to if it never does; the solution says so.  Frequencies
         without a steady state are told, and the sweep goes on from rest.
-
-        Parameters
-        ----------
-        amplitude
-            As in :meth:`solve`.
         """
         found: list[_State] = []
         failures: list[Failure] = []
@@ -156,8 +149,6 @@ class HarmonicBalance:
         ----------
         start_Hz, stop_Hz
             Ends; the branch may turn between them.
-        amplitude
-            As in :meth:`solve`.
         step
             Greatest arclength of a step, in relative units of the unknowns and of the span of frequency.
         most
@@ -183,8 +174,6 @@ class HarmonicBalance:
 
         Parameters
         ----------
-        solution
-            From this object.
         rate_Hz
             Steps a second of the march, at least.
         """

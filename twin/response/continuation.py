@@ -86,8 +86,6 @@ def newton(
     ----------
     tolerance
         Of the residual over the size of the unknowns.
-    most
-        Steps.
     contraction
         Most of the first step that the second may be; later ones, of the one before: this or :data:`CONTRACTION`.
     F : ndarray, (locals, n)
@@ -167,14 +165,10 @@ def _advance(
         Unknowns over `size` and the parameter over `span`, moved on in place.
     tangent : ndarray, (N + 1,)
         Unit tangent at z; if all goes well replaced by that at the last correction but one.
-    h
-        Arclength.
     kink
         Whether the corrections need not contract, but only stay near.
     held, by_drive, unit
         As in :func:`follow`; `unit` is the slope by the drive, (N,).
-    most
-        Corrections.
     F
         Filled: forces at the end, (locals, n).
 

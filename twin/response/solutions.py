@@ -17,8 +17,6 @@ class PeriodicSolution:
 
     Attributes
     ----------
-    frequency_Hz
-        Fundamental.
     unknowns : ndarray, (locals (2 H + 1),)
         Coefficients of the local coordinates, one after the other.
     inputs : ndarray, (1 + locals, H + 1)

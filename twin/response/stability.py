@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.bench.linear import Poles
-from twin.bench.marching import Elements, Step, coefficients, march, packed
+from twin.bench.marching import Elements, Step, coefficients, integrate, packed
 from twin.joint.kernel import COMPILED, remember
 from twin.joint.kinds import RUNNING_LOSS
 
@@ -108,7 +108,7 @@ def _differentiated(
         moved = Elements(
             elements.kind, elements.coordinate, elements.auxiliary, elements.scale, elements.parameters, memory
         )
-        march(step, moved, state[:m], guess.copy(), u, drive, out)
+        integrate(step, moved, state[:m], guess.copy(), u, drive, out)
         if column < 0:
             end[:] = state
         else:

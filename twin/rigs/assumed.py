@@ -1,7 +1,5 @@
 """What a rig file leaves out, and what stands for it: every report begins with it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from twin.rigs.beam import BeamRig

@@ -138,8 +138,6 @@ class Place:
 
     Attributes
     ----------
-    part
-        Its name.
     at
         Metres along a beam from its start, or a node number of a part given by matrices.
     direction : tuple of float, (3,)

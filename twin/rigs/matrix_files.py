@@ -20,7 +20,6 @@ Integers = NDArray[np.int64]
 PAIR_LIMIT = 10_000
 NEGATIVE = 1e-12
 """By so much of the largest entry rounding may take a diagonal entry below zero."""
-NORMAL_LENGTH = 1e-3
 SLOWEST_rad_per_s = 1.0
 """Of a row's own stiffness on its own mass; an element of any part on a bench is thousands of times as fast."""
 
@@ -175,7 +174,7 @@ def read_pairs(path: Path) -> NodePairs:
     a, b, area = table.integers("node_a"), table.integers("node_b"), table.numbers("area_m2", above=0)
     normal = np.column_stack([table.numbers(name) for name in ("nx", "ny", "nz")])
     length = np.linalg.norm(normal, axis=1)
-    if np.any(wrong := np.abs(length - 1) > NORMAL_LENGTH):
+    if np.any(wrong := np.abs(length - 1) > 1e-3):
         at = int(np.argmax(wrong))
         table.refuse(at, "nx", f"the normal is {length[at]:g} long", "give a unit vector from node_a to node_b")
     return NodePairs(a, b, area, normal / length[:, None])

@@ -4,8 +4,6 @@ A list of nodes gives their places only: a CSV with columns node, x_m, y_m, z_m 
 sets 15 and 2411), the ``*NODE`` lines of an Abaqus or CalculiX input, GRID entries of Nastran.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +25,6 @@ Place = tuple[int, float, float, float]
 
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 """Displacements along, and rotations about, the axes."""
-SAME_PLACE_m = 1e-9
 SIZE_LIMIT_BYTES = 256 << 20
 """Of a model's file with nodes in it."""
 AXES = (("x_m", "y_m", "z_m"), ("x", "y", "z"))
@@ -172,7 +169,7 @@ def _csv(path: Path, order: int) -> NodeTable:
         taken.add(where)
     place = np.column_stack([table.numbers(name) for name in axes])
     nodes, first, index = np.unique(node, return_index=True, return_inverse=True)
-    if np.any(moved := np.abs(place - place[first][index]).max(axis=1) > SAME_PLACE_m):
+    if np.any(moved := np.abs(place - place[first][index]).max(axis=1) > 1e-9):
         at = int(np.argmax(moved))
         table.refuse(at, axes[0], f"node {node[at]} is elsewhere on another line", "give a node one place")
     return NodeTable(nodes, place[first], rows)

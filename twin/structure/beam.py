@@ -1,5 +1,6 @@
 """Beam elements on the neutral axis: three degrees of freedom a node (u, v, theta)."""
 
+from functools import cache
 from types import EllipsisType
 
 import numpy as np
@@ -142,3 +143,10 @@ def rotation_rate_shape(xi: float, length: float, shear: float) -> Matrix:
     """
     turned = np.array([0.0, -shear, 0.0, shear]) / length
     return np.asarray((curvature_shape(xi, length) + turned) / (1.0 + shear))
+
+
+@cache
+def gauss(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Abscissae and weights of Gauss-Legendre quadrature on 0..1."""
+    x, w = np.polynomial.legendre.leggauss(points)
+    return (x + 1) / 2, w / 2

@@ -41,7 +41,6 @@ MODES_LIMIT = 600
 """More modes than this are no reduction."""
 DENSE_ORDER = 600
 """Up to here all modes at once cost less than an iteration."""
-FIRST_ROUND, LAST_ROUND = 16, 4
 BLOCK = 64
 NOISE = 1e-8
 """Of what the modes answer at their limit; a residual that is smaller is rounding."""
@@ -227,7 +226,7 @@ def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solv
     """
     massive = np.flatnonzero(M.diagonal() > 0)
     Phi, values = np.zeros((M.shape[0], 0)), np.zeros(0)
-    count = FIRST_ROUND
+    count = 16
     while True:
         if len(massive) <= DENSE_ORDER or 2 * (len(values) + count) > len(massive):
             values, Phi = _all_modes(M, massive, shift, solve)
@@ -243,7 +242,7 @@ def _modes_below(limit: float, M: csc_array, K: csc_array, *, shift: float, solv
         below = (new >= -shift) & (new <= limit)
         if new is values or not np.any(below):
             break
-        count = 2 * count if np.all(below) else LAST_ROUND
+        count = 2 * count if np.all(below) else 4
     Phi = Phi[:, kept][:, np.argsort(values[kept], kind="stable")]
     largest = np.abs(Phi).argmax(axis=0) if len(Phi) else np.zeros(0, int)
     return np.asarray(Phi * np.where(Phi[largest, np.arange(Phi.shape[1])] < 0, -1.0, 1.0))

@@ -28,7 +28,6 @@ Matrix = NDArray[np.float64]
 Complex = NDArray[Any]
 Function = Callable[[Matrix], Matrix]
 
-KEPT_MODES = 24
 INDEPENDENT = 1e-6
 """Least part of a static shape that is none of the others'."""
 TURNS, TOLERANCE = 80, 1e-10
@@ -82,7 +81,7 @@ class LayerModes:
         """
         layer = structure.joints[joint]
         K = structure.stiffness(E, G)
-        modes = normal_modes(structure.M, K, KEPT_MODES)
+        modes = normal_modes(structure.M, K, 24)
         rigid = rigid_motions(modes.omega)
         held = modes.omega[rigid] * (structure.M @ modes.Phi[:, :rigid])
         statics = solve(K + held @ held.T, np.vstack([layer.B_E, layer.B_G]).T, assume_a="pos")

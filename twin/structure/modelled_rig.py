@@ -36,11 +36,6 @@ class ModelledRig:
 def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
     """Assemble a rig and solve for its modes.
 
-    Parameters
-    ----------
-    preload
-        The rig's first if not given.
-
     Raises
     ------
     InputError

@@ -1,4 +1,4 @@
-"""Normal modes of the undamped structure and their sensitivities."""
+"""Normal modes of the undamped structure, and which of them are rigid motions or bending modes."""
 
 from dataclasses import dataclass
 
@@ -11,20 +11,23 @@ RIGID = 1e-4
 """Natural frequency of a rigid motion at most, over that of the lowest that must be elastic."""
 
 
+Matrix = NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class Modes:
     """Natural frequencies omega (rad/s), rising, and mass-normalised mode shapes as columns of Phi, (n, m)."""
 
-    omega: NDArray[np.float64]
-    Phi: NDArray[np.float64]
+    omega: Matrix
+    Phi: Matrix
 
     @property
-    def frequency_Hz(self) -> NDArray[np.float64]:
+    def frequency_Hz(self) -> Matrix:
         """Natural frequencies in Hz."""
         return self.omega / (2 * np.pi)
 
 
-def normal_modes(M: NDArray[np.float64], K: NDArray[np.float64], count: int | None = None) -> Modes:
+def normal_modes(M: Matrix, K: Matrix, count: int | None = None) -> Modes:
     """The lowest `count` modes, or all of them.
 
     Rigid-body modes come out with omega = 0 instead of the root of a tiny negative number.
@@ -34,7 +37,33 @@ def normal_modes(M: NDArray[np.float64], K: NDArray[np.float64], count: int | No
     return Modes(np.sqrt(np.maximum(values, 0.0)), Phi)
 
 
-def rigid_motions(omega: NDArray[np.float64]) -> int:
+def rigid_motions(omega: Matrix) -> int:
     """How many of rising natural frequencies are those of motions that nothing holds: six at most, of one body."""
     elastic = omega[min(MOST_RIGID, len(omega) - 1)]
     return int(np.count_nonzero(omega[:MOST_RIGID] < RIGID * elastic))
+
+
+def bending_modes(M: Matrix, K: Matrix, transverse: NDArray[np.bool_], *, least: int) -> Modes:
+    """At least so many bending modes, from the lowest, without a gap.
+
+    More than half of a bending mode's kinetic energy is transverse, and it is no rigid-body motion.
+
+    Parameters
+    ----------
+    M, K : ndarray, (n, n)
+    transverse : ndarray of bool, (n,)
+        Degrees of freedom that move across the beams.
+
+    Raises
+    ------
+    ValueError
+        If the model has fewer.
+    """
+    modes = normal_modes(M, K, min(len(M), 2 * least + 8))
+    t = transverse
+    kinetic = np.einsum("im,im->m", modes.Phi[t], M[np.ix_(t, t)] @ modes.Phi[t])
+    elastic = modes.omega > 1e-3 * modes.omega[-1] / len(modes.omega) ** 2
+    bending = np.flatnonzero((kinetic > 0.5) & elastic)
+    if len(bending) < least:
+        raise ValueError(f"the model has {len(bending)} bending modes, {least} are needed")
+    return Modes(modes.omega[bending], modes.Phi[:, bending])

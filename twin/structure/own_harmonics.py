@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from twin.joint import Table, table_from_stiffness
+from twin.joint import ForceTable, table_from_stiffness
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.point_law import Curve, PointLaw
 
@@ -92,7 +92,7 @@ def _acting(table: Curve, motion: Array, secant: Array, weights: Array, complian
     return np.asarray(-(first / motion).real)
 
 
-def _force(table: Curve, limit_m: float) -> Table:
+def _force(table: Curve, limit_m: float) -> ForceTable:
     """The odd, single-valued force with this describing function, which levels off beyond the last knot.
 
     A corner there would be met by the harmonics of a sine that hardly reaches it.

@@ -1,6 +1,7 @@
 """What of a rig is implausible: usual slips of pen in a rig file, each told in a line."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,32 +12,43 @@ from twin.structure.drawn import drawn_parts
 from twin.structure.mesh import BeamMesh
 from twin.structure.modelled_rig import ModelledRig
 
-Array = NDArray[np.float64]
 
-MODULUS_Pa, DENSITY_kg_m3 = (1e6, 1.3e12), (10.0, 23e3)
-"""From foam to diamond; from foam to osmium."""
-SOUND_m_s = (30.0, 2e4)
-"""Speed of sound along a bar: from rubber to diamond."""
-LENGTH_m = (1e-3, 30.0)
-"""Of a beam on a shaker; metres that are millimetres lie beyond."""
-FIRST_MODE_Hz = (1.0, 2e4)
-"""What a shaker drives and accelerometers measure."""
-STOUT = 10.0
-"""Length over thickness below which shear is felt in the first bending mode, by a per cent and more."""
-HEAVY = 0.05
-"""Share of the structure's mass from which a sensor's is unusual."""
-DAMPED = 0.1
-"""Modal damping ratio beyond which a structure hardly resonates."""
-COARSE = 2
-"""Elements for each half wave of the highest mode that is told: with two its frequency is half a per cent off."""
-STILL = 0.01
-"""Motion in a mode, over the largest of any place, below which a place counts as a node of it."""
-STIFF = 1e3
-"""Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other way."""
-UNLIKE = 1.5
-"""Height of a layer over the distance of the axes that it joins, from which one of them is likely to be mistyped."""
-LOOKED_AT = 4
-"""Modes in which a drive or a sensor should move."""
+@dataclass(frozen=True)
+class Plausible:
+    """What is usual of structures on a shaker: from where on a rig file is likely to be mistyped."""
+
+    modulus_Pa: tuple[float, float] = (1e6, 1.3e12)
+    density_kg_m3: tuple[float, float] = (10.0, 23e3)
+    """From foam to diamond; from foam to osmium."""
+    sound_m_s: tuple[float, float] = (30.0, 2e4)
+    """Speed of sound along a bar: from rubber to diamond."""
+    length_m: tuple[float, float] = (1e-3, 30.0)
+    """Of a beam on a shaker; metres that are millimetres lie beyond."""
+    first_mode_Hz: tuple[float, float] = (1.0, 2e4)
+    """What a shaker drives and accelerometers measure."""
+    stout: float = 10.0
+    """Length over thickness below which shear is felt in the first bending mode, by a per cent and more."""
+    heavy: float = 0.05
+    """Share of the structure's mass from which a sensor's is unusual."""
+    damped: float = 0.1
+    """Modal damping ratio beyond which a structure hardly resonates."""
+    coarse: int = 2
+    """Elements for each half wave of the highest mode that is told: with two its frequency is half a per cent off."""
+    still: float = 0.01
+    """Motion in a mode, over the largest of any place, below which a place counts as a node of it."""
+    stiff: float = 1e3
+    """Shear over normal modulus of a layer from which they are likely to be exchanged or mistyped; and the other
+    way."""
+    unlike: float = 1.5
+    """Height of a layer over the distance of the axes that it joins, from which one of them is likely to be
+    mistyped."""
+    looked_at: int = 4
+    """Modes in which a drive or a sensor should move."""
+
+
+USUAL = Plausible()
+
+Array = NDArray[np.float64]
 
 
 def implausible(modelled: ModelledRig) -> tuple[str, ...]:
@@ -51,32 +63,32 @@ def unlikely_units(rig: Rig) -> tuple[str, ...]:
 
 def _lengths(rig: Rig) -> Iterator[str]:
     for beam in rig.layout().beams:
-        if not LENGTH_m[0] <= beam.length <= LENGTH_m[1]:
+        if not USUAL.length_m[0] <= beam.length <= USUAL.length_m[1]:
             yield f"part {beam.name!r}: {beam.length:g} m long; metres are asked for, no millimetres"
 
 
 def _first_mode(m: ModelledRig) -> Iterator[str]:
     first = float(m.modes.frequency_Hz[0]) if len(m.modes.omega) else 0.0
-    if not FIRST_MODE_Hz[0] <= first <= FIRST_MODE_Hz[1]:
+    if not USUAL.first_mode_Hz[0] <= first <= USUAL.first_mode_Hz[1]:
         yield f"mode 1 at {first:.3g} Hz is beyond what a shaker drives; SI units are asked for"
 
 
 def _materials(rig: Rig) -> Iterator[str]:
     for beam in rig.layout().beams:
         for name, value, (low, high), unit in (
-            ("youngs_modulus", beam.youngs_modulus, MODULUS_Pa, "N/m2"),
-            ("density", beam.density, DENSITY_kg_m3, "kg/m3"),
+            ("youngs_modulus", beam.youngs_modulus, USUAL.modulus_Pa, "N/m2"),
+            ("density", beam.density, USUAL.density_kg_m3, "kg/m3"),
         ):
             if not low <= value <= high:
                 yield f"part {beam.name!r}: {name} {value:g} {unit} is no solid's; SI units are asked for"
         sound = (beam.youngs_modulus / beam.density) ** 0.5
-        if not SOUND_m_s[0] <= sound <= SOUND_m_s[1]:
+        if not USUAL.sound_m_s[0] <= sound <= USUAL.sound_m_s[1]:
             yield f"part {beam.name!r}: sound would run at {sound:.3g} m/s in it, which is no solid's"
 
 
 def _slenderness(m: ModelledRig) -> Iterator[str]:
     for beam in m.rig.layout().beams:
-        if beam.length < STOUT * beam.thickness and beam.shear_ratio == 0:
+        if beam.length < USUAL.stout * beam.thickness and beam.shear_ratio == 0:
             yield (
                 f"part {beam.name!r}: {beam.length / beam.thickness:.2g} times as long as thick; without a shear_ratio "
                 "(about 3 for a metal) it bends too little"
@@ -87,7 +99,7 @@ def _layers(m: ModelledRig) -> Iterator[str]:
     for joint in m.rig.joints:
         for name, moduli in joint.preload.items():
             ratio = moduli.shear_modulus / moduli.normal_modulus
-            if not 1 / STIFF < ratio < STIFF:
+            if not 1 / USUAL.stiff < ratio < USUAL.stiff:
                 yield f"joint {joint.name!r}, preload {name}: G' is {ratio:.2g} times E'"
 
 
@@ -98,7 +110,7 @@ def _heights(m: ModelledRig) -> Iterator[str]:
         if isinstance(first, BeamPart) and isinstance(second, BeamPart):
             apart = abs(float((second.origin - first.origin) @ np.array(first.normal)))
             # both axes drawn as one line is the usual way to draw a single lap joint
-            if apart > 0 and not 1 / UNLIKE < joint.layer_height / apart < UNLIKE:
+            if apart > 0 and not 1 / USUAL.unlike < joint.layer_height / apart < USUAL.unlike:
                 yield (
                     f"joint {joint.name!r}: layer_height {joint.layer_height:g} m, and the axes of {first.name!r} and "
                     f"{second.name!r} lie {apart:.4g} m apart; it is measured from neutral axis to neutral axis"
@@ -122,7 +134,7 @@ def _of_one_body(m: ModelledRig) -> int:
 
 def _damping(m: ModelledRig) -> Iterator[str]:
     for number, ratio in enumerate(m.rig.damping.modal_ratio, start=1):
-        if ratio > DAMPED:
+        if ratio > USUAL.damped:
             yield f"damping.modal_ratio: {ratio:g} of mode {number}; a ratio, not per cent, is asked for"
 
 
@@ -131,37 +143,37 @@ def _masses(m: ModelledRig) -> Iterator[str]:
     along = [m.structure.rigid_translation(axis) for axis in AXES.values()]
     whole = max(float(motion @ m.structure.M @ motion) for motion in along)
     for sensor in m.rig.sensors:
-        if sensor.mass > HEAVY * whole > 0:
+        if sensor.mass > USUAL.heavy * whole > 0:
             yield f"sensor {sensor.channel!r}: {1e3 * sensor.mass:.3g} g, {sensor.mass / whole:.0%} of the structure"
 
 
 def _still_places(m: ModelledRig) -> Iterator[str]:
     rows = np.concatenate([part.rows.reshape(-1, len(m.structure.M)) for part in drawn_parts(m.structure)])
-    largest = np.max(np.abs(rows @ m.modes.Phi[:, :LOOKED_AT]), axis=0)
+    largest = np.max(np.abs(rows @ m.modes.Phi[:, : USUAL.looked_at]), axis=0)
     strained = _largest_strains(m)
     for name, place in _places(m.rig):
         row = m.structure.row(place)
         if place.reads == "strain":
-            if np.any(np.abs(row @ m.modes.Phi[:, :LOOKED_AT]) < STILL * strained):
+            if np.any(np.abs(row @ m.modes.Phi[:, : USUAL.looked_at]) < USUAL.still * strained):
                 yield f"{name}: hardly strained in one of the first modes"
             continue
         if not np.any(row):
             yield f"{name}: nothing moves there in its direction"
             continue
-        still = np.flatnonzero(np.abs(row @ m.modes.Phi[:, :LOOKED_AT]) < STILL * largest)
+        still = np.flatnonzero(np.abs(row @ m.modes.Phi[:, : USUAL.looked_at]) < USUAL.still * largest)
         if len(still):
             numbers = ", ".join(str(number + 1) for number in still)
             yield f"{name}: at a node of mode{'s' if len(still) > 1 else ''} {numbers}, or across its motion"
 
 
 def _largest_strains(m: ModelledRig) -> Array:
-    """Largest strain of any beam's surface in each of the first modes, (LOOKED_AT,)."""
+    """Largest strain of any beam's surface in each of the first modes, (USUAL.looked_at,)."""
     rows = [
         m.structure.row(Place(mesh.part.name, s, mesh.part.normal, reads="strain"))
         for mesh in m.structure.meshes.values() if isinstance(mesh, BeamMesh)
         for s in mesh.s
     ]  # fmt: skip
-    shapes = m.modes.Phi[:, :LOOKED_AT]
+    shapes = m.modes.Phi[:, : USUAL.looked_at]
     return np.max(np.abs(np.array(rows) @ shapes), axis=0) if rows else np.zeros(shapes.shape[1])
 
 
@@ -178,7 +190,7 @@ def _meshes(m: ModelledRig) -> Iterator[str]:
             beam = mesh.part
             wave = (beam.youngs_modulus * beam.second_moment / (beam.density * beam.area * highest**2)) ** 0.25
             longest = float(np.max(np.diff(mesh.s)))
-            if longest * COARSE > np.pi * wave:
+            if longest * USUAL.coarse > np.pi * wave:
                 yield (
                     f"part {beam.name!r}: elements of {1e3 * longest:.3g} mm are coarse for mode 10 at "
                     f"{highest / (2 * np.pi):.4g} Hz; give it more"

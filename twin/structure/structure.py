@@ -27,8 +27,6 @@ class JointOperators:
 
     Attributes
     ----------
-    name
-        Of the joint.
     B_E, B_G : ndarray, (r, n), (q, n)
         KE = B_E' B_E and KG = B_G' B_G.
     normal_weight, shear_weight : ndarray, (r,), (q,)

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.structure.beam import deflection_shape, slope_shape
-from twin.structure.gauss import gauss
+from twin.structure.beam import deflection_shape, gauss, slope_shape
 from twin.structure.space_beam import AGAINST, AXIAL, BENT, BENT_ACROSS, TWIST
 
 NORMAL_POINTS, SHEAR_POINTS = 4, 3

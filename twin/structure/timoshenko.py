@@ -8,8 +8,7 @@ chapter 11.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twin.structure.beam import BENDING, beam_mass, per_length
-from twin.structure.gauss import gauss
+from twin.structure.beam import BENDING, beam_mass, gauss, per_length
 
 Matrix = NDArray[np.float64]
 

@@ -7,9 +7,6 @@ from matplotlib.figure import Figure
 
 from twin.campaign.summary import CampaignSummary
 
-CELL_IN = 0.28
-MARGIN_IN = (3.0, 2.4)
-
 
 def confusion_figure(summary: CampaignSummary) -> Figure:
     """Hidden causes of normal strength in rows, what was named first in columns; a cell's number counts cases."""
@@ -48,7 +45,7 @@ def detection_figure(summary: CampaignSummary) -> Figure:
 
 
 def _grid(rows: int, columns: int) -> tuple[Figure, Any]:
-    width, height = (margin + CELL_IN * max(count, 4) for margin, count in zip(MARGIN_IN, (columns, rows), strict=True))
+    width, height = (margin + 0.28 * max(count, 4) for margin, count in zip((3.0, 2.4), (columns, rows), strict=True))
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.add_subplot()
 

@@ -337,5 +337,5 @@ def broadband_responses(evidence: MeasuredData, model: Fitted, index: int) -> Ar
 
 
 def _extension(evidence: MeasuredData, model: Fitted) -> ModelModification | None:
-    """What a candidate names; nothing is beside a model that was not on trial."""
+    """What the causes of a fitted model change; nothing is changed in any other model."""
     return modification_of(evidence, model.hypotheses) if isinstance(model, FittedModel) else None

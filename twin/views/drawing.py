@@ -9,8 +9,6 @@ from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from recordings.errors import printable
 
-NOTEBOOK_DPI = 100
-
 
 class Drawing(Figure):
     """A figure that a notebook shows by itself: :mod:`matplotlib.pyplot` need not be imported, nor a backend chosen.
@@ -35,5 +33,5 @@ class Drawing(Figure):
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
-        self.savefig(buffer, format="png", dpi=NOTEBOOK_DPI, facecolor="white")
+        self.savefig(buffer, format="png", dpi=100, facecolor="white")
         return buffer.getvalue()

@@ -24,8 +24,6 @@ Array = NDArray[Any]
 WIDTH_IN = 9.0
 ATTRIBUTE = {"model": "after"}
 """Of a sweep's comparison, where it is not called like the kind of curve."""
-MOST_PANELS = 4
-"""Sweeps that get a panel of their own: those with the largest residuals."""
 STYLES: dict[str, dict[str, Any]] = {
     "measured": {"linestyle": "none", "marker": "o", "markersize": 3.2},
     "before": {"linestyle": (0, (4, 2.5)), "linewidth": 1.2},
@@ -67,7 +65,7 @@ def sweeps_figure(
 
 def residuals_figure(sweeps: Sequence[SweepComparison], *, kinds: Sequence[str] = ("before", "after")) -> Figure:
     """Residuals in standard deviations of their noise: a row a channel, a column for each of the worst sweeps."""
-    worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:MOST_PANELS]
+    worst = sorted(sweeps, key=lambda sweep: -float(np.max(sweep.residual_before)))[:4]
     shown = [sweep for sweep in sweeps if sweep in worst]
     channels = sweeps[0].channels
     figure = Drawing(figsize=(WIDTH_IN, 0.6 + 2.1 * len(channels)), layout="constrained")
@@ -176,6 +174,16 @@ def bars(axes: Axes, kinds: Sequence[tuple[str, Any, str]], names: Sequence[str]
         axes.bar(x - 0.4 + (i + 0.5) * width, values, width=width, color=colour, label=label)
     dressed(axes)
     axes.set_xticks(x, names)
+
+
+def error_bars(kinds: Sequence[tuple[str, Any, str]], names: Sequence[str], *, xlabel: str, ylabel: str) -> Figure:
+    """Errors in groups about a line at zero, as :func:`bars` takes them."""
+    figure, (axes,) = panels(1, height_in=3.1)
+    bars(axes, kinds, names)
+    axes.axhline(0.0, color=INK, linewidth=0.8)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    legend(figure, axes.get_legend_handles_labels()[0])
+    return figure
 
 
 def dressed(axes: Axes) -> None:

@@ -27,7 +27,6 @@ class JointMotion:
 
     Attributes
     ----------
-    name : str
     x : ndarray, (k,)
         Along the joint, m.
     opening, slip : ndarray, (k,)
@@ -54,14 +53,12 @@ class Motion:
 
     Attributes
     ----------
-    title : str
     unit : str
         Of all displacements, such as ``mm``.
     parts : tuple of ndarray, (3, k)
         Displacement of the points that :func:`twin.structure.drawn_parts` gives of each part.
     sensors : ndarray, (3, s)
         Of the places of the sensors.
-    joints : tuple of JointMotion
     """
 
     title: str
@@ -101,12 +98,8 @@ def operating_motions(
 
     Parameters
     ----------
-    evidence, model
-        A fit.
     sweeps
         Of this evidence; others are left out.
-    extension
-        What the model adds to what is known of the rig.
     """
     steps = evidence.steps
     rows_of = rows_by_sweep(steps.states)

@@ -45,12 +45,10 @@ class Page:
 
     Attributes
     ----------
-    title : str
     answer : str
         In one sentence; it comes first.
     facts : str
         One line beneath it.
-    sections : sequence of Section
     accent : str
         Colour of the bar beside the answer.
     """

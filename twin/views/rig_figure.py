@@ -22,8 +22,6 @@ Array = NDArray[Any]
 
 JOINT, DRIVE, SENSOR, SUPPORT = "#d55e00", "#cc79a7", "#009e73", "#5f5f5f"
 MODES = 4
-DEFLECTED = 0.12
-"""Largest displacement of a drawn mode, over the size of the structure."""
 
 
 def rig_figure(modelled: ModelledRig) -> Figure:
@@ -81,7 +79,7 @@ def modes_figure(evidence: MeasuredData, model: Fitted) -> Figure:
 def drawn_larger(moved: Sequence[Array], size: float) -> float:
     """What displacements of all parts are drawn larger by."""
     largest = max(float(np.max(np.abs(part))) for part in moved)
-    return DEFLECTED * size / largest if largest else 0.0
+    return 0.12 * size / largest if largest else 0.0
 
 
 def unit_arrow(direction: tuple[float, float, float], length: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from recordings.quantities import quantity
 from recordings.run import Run
 from twin.views.curves import SteppedSweep, largest_receptance
-from twin.views.rehearsal_report import warnings_table
+from twin.views.reports.rehearsal import warnings_table
 from twin.views.style import unit_text
 from twin.views.table import Table, markdown_text, table_markdown
 

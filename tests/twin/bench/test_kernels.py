@@ -29,7 +29,7 @@ def test_plain_twin_gives_the_same_samples(name, monkeypatch):
     for bench in (compiled, plain):
         bench.set_output(DRIVE)
     a = compiled.read(150).samples
-    monkeypatch.setattr("twin.bench.bench.march", march_numpy)
+    monkeypatch.setattr("twin.bench.bench.integrate", march_numpy)
     b = plain.read(150).samples
     for channel in a:
         scale = np.abs(a[channel]).max()

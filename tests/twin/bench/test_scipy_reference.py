@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from twin.bench.linear import LinearRig, to_poles
-from twin.bench.marching import Elements, coefficients, march
+from twin.bench.marching import Elements, coefficients, integrate
 from twin.joint import Cubic, Saturating, one_sided
 
 STEP = 1.0 / 100000.0
@@ -31,7 +31,7 @@ def test_an_oscillator_with_a_law_to_1e_5(law):
     out = np.empty((count, 1))
     step, first, none = c.packed(1, 0), np.array([0]), np.array([-1])
     element = Elements(np.array([law.kind]), first, none, np.ones(1), law.parameters[None], np.zeros((1, 1)))
-    failures = march(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), force(time), out)
+    failures = integrate(step, element, np.zeros_like(step.decay), np.zeros(1), np.zeros(2), force(time), out)
     assert failures == 0
     exact = solve_ivp(
         lambda t, x: A @ x + B @ [force(t), law.path(x[:1])[0]],

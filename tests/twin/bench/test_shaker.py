@@ -9,7 +9,7 @@ from march_numpy import march_numpy
 
 from recordings.streams import Excitation
 from twin.bench import no_law, open_bench
-from twin.bench.marching import march
+from twin.bench.marching import integrate
 from twin.response import HarmonicBalance
 from twin.rigs import load_rig
 from twin.structure import assemble, normal_modes
@@ -100,8 +100,8 @@ def test_the_coil_pushes_with_the_force_factor_of_its_place():
 @pytest.mark.parametrize("drive", [LIMITED, {**LIMITED, "amplifier": "current"}], ids=["voltage", "current"])
 def test_compiled_and_plain_march_agree_in_all_limits(drive, monkeypatch):
     samples = []
-    for kernel in (march, march_numpy):
-        monkeypatch.setattr("twin.bench.bench.march", kernel)
+    for kernel in (integrate, march_numpy):
+        monkeypatch.setattr("twin.bench.bench.integrate", kernel)
         bench = open_bench(rig(**drive), sample_rate_Hz=RATE, noise=False, converter=False)
         bench.set_output(Excitation(kind="random", amplitude_V=3.0, seed=3))
         samples.append(bench.read(64).samples)

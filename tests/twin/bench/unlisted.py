@@ -10,7 +10,7 @@ import numpy as np
 
 from twin.bench import EFFECTS, Bench, open_bench
 from twin.bench.plan import Element, Matrices, Plan
-from twin.joint import PiecewiseLinearContact, Polynomial, Table
+from twin.joint import ForceTable, PiecewiseLinearContact, Polynomial
 from twin.rigs import Effect, Rig
 
 
@@ -22,7 +22,7 @@ def quintic_spring(plan: Plan, strength: float = 1.0) -> None:
 
 def quadratic_spring(plan: Plan, strength: float = 1.0) -> None:
     """A smooth spring that pushes one way, f = k v^2, at the tip."""
-    law = Table.of(lambda v: strength * 3e4 * v**2, limit_m=0.02)
+    law = ForceTable.of(lambda v: strength * 3e4 * v**2, limit_m=0.02)
     plan.element_makers.append(lambda m: [Element(m.row(plan.place(position_m=plan.rig.length)), law)])
 
 

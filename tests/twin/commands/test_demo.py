@@ -14,9 +14,9 @@ import pytest
 import twin.demo
 from recordings import RunWriter, check_run, read_run
 from twin.bench import FIRST_CAUSES, open_bench
+from twin.commands.common.served import ServedRig, ServedRigError
+from twin.commands.common.stages import Stages
 from twin.commands.demo import _measure
-from twin.commands.served import ServedRig, ServedRigError
-from twin.commands.stages import Stages
 from twin.demo import broadband, draw_demo_case, planned_sweeps, recording_names, resonance
 from twin.procedures import DirectAcquisition, run_procedure
 from twin.rigs import load_rig, save_rig

@@ -21,7 +21,7 @@ from recorded_views import columns, value_at, verify
 
 from recordings import InputError, read_run
 from twin.cli import main
-from twin.views.rerun_viewer import Viewer, open_viewer, viewer_url
+from twin.views.rerun.viewer import Viewer, open_viewer, viewer_url
 
 SWEEP = """
 procedure = "stepped-sine"

@@ -16,7 +16,7 @@ from recordings.beside import temporary_folder
 DEMO = """
 import sys
 from pathlib import Path
-from twin.commands.served import ServedRig
+from twin.commands.common.served import ServedRig
 from twin.rigs import load_rig, save_rig
 folder = Path(sys.argv[1])
 save_rig(load_rig("steel-lap-joint"), folder / "rig.toml")

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from twin.commands import output
+from twin.commands.common import output
+from twin.commands.common.stages import Stages
 from twin.commands.diagnose import _tell
-from twin.commands.stages import Stages
 from twin.diagnose.result import Estimate, NamedCause
 
 NAME = "up[/x] [red]\x1b[2J"
@@ -23,7 +23,7 @@ def screen(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     """What standard error shows of a wide terminal without colours."""
     file = io.StringIO()
     plain = Console(file=file, force_terminal=True, no_color=True, width=200, markup=False, highlight=False)
-    for module in ("output", "diagnose"):
+    for module in ("common.output", "diagnose"):
         monkeypatch.setattr(f"twin.commands.{module}.console", plain)
     return file
 

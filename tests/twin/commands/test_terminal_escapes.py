@@ -10,7 +10,7 @@ from rich.console import Console
 
 from recordings import InputError
 from twin.cli import main
-from twin.commands import output
+from twin.commands.common import output
 from twin.rigs import RIG_FILES
 
 STEERING = "\x1b]0;owned\x07\x1b[2J\u202e"

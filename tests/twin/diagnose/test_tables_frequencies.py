@@ -12,8 +12,8 @@ from twin.diagnose.tables import diagnose_frequencies
 from twin.diagnose.tables.fit import SPREAD, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies
 from twin.diagnose.tables.measured import Measurement
+from twin.diagnose.tables.residuals import FrequencyResiduals
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
-from twin.diagnose.tables.system import System
 from twin.rigs import load_rig
 from twin.rigs.beam import BeamRig
 from twin.rigs.kinds import load_any_rig
@@ -205,7 +205,7 @@ def test_sensitivities_are_those_of_differences():
     model = LapJointFrequencies(rig, ("120N",))
     change = next(c for c in model.changes if c.cause == "added-mass")
     data = [measurement([26.5, 157.6, 471.8, 895.0], "120N")]
-    system = System(model, data, ((change, {"mass_kg": 0.02, "position_m": 0.31}),))
+    system = FrequencyResiduals(model, data, ((change, {"mass_kg": 0.02, "position_m": 0.31}),))
     x = system.start({})
     _, J = system.evaluate(x)
     for k in range(len(x)):

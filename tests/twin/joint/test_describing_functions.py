@@ -8,13 +8,13 @@ from smooth_backbones import iwan_backbone, masing, masing_stiffness
 
 from twin.joint import (
     Cubic,
+    ForceTable,
     Linear,
     PiecewiseLinearContact,
     Polynomial,
     QuadraticDrag,
     RunningLoss,
     Saturating,
-    Table,
     describing_function,
     iwan,
     jenkins,
@@ -89,7 +89,7 @@ def test_a_table_made_from_a_stiffness_curve_has_that_curve():
 
 
 def test_a_table_goes_on_along_its_last_tangent():
-    table = Table.of(lambda e: e**3, limit_m=1.0)
+    table = ForceTable.of(lambda e: e**3, limit_m=1.0)
     assert table.path(np.array([2.0]))[0] == pytest.approx(4.0, rel=1e-2)
     assert table.path(np.array([-2.0]))[0] == pytest.approx(-4.0, rel=1e-2)
 

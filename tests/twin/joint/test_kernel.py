@@ -7,13 +7,13 @@ import pytest
 
 from twin.joint import (
     Cubic,
+    ForceTable,
     Linear,
     PiecewiseLinearContact,
     Polynomial,
     QuadraticDrag,
     RunningLoss,
     Saturating,
-    Table,
     iwan,
 )
 from twin.joint.kernel import evaluate, remember
@@ -27,7 +27,7 @@ LAWS = [
     iwan(2.0, 1.5, sliders=5),
     Polynomial((-1.0, 0.5), (0.3, 0.2), stick=0.05),
     Polynomial((-1.0, 0.5), (0.3, 0.2)),
-    Table.of(np.tanh, limit_m=1.5),
+    ForceTable.of(np.tanh, limit_m=1.5),
     QuadraticDrag(0.3),
 ]
 

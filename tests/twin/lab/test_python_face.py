@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 import twin
 from recordings import InputError, read_run
+from studies.force_levels import with_polynomials
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.lab.recording import as_runs
 from twin.lab.rehearsed import RehearsedProcedure
@@ -26,7 +27,8 @@ DATA = Path(__file__).parents[2] / "data"
 
 @pytest.fixture(scope="module")
 def model(campaign: Path) -> IdentifiedJoint:
-    found = twin.load_rig("steel-lap-joint").identify([campaign / "random.mcap", campaign / "sweeps.mcap"])
+    runs = [campaign / "random.mcap", campaign / "sweeps.mcap"]
+    found = twin.load_rig("steel-lap-joint").identify(runs, beside=with_polynomials)
     assert isinstance(found, IdentifiedJoint)
     return found
 

@@ -14,7 +14,7 @@ from recordings import InputError, read_run
 from recordings.recover import recover
 from recordings.run import StepState
 from twin.cli import main
-from twin.commands.rehearsing import Meter
+from twin.commands.common.rehearsing import Meter
 from twin.procedures import load_procedure
 from twin.rigs import Effect, load_rig, save_rig
 

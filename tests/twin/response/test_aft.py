@@ -7,7 +7,7 @@ import pytest
 from balance_numpy import alternate_numpy, alternate_pair_numpy
 
 from twin.bench.force_factor import ForceFactor
-from twin.joint import Cubic, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, Table, iwan
+from twin.joint import Cubic, ForceTable, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, iwan
 from twin.response.aft import alternate, alternate_pair, fourier_basis, running
 
 H, SAMPLES = 5, 512
@@ -17,7 +17,7 @@ LAWS = [
     PiecewiseLinearContact((1.0, 2.0, 6.0), (0.5, 0.0, -0.5), (-1, -1, -1)),
     iwan(2.0, 1.5, sliders=5),
     Polynomial((-1.0, 0.5), (0.3, 0.2), stick=0.3),
-    Table.of(np.tanh, limit_m=3.0),
+    ForceTable.of(np.tanh, limit_m=3.0),
     Linear(1.7),
 ]
 RUNNING = RunningLoss(5.0, np.linspace(0.0, 2.0, 11) ** 2)

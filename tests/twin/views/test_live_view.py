@@ -15,11 +15,11 @@ from recorded_views import CHANNELS, STEP, FREQUENCIES_Hz, RATE_Hz, columns, sdo
 from recordings import Event, Run, SampleBlock, Step
 from recordings.run import StepState
 from twin.procedures import Random, SteppedSine, StepResult
-from twin.views import live as live_view
-from twin.views.live import ROOM_BLOCKS, LiveView
-from twin.views.live_about import LiveAbout
-from twin.views.live_drawing import LiveDrawing
-from twin.views.rrd import recording_file
+from twin.views.live import view as live_view
+from twin.views.live.about import LiveAbout
+from twin.views.live.drawing import LiveDrawing
+from twin.views.live.view import ROOM_BLOCKS, LiveView
+from twin.views.rerun.rrd import recording_file
 
 LEVEL_N = 2.0
 PROCEDURE = SteppedSine(frequencies=list(FREQUENCIES_Hz), amplitudes=[LEVEL_N], sample_rate=RATE_Hz)

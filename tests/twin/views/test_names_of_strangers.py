@@ -16,7 +16,7 @@ from recordings.convert import convert, read_as
 from twin.commands.convert import formats
 from twin.views.drawing import Drawing
 from twin.views.page import Page, Picture, Section
-from twin.views.rerun_run import save_run
+from twin.views.rerun.run import save_run
 from twin.views.table import Table, markdown_text, table_html, table_text
 
 NAME = "x\x1b]0;owned\x07\u202e <script>alert(1)</script> ![](http://a/b) $\\frac[$ | *"

@@ -17,7 +17,6 @@ from twin.identify.joint_law import LayerLaw
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.structure import drawn_parts
-from twin.views.answer import estimate_text, residual_rows
 from twin.views.curves import (
     broadband_responses,
     compared_models,
@@ -27,6 +26,7 @@ from twin.views.curves import (
     stepped_sweeps,
 )
 from twin.views.operating import modal_motion
+from twin.views.reports.answer import estimate_text, residual_rows
 from twin.views.style import ticks
 
 

@@ -17,8 +17,8 @@ from twin.identify.gauss_newton import Solution
 from twin.identify.residual_model import ResidualModel
 from twin.structure import drawn_parts
 from twin.views.operating import Motion, operating_motions
-from twin.views.rerun_diagnosis import save_diagnosis
-from twin.views.rerun_fit import l_curve_of
+from twin.views.rerun.diagnosis import save_diagnosis
+from twin.views.rerun.fit import l_curve_of
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from twin.diagnose.result import Diagnosis
 from twin.lab import load_rig
 from twin.lab.identified_joint import IdentifiedJoint
 from twin.views import page as pages
-from twin.views.rehearsal_report import rehearsal_page
-from twin.views.report import diagnosis_page
+from twin.views.reports.diagnosis import diagnosis_page
+from twin.views.reports.rehearsal import rehearsal_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

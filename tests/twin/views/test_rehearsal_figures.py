@@ -9,7 +9,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from twin.views.rehearsal_figures import range_figure, responses_figure, responses_figures
+from twin.views.reports.rehearsal_figures import range_figure, responses_figure, responses_figures
 
 
 def _pixels(figure: Figure) -> np.ndarray:

@@ -18,8 +18,8 @@ import pytest
 from recordings import InputError
 from twin.diagnose.result import Diagnosis
 from twin.views import page as pages
-from twin.views.rehearsal_report import rehearsal_page
-from twin.views.report import diagnosis_page
+from twin.views.reports.diagnosis import diagnosis_page
+from twin.views.reports.rehearsal import rehearsal_page
 
 COMMAND = "twin diagnose random.mcap sweeps.mcap --rig steel-lap-joint --out diagnosis"
 

@@ -11,10 +11,10 @@ from recorded_views import FREQUENCIES_Hz, columns, sdof_receptance, value_at, v
 
 from recordings import InputError, Run
 from twin.diagnose.result import Diagnosis
-from twin.views import rerun_run
 from twin.views.curves import stepped_sweeps
-from twin.views.rerun_diagnosis import save_diagnosis
-from twin.views.rerun_run import save_run
+from twin.views.rerun import run as rerun_run
+from twin.views.rerun.diagnosis import save_diagnosis
+from twin.views.rerun.run import save_run
 from twin.views.table import markdown_text
 
 

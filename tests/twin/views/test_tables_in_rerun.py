@@ -9,7 +9,7 @@ import pytest
 from recorded_views import columns, value_at, verify, view_origins
 
 from recordings.tables import read_table
-from twin.views.rerun_table import save_table
+from twin.views.rerun.table import save_table
 
 SWEEPS = Path(__file__).parents[2] / "data" / "brake-reuss" / "response_control.csv"
 

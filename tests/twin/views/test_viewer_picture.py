@@ -13,11 +13,11 @@ from recorded_views import CHANNELS, FREQUENCIES_Hz, RATE_Hz, sdof_receptance
 
 from twin.diagnose.result import Diagnosis
 from twin.procedures import SteppedSine, StepResult
-from twin.views.live import LiveView
-from twin.views.live_about import LiveAbout
-from twin.views.rerun_diagnosis import save_diagnosis
-from twin.views.rerun_mode import SLOW_MOTION
-from twin.views.rerun_viewer import headless_viewer, save_picture
+from twin.views.live.about import LiveAbout
+from twin.views.live.view import LiveView
+from twin.views.rerun.diagnosis import save_diagnosis
+from twin.views.rerun.mode import SLOW_MOTION
+from twin.views.rerun.viewer import headless_viewer, save_picture
 
 pytestmark = [
     pytest.mark.slow,

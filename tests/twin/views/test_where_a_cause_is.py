@@ -7,7 +7,7 @@ from twin.diagnose.result import Estimate, NamedCause
 from twin.identify.predict import blank_data
 from twin.rigs import Place, load_rig
 from twin.structure import point_of
-from twin.views.where import region, where_figure, where_section
+from twin.views.reports.where import region, where_figure, where_section
 
 
 def named(cause, **parameters):

@@ -9,53 +9,29 @@ from numpy.typing import NDArray
 from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.levels import smallest_step
-
-LEAST_COUNT = 12
-"""Samples on exactly one largest value, a third of them in a row, that are no chance."""
-MOST_OVER_LIMIT = 1.05
-"""A run that exceeds a limit by more was not limited: it may be of another day."""
-EQUAL = 1e-7
-"""Relative difference of samples on one limit."""
-HIGH, TOP, SHOULDER = 0.98, 2e-3, 0.9
-"""Share of the largest value that peaks must reach; depth of a top below its usual level; where its shoulders begin."""
-LEAST_WIDTH, LEAST_TOPS = 8, 3
-"""Samples between a peak's shoulders, and flat peaks, that are enough to judge by."""
-FLAT = 0.5
-"""Width of a top over that between the shoulders: a whole sine has a quarter, one cut by a tenth three quarters."""
-FAR = 0.01
-"""Share of a limit by which noise hardly ever exceeds it: a sample farther out is not on it."""
-LEAST_COUNT_DEVIATIONS = 2.5
-"""Standard deviations of a count by which more samples lie above a level than below it."""
-LEVEL = 5e-4
-"""Tops on one limit are level within this share of it, or within what their noise leaves of their means."""
-SHAPED = 5.0
-"""Deviation of the samples within a top over that which the tops' means tell of their noise: from here on the tops have
-a shape of their own, as harmonics give them where a sweep rests on a step, and nothing cut them.  It is one where there
-is noise alone."""
-SEVERAL = 3
-"""Drives of a run from which on a limit would show at more than one of them."""
-RINGING = 2
-"""Samples on either side of a cut that a converter's filter still mixes with it."""
+from twin.diagnose.signals.limits import LIMITS
 
 
 def find_clipping(runs: Sequence[Run]) -> list[Finding]:
     """Channels whose peaks are flat."""
     findings = []
     for channel in runs[0].channels:
-        limits, signals, within = [], {}, EQUAL
+        limits, signals, within = [], {}, LIMITS.clipping_equal
         for run in runs:
             if channel not in run.channels:
                 continue
             x = signals[run.path] = np.nan_to_num(run.device_of(channel).values[channel].astype(float))
             positions = _equal_tops(x)
             if not len(positions):
-                positions, within = np.union1d(_flat_tops(x), _flat_tops(-x)), TOP
+                positions, within = np.union1d(_flat_tops(x), _flat_tops(-x)), LIMITS.clipping_top
                 positions = positions if _outlasts_a_step(run, channel, positions) else positions[:0]
             if len(positions):
                 limits.append(float(np.median(np.abs(x[positions]))))
         if limits:
             limit = min(limits)
-            limited = {path: x for path, x in signals.items() if np.max(np.abs(x)) < MOST_OVER_LIMIT * limit}
+            limited = {
+                path: x for path, x in signals.items() if np.max(np.abs(x)) < LIMITS.clipping_most_over_limit * limit
+            }
             cut = {path: _cut(x, (1 - within) * limit) for path, x in limited.items()}
             findings.append(
                 Finding(
@@ -77,7 +53,7 @@ def _outlasts_a_step(run: Run, channel: str, positions: NDArray[Any]) -> bool:
     """
     device, begun = run.device_of(channel), [step for step in run.steps if np.isfinite(step.frequency_Hz)]
     drives = [(step.frequency_Hz, step.target_amplitude) for step in begun]
-    if len(set(drives)) < SEVERAL:
+    if len(set(drives)) < LIMITS.clipping_several:
         return True
     last = np.searchsorted([device.position_at(step.time_ns) for step in begun], positions, side="right") - 1
     where = {drives[max(int(n), 0)] for n in np.unique(last)}
@@ -87,7 +63,7 @@ def _outlasts_a_step(run: Run, channel: str, positions: NDArray[Any]) -> bool:
 def _cut(x: NDArray[Any], level: float) -> NDArray[Any]:
     """Positions of samples from a level on, and beside them: it also cuts peaks that are too narrow to be judged."""
     positions = np.flatnonzero(np.abs(x) >= level)
-    beside = (positions[:, None] + np.arange(-RINGING, RINGING + 1)).ravel()
+    beside = (positions[:, None] + np.arange(-LIMITS.clipping_ringing, LIMITS.clipping_ringing + 1)).ravel()
     return np.unique(beside[(beside >= 0) & (beside < len(x))])
 
 
@@ -95,9 +71,9 @@ def _equal_tops(x: NDArray[Any]) -> NDArray[Any]:
     """Positions of samples on exactly the largest magnitude, of a converter that is fine enough for that to tell."""
     size = np.abs(x)
     top = float(np.max(size, initial=0.0))
-    at_top = size >= top * (1 - EQUAL)
+    at_top = size >= top * (1 - LIMITS.clipping_equal)
     in_a_row = int(np.sum(at_top[1:] & at_top[:-1]))
-    many = at_top.sum() >= LEAST_COUNT and in_a_row >= LEAST_COUNT / 3
+    many = at_top.sum() >= LIMITS.clipping_least_count and in_a_row >= LIMITS.clipping_least_count / 3
     if top == 0.0 or not many or smallest_step(x) > 1e-5 * top:
         return np.empty(0, int)
     return np.flatnonzero(at_top)
@@ -108,25 +84,26 @@ def _flat_tops(x: NDArray[Any]) -> NDArray[Any]:
     top = float(np.max(x, initial=0.0))
     if top <= 0:
         return np.empty(0, int)
-    usual = float(np.median(x[x >= HIGH * top]))
-    if smallest_step(x) > TOP * usual:
+    usual = float(np.median(x[x >= LIMITS.clipping_high * top]))
+    if smallest_step(x) > LIMITS.clipping_top * usual:
         return np.empty(0, int)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], (x >= SHOULDER * usual).astype(np.int8), [0]])))
-    on_limit = (x >= (1 - TOP) * usual) & (x <= (1 + FAR) * usual)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (x >= LIMITS.clipping_shoulder * usual).astype(np.int8), [0]])))
+    on_limit = (x >= (1 - LIMITS.clipping_top) * usual) & (x <= (1 + LIMITS.clipping_far) * usual)
     high = np.concatenate([[0], np.cumsum(on_limit)])
     flat, above, below = [], 0, 0
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        if stop - start >= LEAST_WIDTH and high[stop] - high[start] > FLAT * (stop - start):
+        width = stop - start
+        if width >= LIMITS.clipping_least_width and high[stop] - high[start] > LIMITS.clipping_flat * width:
             flat.append(start + np.flatnonzero(on_limit[start:stop]))
             off = x[start:stop] / usual - 1
-            above += int(np.sum((off > TOP) & (off < FAR)))
-            below += int(np.sum((off < -TOP) & (off > -FAR)))
+            above += int(np.sum((off > LIMITS.clipping_top) & (off < LIMITS.clipping_far)))
+            below += int(np.sum((off < -LIMITS.clipping_top) & (off > -LIMITS.clipping_far)))
     # Noise lies on either side of a limit; harmonics that meet a resonance make tops that rise to one side.
-    humped = above - below > LEAST_COUNT_DEVIATIONS * np.sqrt(above + below)
-    if len(flat) < LEAST_TOPS or humped:
+    humped = above - below > LIMITS.clipping_least_count_deviations * np.sqrt(above + below)
+    if len(flat) < LIMITS.clipping_least_tops or humped:
         return np.empty(0, int)
     # A third harmonic flattens peaks as well, but each at its own height.
     apart = float(np.std([np.mean(x[top]) for top in flat]))
     by_noise = float(np.median([np.std(x[top]) / np.sqrt(len(top)) for top in flat]))
-    cut = apart < max(LEVEL * usual, 2 * by_noise) and by_noise < SHAPED * apart
+    cut = apart < max(LIMITS.clipping_level * usual, 2 * by_noise) and by_noise < LIMITS.clipping_shaped * apart
     return np.concatenate(flat) if cut else np.empty(0, int)

@@ -2,11 +2,8 @@
 
 from twin.bench.plan import Plan
 
-STRETCHES_PER_s = 0.2
-STRETCH_s = 0.02
-
 
 def lost_samples(plan: Plan, *, channel: str) -> None:
     """Freeze one channel for 20 ms, every 5 s on average; sample indices run on."""
     instrument = plan.instrument(channel)
-    instrument.freezes_per_s, instrument.freeze_s = STRETCHES_PER_s, STRETCH_s
+    instrument.freezes_per_s, instrument.freeze_s = 0.2, 0.02

@@ -9,15 +9,7 @@ from numpy.typing import NDArray
 from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.levels import smallest_step
-
-LEAST_LENGTH, LEAST_STEPS = 6, 60.0
-"""A hold is that many equal samples, of a channel whose rms is that many of its smallest steps."""
-FEWEST, CERTAIN = 3, 12
-"""Holds that are no chance, or samples of a single one."""
-LEAST_JUMP = 5.0
-"""Smallest steps by which a channel that stood still is off when it goes on; a slow one goes on by one or two."""
-LIMIT = 0.99
-"""Share of the largest value from which standing still is a matter of clipping."""
+from twin.diagnose.signals.limits import LIMITS
 
 
 def find_lost_samples(runs: Sequence[Run]) -> list[Finding]:
@@ -51,15 +43,15 @@ def _held(x: NDArray[Any]) -> NDArray[Any]:
     """Positions of samples that repeat the one before them in long rows."""
     least = smallest_step(x)
     sound = x[np.isfinite(x)].astype(float)
-    if least == 0.0 or not np.std(sound) > LEAST_STEPS * least:
+    if least == 0.0 or not np.std(sound) > LIMITS.lost_samples_least_steps * least:
         return np.empty(0, int)
     equal = np.concatenate([[False], x[1:] == x[:-1]])
     edges = np.flatnonzero(np.diff(np.concatenate([[0], equal.astype(np.int8), [0]])))
     starts, stops = edges[::2], edges[1::2]
     after = np.append(x, np.nan)[stops]
-    goes_on = ~(np.abs(after - x[stops - 1]) < LEAST_JUMP * least)
-    within = np.abs(x[stops - 1]) < LIMIT * np.max(np.abs(sound))
-    long = (stops - starts >= LEAST_LENGTH - 1) & goes_on & within
-    if long.sum() < FEWEST and not np.any((stops - starts)[long] >= CERTAIN):
+    goes_on = ~(np.abs(after - x[stops - 1]) < LIMITS.lost_samples_least_jump * least)
+    within = np.abs(x[stops - 1]) < LIMITS.lost_samples_limit * np.max(np.abs(sound))
+    long = (stops - starts >= LIMITS.lost_samples_least_length - 1) & goes_on & within
+    if long.sum() < LIMITS.lost_samples_fewest and not np.any((stops - starts)[long] >= LIMITS.lost_samples_certain):
         return np.empty(0, int)
     return np.concatenate([np.arange(a, b) for a, b in zip(starts[long], stops[long], strict=True)])

@@ -9,13 +9,10 @@ from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.hum_in_noise import line_in_noise
+from twin.diagnose.signals.limits import LIMITS
 
 CANDIDATES_Hz = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
 MOST_STEPS, LEAST_STEPS = 24, 12
-LEAST_POWER = 12.0
-"""Mean power of the line over the steps, in units of the noise beside it."""
-LEAST_POWER_IN_NOISE = 36.0
-"""The same of a line in one broadband run, whose noise is that of a few lines beside it."""
 
 
 def find_mains_hum(runs: Sequence[Run]) -> list[Finding]:
@@ -52,7 +49,7 @@ def _in_steps(pairs: NDArray[np.float64]) -> tuple[float, float] | None:
     # The median of an exponential variable is ln 2 times its mean.
     power = float(np.median((pairs[:, 0] / pairs[:, 1]) ** 2) / np.log(2))
     amplitude = float(np.median(pairs[:, 0]))
-    return (amplitude, amplitude / np.sqrt(power * len(pairs))) if power > LEAST_POWER else None
+    return (amplitude, amplitude / np.sqrt(power * len(pairs))) if power > LIMITS.mains_hum_least_power else None
 
 
 def _in_noise(
@@ -60,7 +57,11 @@ def _in_noise(
 ) -> tuple[float, float] | None:
     """The same from the broadband run in which it is surest."""
     seen = [line_in_noise(run, stretch, channel, frequency_Hz) for run, stretch in stretches]
-    clear = [line for line in seen if line is not None and line[0] ** 2 > LEAST_POWER_IN_NOISE * 2 * line[1] ** 2]
+    clear = [
+        line
+        for line in seen
+        if line is not None and line[0] ** 2 > LIMITS.mains_hum_least_power_in_noise * 2 * line[1] ** 2
+    ]
     return min(clear, key=lambda line: line[1]) if clear else None
 
 

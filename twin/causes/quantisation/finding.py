@@ -5,9 +5,7 @@ from collections.abc import Sequence
 from recordings.run import Run
 from twin.diagnose.signals.finding import Finding
 from twin.diagnose.signals.levels import smallest_step
-
-COARSEST = 3.0 / 2**15
-"""Share of the range that a step may have: somewhat more than a 16-bit converter's."""
+from twin.diagnose.signals.limits import LIMITS
 
 
 def find_quantisation(runs: Sequence[Run]) -> list[Finding]:
@@ -19,7 +17,7 @@ def find_quantisation(runs: Sequence[Run]) -> list[Finding]:
             if channel in run.channels:
                 steps.append(smallest_step(run.device_of(channel).values[channel]))
         step = min(steps, default=0.0)
-        if what.range and step > COARSEST * what.range:
+        if what.range and step > LIMITS.quantisation_coarsest * what.range:
             findings.append(
                 Finding(
                     cause="quantisation",

@@ -7,15 +7,10 @@ import numpy as np
 from recordings.run import Run
 from twin.diagnose.signals.clock import with_clock
 from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.limits import LIMITS
 from twin.identify.sine_fit import SteadyState, steady_states
 
 LEAST_STEPS = 8
-LEAST_PPM, LEAST_SIGMA = 50.0, 6.0
-"""An error below this is what two good clocks differ by, and harms nothing."""
-OWN_ERROR_ppm = 0.5
-"""Of the estimate beside its scatter: what is left of transients turns the phase too."""
-ROUNDS = 3
-"""A turn is a drift only while it is small; each round takes the last one's error off."""
 
 
 def find_sample_clock(runs: Sequence[Run]) -> list[Finding]:
@@ -25,9 +20,9 @@ def find_sample_clock(runs: Sequence[Run]) -> list[Finding]:
     with a forward model, :mod:`twin.causes.sample_clock.model`.
     """
     error, std = _error(runs)
-    if abs(error) < LEAST_PPM or abs(error) < LEAST_SIGMA * std:
+    if abs(error) < LIMITS.sample_clock_least_ppm or abs(error) < LIMITS.sample_clock_least_sigma * std:
         return []
-    for _ in range(ROUNDS - 1):
+    for _ in range(2):  # a turn is a drift only while small: each round takes the last error off
         more, std = _error([with_clock(run, error_ppm=error) for run in runs])
         error += more
     return [
@@ -35,7 +30,7 @@ def find_sample_clock(runs: Sequence[Run]) -> list[Finding]:
             cause="sample-clock",
             summary=f"the converter's clock is off by {error:.0f} ppm beside the generator's: all channels turn alike",
             values={"error_ppm": error},
-            std={"error_ppm": float(np.hypot(std, OWN_ERROR_ppm))},
+            std={"error_ppm": float(np.hypot(std, LIMITS.sample_clock_own_error_ppm))},
         )
     ]
 

@@ -20,7 +20,6 @@ from twin.identify.sweeps import rows_by_sweep
 
 Array = NDArray[Any]
 
-MOST_TERMS = 3
 FOLLOWS = 4.0
 """Chi2 per degree of freedom, with a sound rig's errors, up to which a model follows the data."""
 LEAST_FUNDAMENTAL = 0.01
@@ -73,7 +72,6 @@ class MissingForce:
         Where it fits best.
     terms : tuple of FittedTerm
         The simplest law that fits.
-    levels : tuple of ForceAtLevel
     before, after : float
         Chi2 per degree of freedom without and with the force.
     """
@@ -123,11 +121,6 @@ def find_missing_force(evidence: MeasuredData, *, report: Report = lambda text: 
     """Ask the data for a force at one place that the base family lacks.
 
     None where no force of these terms at any one place takes a share of the misfit away: what is wrong is then none.
-
-    Parameters
-    ----------
-    report
-        Told what is being done.
     """
     if not evidence.rig.layout().passable:
         return None  # its place is sought along one line of beams
@@ -195,7 +188,7 @@ def _moved(evidence: MeasuredData, hypothesis: CauseHypothesis, position_m: floa
 def _with_further_terms(search: Search, report: Report) -> FittedModel:
     """The model with as many terms at its place as the data pay for."""
     best, evidence, harmonics = search.model, search.evidence, search.harmonics
-    while len(law_of(best.hypotheses[-1].label)) < MOST_TERMS:
+    while len(law_of(best.hypotheses[-1].label)) < 3:
         report(f"asking whether {best.hypotheses[-1].label['law']} is all")
         hypotheses = [_with_term(best.hypotheses[-1], term, evidence) for term in TERMS.values()]
         tried = [

@@ -9,6 +9,7 @@ from recordings.errors import InputError
 from recordings.run import Run
 from recordings.streams import SampleSource
 from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
@@ -24,12 +25,6 @@ from twin.rigs import Rig
 PROCEDURE = "next.toml"
 NEEDED_LOG_EVIDENCE = 5.0
 """Gain of log evidence by which a rival is told from the best."""
-TRIED = 3
-"""Proposals that are rehearsed, the best first, until one may be run."""
-FAR = 100.0
-"""Separation from which on its size, to first order, says no more."""
-ROUNDS = 2
-"""Improvements of a proposal that a rehearsal warns of."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,10 +64,6 @@ def plan_next_test(
         Those that the recordings cannot tell apart, the most probable first.
     extended
         The rig with the best model, on which the proposal is rehearsed.
-    out
-        Folder for the procedure.
-    report
-        Told what is being done.
     """
     best, *rivals = models
     if not rivals:
@@ -83,7 +74,7 @@ def plan_next_test(
     ranked = _ranked(runs, evidence, best, rivals)
     if not ranked:
         return None
-    for valued in ranked[:TRIED]:
+    for valued in ranked[: LIMITS.plan_tried]:
         report(f"rehearsing {valued.proposal.what}")
         try:
             rehearsed = _rehearsed(valued.proposal, extended, evidence.preload)
@@ -145,7 +136,7 @@ def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
 
     with temporary_folder("twin-next-test") as folder:
         first = rehearse(proposal.procedure, twin(), folder / "first.mcap", nominal=nominal)
-        better = rehearse_until_clear(first, twin, folder / "better.mcap", nominal=nominal, rounds=ROUNDS)
+        better = rehearse_until_clear(first, twin, folder / "better.mcap", nominal=nominal, rounds=LIMITS.plan_rounds)
     return better or first
 
 
@@ -155,7 +146,7 @@ def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | N
         return None
     layout, place = evidence.rig.layout(), found.place
     told = f"one more accelerometer at {layout.told(place)} and the same noise again: expected gain of log evidence "
-    gain = f"{found.separation:.1f}" if found.separation < FAR else f"over {FAR:.0f}"
+    gain = f"{found.separation:.1f}" if found.separation < LIMITS.plan_far else f"over {LIMITS.plan_far:.0f}"
     enough_told = "" if found.separation >= found.needed else ", so it may not be enough"
     return NextSensor(
         why=f"{told}{gain}, {found.needed:.1f} needed{enough_told}",
@@ -170,6 +161,6 @@ def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | N
 def _promise(valued: _Valued, names: Sequence[str]) -> str:
     """What it is for and what it brings."""
     promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
-    gain = f"{valued.separation:.1f}" if valued.separation < FAR else f"over {FAR:.0f}"
+    gain = f"{valued.separation:.1f}" if valued.separation < LIMITS.plan_far else f"over {LIMITS.plan_far:.0f}"
     promise += f": expected gain of log evidence {gain}, {valued.needed:.1f} needed"
     return promise if valued.share >= 1 else promise + ", so it may not be enough"

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import Proposal
 from twin.identify.broadband import BinnedResponse
@@ -18,11 +19,6 @@ from twin.identify.whitening import HarmonicResiduals
 from twin.procedures import Random, SteppedSine
 
 Array = NDArray[Any]
-
-LAW_POINTS = 64
-"""Amplitudes at which the response to a frequency is computed, to find the one that a force makes."""
-AMPLITUDE_RANGE = (2e-3, 1.6)
-"""Range of these, over the recordings' smallest and largest amplitude: about a higher mode a displacement is small."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +43,6 @@ def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Prop
     ----------
     evidence
         What was recorded: its noise, forces, and settling are those of the new test.
-    truth
-        The model that is taken to be true.
     """
     last = max([s.time_s for s in evidence.steps.states] + [d.time_s for d in evidence.broadband])
     procedure = proposal.procedure
@@ -134,11 +128,13 @@ def _steps(
 def _amplitudes(evidence: MeasuredData, truth: FittedModel, omega: Array, force: float, time: Array) -> Array:
     """Amplitudes X (s,) of the reference channel, m, at this force: the branch that a sweep in this order stays on."""
     known = evidence.steps.amplitude_m
-    grid = np.geomspace(AMPLITUDE_RANGE[0] * known.min(), AMPLITUDE_RANGE[1] * known.max(), LAW_POINTS)
+    grid = np.geomspace(
+        LIMITS.amplitude_range[0] * known.min(), LIMITS.amplitude_range[1] * known.max(), LIMITS.law_points
+    )
     count = len(omega)
-    all_omega, all_X = np.repeat(omega, LAW_POINTS), np.tile(grid, count)
+    all_omega, all_X = np.repeat(omega, LIMITS.law_points), np.tile(grid, count)
     nearest = _nearest(evidence.steps, all_omega, all_X)
-    shape = _shape(evidence, nearest, all_omega, all_X, force, np.repeat(time, LAW_POINTS), 1.0)
+    shape = _shape(evidence, nearest, all_omega, all_X, force, np.repeat(time, LIMITS.law_points), 1.0)
     reference = evidence.reference
     per_X = all_omega ** evidence.outputs[reference].derivative
     response = shape.response.copy()
@@ -149,7 +145,7 @@ def _amplitudes(evidence: MeasuredData, truth: FittedModel, omega: Array, force:
     )
     R, driven, _ = residual_model.step_receptance(truth.baseline, inner=False)
     gain = np.abs(residual_model.responses(R, driven)[:, reference])
-    needed = (all_X * per_X / gain).reshape(count, LAW_POINTS)
+    needed = (all_X * per_X / gain).reshape(count, LIMITS.law_points)
     return _follow(np.log(grid), np.log(needed), np.log(force))
 
 

@@ -8,26 +8,14 @@ import numpy as np
 
 from recordings.run import Run
 from twin.diagnose.fitted_model import FittedModel
-from twin.diagnose.next_test.sweeps import HEADROOM, STEPS, sweep_bands
+from twin.diagnose.next_test.limits import LIMITS
+from twin.diagnose.next_test.sweeps import sweep_bands
 from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.measured_data import MeasuredData
 from twin.procedures import Procedure, Random, SteppedSine
 from twin.procedures.tables import Limits, Measure, Settle
 from twin.rigs import Rig
 
-LONGER = (1.0, 2.0, 4.0, 8.0, 16.0)
-"""Lengths of noise, and of a measured step, over those of the recordings."""
-MOST_RMS = 4.0
-"""Largest rms force of a band of noise over that of the recordings."""
-LOWEST_Hz, ABOVE_LAST, OVERSAMPLED = 5.0, 1.2, 4.0
-"""Of a first noise: its band's lower edge, the upper one over the last damped mode, samples a period of it."""
-QUIET = 1 / 3
-"""Its rms force over the smallest sine's amplitude: the joint is to act as in the smallest sweep or less."""
-FIRST_DURATION_s = 60.0
-CREST = 5.0
-"""Peaks of noise over its rms."""
-TOLERANCE = 2e-4
-"""What may be left of a transient; near a sharp resonance a model is held against a step as exactly as this."""
 LONGEST_WAIT_s = 60.0
 
 
@@ -37,12 +25,8 @@ class Proposal:
 
     Attributes
     ----------
-    what
-        In words.
     longer : float
         Measuring time over that of the recordings it resembles.
-    rig_time_s : float
-        As estimated.
     """
 
     what: str
@@ -86,13 +70,13 @@ def _noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Proposal]:
     whole = (float(np.floor(f[0])), float(np.ceil(f[-1])))
     for band in _bands(evidence, whole):
         inside = (f >= band[0]) & (f <= band[1])
-        if inside.sum() < STEPS:
+        if inside.sum() < LIMITS.sweeps_steps:
             continue
         felt = float(np.sqrt(data.force_power[inside].sum()))
         size = min(
             felt * float(np.sqrt(response.sum() / response[inside].sum())),
-            MOST_RMS * rms,
-            HEADROOM * evidence.rig.force_sensor.range / CREST,
+            LIMITS.most_rms * rms,
+            LIMITS.sweeps_headroom * evidence.rig.force_sensor.range / LIMITS.noise_crest,
         )
         yield from _each_length(band, size, lasted, float(device.sample_rate_Hz))
 
@@ -107,14 +91,17 @@ def _first_noise(runs: Sequence[Run], evidence: MeasuredData) -> Iterator[Propos
         return
     run = next(run for run in runs if run.path == evidence.steps.states[0].run)
     rate = float(run.device_of(evidence.force).sample_rate_Hz)
-    highest = ABOVE_LAST * float(evidence.model.basis.omega[DAMPED_MODES - 1]) / (2 * np.pi)
-    band = (LOWEST_Hz, float(np.floor(min(highest, rate / OVERSAMPLED))))
-    rms = min(QUIET * min(forces), HEADROOM * evidence.rig.force_sensor.range / CREST)
-    yield from _each_length(band, rms, FIRST_DURATION_s, rate)
+    highest = LIMITS.above_last * float(evidence.model.basis.omega[DAMPED_MODES - 1]) / (2 * np.pi)
+    band = (LIMITS.noise_lowest_Hz, float(np.floor(min(highest, rate / LIMITS.noise_oversampled))))
+    rms = min(
+        LIMITS.noise_quiet * min(forces),
+        LIMITS.sweeps_headroom * evidence.rig.force_sensor.range / LIMITS.noise_crest,
+    )
+    yield from _each_length(band, rms, 60.0, rate)
 
 
 def _each_length(band: tuple[float, float], rms: float, lasted: float, sample_rate: float) -> Iterator[Proposal]:
-    for longer in LONGER:
+    for longer in LIMITS.noise_longer:
         duration = float(np.round(longer * lasted))
         yield Proposal(
             what=f"noise of {rms:.2g} N rms from {band[0]:.0f} to {band[1]:.0f} Hz for {duration:.0f} s",
@@ -142,11 +129,11 @@ def _sweeps(runs: Sequence[Run], evidence: MeasuredData, model: FittedModel, *, 
     rate = float(run.device_of(evidence.force).sample_rate_Hz)
     lasted = float(np.median([s.duration_s for s in states]))
     zeta = min(evidence.rig.damping.modal_ratio)
-    for band in sweep_bands(evidence, model, highest_Hz=rate / OVERSAMPLED):
+    for band in sweep_bands(evidence, model, highest_Hz=rate / LIMITS.noise_oversampled):
         frequencies = band.frequencies_Hz
-        wait = min(-np.log(TOLERANCE) / (zeta * 2 * np.pi * float(np.median(frequencies))), LONGEST_WAIT_s)
+        wait = min(-np.log(LIMITS.noise_tolerance) / (zeta * 2 * np.pi * float(np.median(frequencies))), LONGEST_WAIT_s)
         about = f" about mode {band.mode}, {frequencies[0]:.4g} to {frequencies[-1]:.4g} Hz" if band.mode else ""
-        for amplitude, longer in product(band.amplitudes_N, LONGER):
+        for amplitude, longer in product(band.amplitudes_N, LIMITS.noise_longer):
             seconds = float(np.round(longer * lasted, 1))
             yield Proposal(
                 what=f"a sweep at {amplitude:g} N{about}, {len(frequencies)} steps of {seconds:g} s"
@@ -157,7 +144,7 @@ def _sweeps(runs: Sequence[Run], evidence: MeasuredData, model: FittedModel, *, 
                     direction="both" if drifting else "up",
                     sample_rate=rate,
                     measure=Measure(seconds=seconds),
-                    settle=Settle(tolerance=TOLERANCE, maximum=LONGEST_WAIT_s),
+                    settle=Settle(tolerance=LIMITS.noise_tolerance, maximum=LONGEST_WAIT_s),
                     limits=_limits(evidence.rig),
                 ),
                 longer=longer,

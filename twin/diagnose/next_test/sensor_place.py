@@ -3,8 +3,6 @@
 Each candidate place gets the noise that the response channels showed; the sensor's own mass is not on the structure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
+from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.next_test.separation import enough, separation
 from twin.diagnose.posterior import TEMPERATURE
@@ -26,10 +25,6 @@ __all__ = ["SensorPlace", "best_sensor_place"]
 
 Array = NDArray[Any]
 
-ON_BEAMS = 12
-"""Places along all beams together."""
-ON_PART = 16
-"""Nodes of a part given by matrices, the most evenly spread."""
 NEW = "new sensor"
 """Name of the channel that is predicted."""
 
@@ -80,11 +75,11 @@ def _candidate_places(evidence: MeasuredData) -> list[Place]:
     whole, found = sum(beam.length for beam in layout.beams), []
     for part in layout.parts:
         if isinstance(part, BeamPart):
-            count = max(round(ON_BEAMS * part.length / whole), 2)
+            count = max(round(LIMITS.on_beams * part.length / whole), 2)
             found += [Place(part.name, part.length * (k + 1) / count, part.normal) for k in range(count)]
         else:
             field = structure.node_field(part.name)
-            nodes = field.nodes[_spread(field.coordinates, ON_PART)]
+            nodes = field.nodes[_spread(field.coordinates, LIMITS.on_part)]
             found += [Place(part.name, float(node), direction) for node in nodes for direction in field.across]
     taken = [structure.row(output.place) for output in evidence.outputs]
     return [place for place in found if not any(_alike(structure.row(place), row) for row in taken)]

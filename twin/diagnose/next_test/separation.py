@@ -8,11 +8,9 @@ information that it has from the recordings.  Half of that is the gain of log ev
 import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel
+from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.posterior import TEMPERATURE
-
-SURE = 1.28
-"""Standard deviations that a test must have in hand, for nine in ten to part the models."""
 
 
 def separation(predicted_data: Imagined, rival: FittedModel) -> float:
@@ -31,9 +29,10 @@ def separation(predicted_data: Imagined, rival: FittedModel) -> float:
 
 
 def enough(gap: float) -> float:
-    """Separation that overcomes a gap of log evidence in nine of ten tests: D - SURE sqrt(2 D) = gap.
+    """Separation that overcomes a gap of log evidence in nine of ten tests: D - sure sqrt(2 D) = gap.
 
     A rival that is behind already still asks for what noise alone would turn round, that at no gap at all.
     """
-    root = (SURE * np.sqrt(2.0) + np.sqrt(2.0 * SURE**2 + 4.0 * max(gap, 0.0))) / 2.0
+    sure = LIMITS.separation_sure
+    root = (sure * np.sqrt(2.0) + np.sqrt(2.0 * sure**2 + 4.0 * max(gap, 0.0))) / 2.0
     return float(root**2)

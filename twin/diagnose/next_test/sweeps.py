@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import FittedModel, modification_of
+from twin.diagnose.next_test.limits import LIMITS
 from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.measured_data import MeasuredData
 from twin.identify.receptance import update_receptance
@@ -16,26 +17,6 @@ from twin.identify.resonances import by_resonance, same_resonance
 
 Array = NDArray[Any]
 
-HEADROOM = 0.8
-"""Share of a converter's range that may be used."""
-STEPS = 35
-"""Of a proposed sweep."""
-HARDER = (0.5, 1.0, 1.3)
-"""Largest forces of a sweep over the largest of the recordings; beyond these the joint's law is not known."""
-OPENED = (0.3, 0.9)
-"""Largest opening or slip of a layer point at another mode's resonance, over the largest that was measured: the law
-is known up to there."""
-LINEAR = 1e-3
-"""The same of a joint that acts as a linear one."""
-SEARCHED, FINE = 0.1, 400
-"""Relative range below and above a natural frequency in which its resonance is sought, and the frequencies there."""
-TURNS = 8
-"""Of the motion of the layer's points and the stiffness that it leaves; each halves what is left to change."""
-WIDTHS = 4.0
-"""Half-power widths to each side of the resonances, with the joint linear and as soft as was measured."""
-LOUDEST = 2.0
-"""Force over the largest that was used up to which the shaker is trusted."""
-
 
 @dataclass(frozen=True)
 class Band:
@@ -43,8 +24,6 @@ class Band:
 
     Attributes
     ----------
-    frequencies_Hz : tuple of float
-    amplitudes_N : tuple of float
     mode : int
         Number of another mode, from 1; 0 where the recordings went already.
     """
@@ -72,11 +51,11 @@ def sweep_bands(evidence: MeasuredData, model: FittedModel, *, highest_Hz: float
     for group in by_resonance(used):
         rows = at_force[group]
         at_most = max(states[row].target_amplitude for row in rows)
-        forces = [float(np.round(share * at_most, 3)) for share in HARDER]
+        forces = [float(np.round(share * at_most, 3)) for share in LIMITS.sweeps_harder]
         kept = tuple(force for force in forces if _within_range(evidence, rows, force))
         if kept:
             yield Band(_picked(used[group]), kept)
-    loudest = LOUDEST * max(states[i].target_amplitude for i in at_force)
+    loudest = LIMITS.sweeps_loudest * max(states[i].target_amplitude for i in at_force)
     yield from _other_modes(evidence, model, used, highest_Hz, loudest)
 
 
@@ -89,17 +68,25 @@ def _other_modes(
     for mode, natural in enumerate(residual_model.model.basis.omega[:DAMPED_MODES] / (2 * np.pi), start=1):
         if natural > highest_Hz or same_resonance(natural, used).any():
             continue
-        f = np.linspace((1 - SEARCHED) * natural, (1 + SEARCHED) * natural, FINE)
-        found = [_at(residual_model, model, 2 * np.pi * f, motion, share) for share in (LINEAR, *OPENED)]
+        f = np.linspace(
+            (1 - LIMITS.sweeps_searched) * natural, (1 + LIMITS.sweeps_searched) * natural, LIMITS.sweeps_fine
+        )
+        found = [
+            _at(residual_model, model, 2 * np.pi * f, motion, share)
+            for share in (LIMITS.sweeps_linear, *LIMITS.sweeps_opened)
+        ]
         edges = np.array([_half_power(f, readings[:, evidence.reference]) for _, readings in found])
         (low, high), width = (edges[:, 0].min(), edges[:, 1].max()), np.max(edges[:, 1] - edges[:, 0])
-        low, high = max(low - WIDTHS / 2 * width, f[0]), min(high + WIDTHS / 2 * width, f[-1])
+        low, high = (
+            max(low - LIMITS.sweeps_widths / 2 * width, f[0]),
+            min(high + LIMITS.sweeps_widths / 2 * width, f[-1]),
+        )
         forces = []
         for opening, readings in found[1:]:
-            headroom = HEADROOM * float(np.min(ranges / np.max(readings, axis=0)))
-            forces.append(min(opening, headroom, HEADROOM * evidence.rig.force_sensor.range, loudest_N))
+            headroom = LIMITS.sweeps_headroom * float(np.min(ranges / np.max(readings, axis=0)))
+            forces.append(min(opening, headroom, LIMITS.sweeps_headroom * evidence.rig.force_sensor.range, loudest_N))
         kept = dict.fromkeys(float(f"{force:.2g}") for force in forces)
-        yield Band(tuple(np.round(np.linspace(low, high, STEPS), 3).tolist()), tuple(kept), mode)
+        yield Band(tuple(np.round(np.linspace(low, high, LIMITS.sweeps_steps), 3).tolist()), tuple(kept), mode)
 
 
 def _at(
@@ -113,7 +100,7 @@ def _at(
     forces = replace(residual_model.local, weights=np.tile(residual_model.points.weights, (len(omega), 1)))
     free = residual_model.receptance(omega, model.baseline.base, np.zeros(len(omega)), inner=False, points=True)
     points, amplitude, force = 2 * len(residual_model.points), share * motion, np.inf
-    for _ in range(TURNS):
+    for _ in range(LIMITS.sweeps_turns):
         at = np.broadcast_to(amplitude, (len(omega), len(amplitude)))
         R = update_receptance(free, residual_model.moving, forces.stiffness(model.baseline.laws, at, omega)[0])
         if not points:
@@ -134,9 +121,11 @@ def _half_power(f: Array, size: Array) -> tuple[float, float]:
 
 
 def _picked(used: Array) -> tuple[float, ...]:
-    """At most :data:`STEPS` of the frequencies that were used, at even places among them."""
+    """At most ``LIMITS.sweeps_steps`` of the frequencies that were used, at even places among them."""
     different = np.unique(np.round(used, 4))
-    picked = np.unique(np.round(np.linspace(0, len(different) - 1, min(STEPS, len(different)))).astype(int))
+    picked = np.unique(
+        np.round(np.linspace(0, len(different) - 1, min(LIMITS.sweeps_steps, len(different)))).astype(int)
+    )
     return tuple(float(f) for f in different[picked])
 
 
@@ -144,10 +133,11 @@ def _within_range(evidence: MeasuredData, rows: Array, amplitude_N: float) -> bo
     """Whether force and responses stay within their converters' ranges, the responses growing as the force does."""
     rig, steps = evidence.rig, evidence.steps
     louder = amplitude_N / max(steps.states[row].target_amplitude for row in rows)
-    if amplitude_N > HEADROOM * rig.force_sensor.range:
+    if amplitude_N > LIMITS.sweeps_headroom * rig.force_sensor.range:
         return False
     ranges = {sensor.channel: sensor.range for sensor in rig.response_sensors}
     peaks = np.max(np.abs(steps.response[rows, :, 0]), axis=0)
     return all(
-        louder * peak < HEADROOM * ranges[channel] for channel, peak in zip(evidence.channels, peaks, strict=True)
+        louder * peak < LIMITS.sweeps_headroom * ranges[channel]
+        for channel, peak in zip(evidence.channels, peaks, strict=True)
     )

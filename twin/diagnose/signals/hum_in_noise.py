@@ -4,9 +4,7 @@ import numpy as np
 
 from recordings.run import Run
 from recordings.sweeps import Stretch
-
-LOBE, AROUND = 2, 14
-"""Spectral lines on either side that a windowed steady line fills, and that tell what the force makes there."""
+from twin.diagnose.signals.limits import LIMITS
 
 
 def line_in_noise(run: Run, stretch: Stretch, channel: str, frequency_Hz: float) -> tuple[float, float] | None:
@@ -23,15 +21,19 @@ def line_in_noise(run: Run, stretch: Stretch, channel: str, frequency_Hz: float)
     count = min(len(x), len(u))
     line = round(frequency_Hz * count / rate)
     alike = run.device_of(force).sample_rate_Hz == rate
-    if not alike or not AROUND < line < count / 2 - AROUND or not np.isfinite(x[:count] + u[:count]).all():
+    if (
+        not alike
+        or not LIMITS.hum_around < line < count / 2 - LIMITS.hum_around
+        or not np.isfinite(x[:count] + u[:count]).all()
+    ):
         return None
-    away = np.arange(-AROUND, AROUND + 1)
+    away = np.arange(-LIMITS.hum_around, LIMITS.hum_around + 1)
     window = np.hanning(count + 1)[:-1]
     steady = np.exp(2j * np.pi * frequency_Hz / rate * np.arange(count))
     Y, U, W = (np.fft.fft(window * signal)[line + away] for signal in (x[:count], u[:count], steady))
-    bend = (away / AROUND)[:, None] ** np.arange(3)
+    bend = (away / LIMITS.hum_around)[:, None] ** np.arange(3)
     basis = np.hstack([bend * U[:, None], bend[:, :2]])
-    beside = np.abs(away) > LOBE
+    beside = np.abs(away) > LIMITS.hum_lobe
     left = Y - basis @ np.linalg.lstsq(basis[beside], Y[beside], rcond=None)[0]
     noise = np.sum(np.abs(left[beside]) ** 2) / (beside.sum() - basis.shape[1])
     inside = ~beside

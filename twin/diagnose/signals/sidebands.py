@@ -13,22 +13,12 @@ from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.diagnose.signals.limits import LIMITS
 from twin.identify.sine_fit import Line
 
 Array = NDArray[Any]
 
 MOST_STEPS, LEAST_STEPS = 48, 8
-NEAREST = 2.0
-"""Distance over the resolution of a step from which on a line is apart from the drive's, with what drifts there."""
-FARTHEST_Hz, APART_Hz = 12.0, 0.1
-"""Of the distances that are looked at, and between them."""
-FRACTIONS = (1 / 2, 1 / 3)
-"""Of the drive's frequency, where a structure may answer as well."""
-HARMONICS = 12
-MEDIAN_OF_TWO = 1.678 / 2
-"""Median over mean of the mean of two exponential variables, such as lines on both sides of the drive's."""
-LEAST_LOG_BAYES = 10.0
-"""From which on they are told; 24 recordings without any, of the bench and another program, show 3.4 at the most."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +27,6 @@ class Sidebands:
 
     Attributes
     ----------
-    channel : str
     offset_Hz : float
         Their distance to the drive, in the middle of the steps.
     power : float
@@ -79,13 +68,13 @@ def find_sidebands(runs: Sequence[Run], channels: Sequence[str], lines: Mapping[
             continue
         table = np.array(seen)
         looked_at = np.flatnonzero(np.isfinite(table).sum(axis=0) >= LEAST_STEPS)
-        power = np.nanmedian(table[:, looked_at], axis=0) / MEDIAN_OF_TWO
+        power = np.nanmedian(table[:, looked_at], axis=0) / LIMITS.median_of_two
         count = 2 * np.isfinite(table[:, looked_at]).sum(axis=0)
         log_bayes = np.where(power > 1, count * (power - 1 - np.log(power)), 0.0) - np.log(
             len(looked_at) * len(channels)
         )
         k = int(np.argmax(log_bayes))
-        if log_bayes[k] > (best.log_bayes if best else LEAST_LOG_BAYES):
+        if log_bayes[k] > (best.log_bayes if best else LIMITS.least_log_bayes):
             middle = float(np.median([stretch.step.frequency_Hz for _, stretch in stretches]))
             offset = float(_offsets(middle)[looked_at[k]])
             best = Sidebands(channel, offset, float(power[k]), float(log_bayes[k]))
@@ -94,7 +83,10 @@ def find_sidebands(runs: Sequence[Run], channels: Sequence[str], lines: Mapping[
 
 def _offsets(frequency_Hz: float) -> Array:
     """Distances to a drive that are looked at, Hz."""
-    return np.append(np.arange(APART_Hz, FARTHEST_Hz, APART_Hz), [(1 - part) * frequency_Hz for part in FRACTIONS])
+    return np.append(
+        np.arange(LIMITS.sidebands_apart_Hz, LIMITS.sidebands_farthest_Hz, LIMITS.sidebands_apart_Hz),
+        [(1 - part) * frequency_Hz for part in LIMITS.sidebands_fractions],
+    )
 
 
 def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Array | None:
@@ -104,7 +96,7 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
     if len(x) < 64 or not np.isfinite(x).all():
         return None
     t, length = np.arange(len(x)) / rate, len(x) / rate
-    angle = 2 * np.pi * drive * t[:, None] * np.arange(1, min(HARMONICS, int(0.45 * rate / drive)) + 1)
+    angle = 2 * np.pi * drive * t[:, None] * np.arange(1, min(12, int(0.45 * rate / drive)) + 1)
     slow = (t / length - 0.5)[:, None] ** np.arange(3)
     first = np.hstack([np.cos(angle[:, :1]) * slow[:, 1:], np.sin(angle[:, :1]) * slow[:, 1:]])
     turn = 2 * np.pi * line.frequency_Hz * t[:, None] if line else np.zeros((len(t), 0))
@@ -115,8 +107,9 @@ def _powers(run: Run, stretch: Stretch, channel: str, line: Line | None) -> Arra
     offsets = _offsets(drive)
     place = np.rint(offsets / rate * padded).astype(int)
     power = (lines[place] + lines[-place]) / 2
-    power[(offsets < NEAREST / length) | (offsets > drive - NEAREST / length)] = np.nan
+    nearest = LIMITS.sidebands_nearest / length
+    power[(offsets < nearest) | (offsets > drive - nearest)] = np.nan
     if not np.isfinite(power).any():
         return None
-    noise = float(np.nanmedian(power)) / MEDIAN_OF_TWO
+    noise = float(np.nanmedian(power)) / LIMITS.median_of_two
     return np.asarray(power / max(noise, np.finfo(float).tiny))

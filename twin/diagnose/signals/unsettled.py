@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 
 from twin.diagnose.signals.finding import Finding
+from twin.diagnose.signals.limits import LIMITS
 from twin.identify.settled import still_changing
 from twin.identify.sine_fit import SteadyState
 from twin.identify.sweeps import rows_by_sweep
-
-LEAST_STEPS, LEAST_SHARE = 8, 0.25
-"""Steps of a sweep that tell anything, and the share of them that must change: a jump alone leaves only a few."""
 
 
 def find_unsettled(states: Sequence[SteadyState], *, force: str) -> list[Finding]:
@@ -18,7 +16,7 @@ def find_unsettled(states: Sequence[SteadyState], *, force: str) -> list[Finding
     changing = still_changing(states, channels, force=force)
     for sweep, rows in rows_by_sweep(states).items():
         count = sum(changing[i] for i in rows)
-        if len(rows) >= LEAST_STEPS and count > LEAST_SHARE * len(rows):
+        if len(rows) >= LIMITS.unsettled_least_steps and count > LIMITS.least_share * len(rows):
             findings.append(
                 Finding(
                     cause="unsettled-dwell",

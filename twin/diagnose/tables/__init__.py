@@ -5,15 +5,3 @@ from twin.diagnose.tables.measured import Measurement, read_frequencies
 from twin.diagnose.tables.moduli import FrequencyModuli, fit_moduli
 from twin.diagnose.tables.result import FrequencyRow, SweepRow, TableDiagnosis
 from twin.diagnose.tables.sweeps import diagnose_sweeps
-
-__all__ = [
-    "FrequencyModuli",
-    "FrequencyRow",
-    "Measurement",
-    "SweepRow",
-    "TableDiagnosis",
-    "diagnose_frequencies",
-    "diagnose_sweeps",
-    "fit_moduli",
-    "read_frequencies",
-]

@@ -17,7 +17,7 @@ from scipy.stats import chi2 as chi_square
 
 from twin.diagnose.tables.measured import Measurement
 from twin.diagnose.tables.model import Active, Change, FrequencyModel
-from twin.diagnose.tables.system import System
+from twin.diagnose.tables.residuals import FrequencyResiduals
 from twin.identify.gauss_newton import Solution, minimise
 
 Array = NDArray[np.float64]
@@ -42,7 +42,6 @@ class Fit:
         Frequencies minus parameters that they determine.
     scale : float
         Most probable factor on standard deviations that were assumed; 1 where all were stated.
-    log_evidence : float
     frequency_Hz : dict of ndarray
         The model's, by condition.
     residual : ndarray
@@ -142,7 +141,9 @@ class Problem:
         scale
             Factor on assumed standard deviations; by default the fit is repeated at the most probable one.
         """
-        system = System(self.model, self.measured, tuple((change, dict(values)) for change, values in active), held)
+        system = FrequencyResiduals(
+            self.model, self.measured, tuple((change, dict(values)) for change, values in active), held
+        )
         x = system.start(start or {})
         factor = scale or 1.0
         for _ in range(1 if self.stated or scale else 2):
@@ -157,7 +158,9 @@ class Problem:
 
     def score(self, active: Active, start: Mapping[str, float], held: frozenset[str]) -> float:
         """Log evidence that a fit would reach if the model were linear about `active`; minus infinity out of bounds."""
-        system = System(self.model, self.measured, tuple((change, dict(values)) for change, values in active), held)
+        system = FrequencyResiduals(
+            self.model, self.measured, tuple((change, dict(values)) for change, values in active), held
+        )
         x = system.start(start)
         r, J = system.evaluate(x)
         if not np.isfinite(r).all():
@@ -175,7 +178,9 @@ class Problem:
             values[i] = np.sum(np.log(w)) - 0.5 * cost - 0.5 * np.linalg.slogdet(A)[1]
         return float(logsumexp(values + 0.5 * np.sum(np.log(system.precision)) - system.truncation + log_prior))
 
-    def _finish(self, system: System, solution: Solution, weight: Array, log_evidence: float, factor: float) -> Fit:
+    def _finish(
+        self, system: FrequencyResiduals, solution: Solution, weight: Array, log_evidence: float, factor: float
+    ) -> Fit:
         residual, J = solution.residual / weight, solution.jacobian / weight[:, None]
         final = self._weight(factor)[:, None]
         data = (J * final).T @ (J * final)
@@ -204,7 +209,7 @@ class Problem:
             settled=solution.settled,
         )
 
-    def _evidence(self, system: System, solution: Solution, weight: Array) -> tuple[float, float]:
+    def _evidence(self, system: FrequencyResiduals, solution: Solution, weight: Array) -> tuple[float, float]:
         """Laplace's log evidence about `solution`, and the most probable factor on assumed deviations."""
         r, J = solution.residual / weight, solution.jacobian / weight[:, None]
         away, P = solution.x - system.mean, np.diag(system.precision)
@@ -235,7 +240,7 @@ class Problem:
         return np.cumsum([len(item.number) for item in self.measured])[:-1]
 
 
-def _weighted(system: System, weight: Array) -> Callable[[Array], tuple[Array, Array]]:
+def _weighted(system: FrequencyResiduals, weight: Array) -> Callable[[Array], tuple[Array, Array]]:
     """Residuals and sensitivities, their rows times `weight`."""
 
     def evaluate(x: Array) -> tuple[Array, Array]:

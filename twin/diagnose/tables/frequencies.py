@@ -14,11 +14,20 @@ from twin.diagnose.posterior import SURE
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
 from twin.diagnose.tables.fit import SPREAD, Fit, Problem
 from twin.diagnose.tables.lap_joint import LapJointFrequencies, require_one_joint
-from twin.diagnose.tables.measured import ASSUMED_STD, Measurement, read_frequencies
+from twin.diagnose.tables.limits import LIMITS
+from twin.diagnose.tables.measured import Measurement, read_frequencies
 from twin.diagnose.tables.model import FrequencyModel
 from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
-from twin.diagnose.tables.search import PLAUSIBLE, Search, Stage, least_gain, probabilities, rivals_of, search
+from twin.diagnose.tables.search import (
+    PLAUSIBLE,
+    FrequencySearch,
+    FrequencyStage,
+    least_gain,
+    probabilities,
+    rivals_of,
+    search,
+)
 from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.identify.rms import rms
 from twin.rigs import Rig
@@ -51,10 +60,6 @@ def diagnose_frequencies(
         Preload of the tables that do not say it themselves: one for all, or one each; the rig's first by default.
     held_out
         Frequencies kept for the gain, at preloads that `tables` hold.  Without any, each frequency is left out in turn.
-    source
-        The rig's name, for errors.
-    most
-        Largest number of causes.
 
     Raises
     ------
@@ -143,7 +148,7 @@ def check_modes(problem: Problem) -> None:
             raise InputError(item.path, "column mode", reason, "give it more elements, or leave the mode out")
 
 
-def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[Stage]) -> Verdict:
+def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[FrequencyStage]) -> Verdict:
     if not accepted:
         return "none" if base.chi2_per_dof <= problem.threshold(base.dof) else "unknown"
     before, after = base.chi2_per_dof, final.chi2_per_dof
@@ -153,7 +158,7 @@ def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[Stage])
     return "ambiguous" if probabilities(last)[0] < SURE and rivals_of(last) else "explained"
 
 
-def _causes(accepted: Sequence[Stage], verdict: Verdict) -> tuple[NamedCause, ...]:
+def _causes(accepted: Sequence[FrequencyStage], verdict: Verdict) -> tuple[NamedCause, ...]:
     """Causes in the model, then rivals."""
     found = []
     for number, stage in enumerate(accepted):
@@ -177,7 +182,7 @@ def _named(fit: Fit, number: int, probability: float, rivals: tuple[str, ...], i
     )  # fmt: skip
 
 
-def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[Stage]) -> str:
+def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[FrequencyStage]) -> str:
     named = [cause for cause in causes if cause.in_model]
     what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
     if verdict == "none":
@@ -236,7 +241,7 @@ def _rows(problem: Problem, base: Fit, after: Fit, left_out: tuple[Array, Array]
     return rows
 
 
-def _tried(found: Search) -> list[Tried]:
+def _tried(found: FrequencySearch) -> list[Tried]:
     models = [("nothing", found.base, 0.0)]
     for stage in found.stages:
         before = [change.cause for change, _ in stage.before.active]
@@ -263,9 +268,9 @@ def _assumed(problem: Problem) -> list[str]:
     assumed = [f"The moduli are identified; before the data each is assumed to a factor of {np.exp(wide[-1]):.2g}."]
     if not problem.stated:
         assumed.append(
-            f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure "
-            f"that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, which "
-            "the evidence integrates over."
+            f"The table gives no std_Hz: each frequency is taken to be good to {100 * LIMITS.assumed_std:g} %, a "
+            f"figure that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, "
+            "which the evidence integrates over."
         )
     rare = ", ".join(f"{cause} at {weight:g}" for cause, weight in PLAUSIBLE.items())
     assumed.append(
@@ -280,12 +285,12 @@ def _assumed(problem: Problem) -> list[str]:
     return assumed
 
 
-def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[str]:
+def _notes(problem: Problem, after: Fit, found: FrequencySearch, next_test: str) -> list[str]:
     notes, accepted = [], found.accepted
     if not problem.stated:
         notes.append(
-            f"std_Hz is not given: {100 * ASSUMED_STD:g} % is assumed, known to a factor of {np.exp(SPREAD):.0f}; "
-            f"the model makes {100 * ASSUMED_STD * after.scale:.2g} % the most probable"
+            f"std_Hz is not given: {100 * LIMITS.assumed_std:g} % is assumed, known to a factor of "
+            f"{np.exp(SPREAD):.0f}; the model makes {100 * LIMITS.assumed_std * after.scale:.2g} % the most probable"
         )
     if after.active and after.dof < 1.5:
         notes.append(
@@ -314,7 +319,7 @@ def _notes(problem: Problem, after: Fit, found: Search, next_test: str) -> list[
     return notes
 
 
-def _without_prior(stage: Stage) -> str:
+def _without_prior(stage: FrequencyStage) -> str:
     """Said where what is assumed of causes beforehand, and not the data, decides which comes first."""
     data = [trial.log_evidence - np.log(PLAUSIBLE.get(trial.cause, 1.0)) for trial in stage.trials]
     first = int(np.argmax(data))
@@ -326,7 +331,7 @@ def _without_prior(stage: Stage) -> str:
     )
 
 
-def _next_mode(problem: Problem, stage: Stage) -> str:
+def _next_mode(problem: Problem, stage: FrequencyStage) -> str:
     """The unmeasured mode whose frequency tells the best cause from its nearest rival."""
     best = stage.trials[0]
     rival = next(trial for trial in stage.trials[1:] if trial.cause in rivals_of(stage))

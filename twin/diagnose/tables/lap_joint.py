@@ -11,6 +11,7 @@ from recordings.errors import InputError
 from twin.diagnose.effects import with_effects
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate
+from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.identify.changed_model import changed_structure
 from twin.identify.measured_data import MeasuredData
@@ -20,8 +21,6 @@ from twin.rigs import Effect, Rig
 from twin.structure import Structure
 
 Matrix = NDArray[np.float64]
-MODULI_STD = 0.3
-"""Of the logarithms of E' and G': a layer's moduli are known from its frequencies, and hardly before them."""
 TERMS = ("normal_modulus", "shear_modulus")
 STRUCTURAL = {"beam_modulus", "beam_shear_ratio", "clamp_rad_per_Nm", "layer_gradient", "moduli_factor", "attachments"}
 """What of an extension natural frequencies feel."""
@@ -39,7 +38,7 @@ class LapJointFrequencies:
     rig: Rig
     preloads: tuple[str, ...]
     source: str = "rig"
-    moduli_std: float = MODULI_STD
+    moduli_std: float = LIMITS.moduli_std
 
     @property
     def base(self) -> tuple[BaseParameter, ...]:

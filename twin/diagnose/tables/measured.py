@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
+from twin.diagnose.tables.limits import LIMITS
 
 Array = NDArray[np.float64]
-ASSUMED_STD = 1e-3
-"""Relative standard deviation of a frequency whose table gives none: bolted structures repeat to about 0.1 %."""
-MODEL_STD = 1e-4
-"""What a mesh and rounded lengths do to any frequency, relative; added to whatever a table states."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +21,6 @@ class Measurement:
 
     Attributes
     ----------
-    path : str
-        The table's file.
     number : ndarray of int, (m,)
         Bending modes, from 1.
     frequency_Hz, relative_std : ndarray, (m,)
@@ -59,14 +54,10 @@ def read_frequencies(
 
     Parameters
     ----------
-    conditions
-        Names that the rig knows.
     named
         Conditions given beside the tables: none, one for all, or one for each table.
     default
         Condition of a table that neither names one nor is named one.
-    source
-        The rig's name, for errors.
 
     Raises
     ------
@@ -115,5 +106,5 @@ def _measurement(table: FrequencyTable, state: str, rows: NDArray[np.bool_]) -> 
         line = int(table.line[order][1 + np.argmax(np.diff(f) <= 0)])
         raise InputError(table.path, f"line {line}, column frequency_Hz", "does not rise with the number of the mode")
     stated = bool(np.all(np.isfinite(std)))
-    relative = np.hypot(std / f, MODEL_STD) if stated else np.full(len(f), ASSUMED_STD)
+    relative = np.hypot(std / f, LIMITS.model_std) if stated else np.full(len(f), LIMITS.assumed_std)
     return Measurement(table.path, state, table.mode[order], f, relative, stated)

@@ -11,7 +11,7 @@ from twin.diagnose.cause import Parameter
 from twin.diagnose.result import Estimate
 from twin.rigs import Rig
 from twin.rigs.beam import BeamRig
-from twin.structure.bending_modes import bending_modes
+from twin.structure.modes import bending_modes
 
 Matrix = NDArray[np.float64]
 

@@ -11,19 +11,15 @@ from recordings.errors import InputError
 from twin.diagnose.tables.fit import Fit, Problem
 from twin.diagnose.tables.frequencies import check_modes
 from twin.diagnose.tables.lap_joint import LapJointFrequencies, require_one_joint
-from twin.diagnose.tables.measured import ASSUMED_STD, Measurement
-from twin.diagnose.tables.search import FINE, moduli_alone
+from twin.diagnose.tables.limits import LIMITS
+from twin.diagnose.tables.measured import Measurement
+from twin.diagnose.tables.search import moduli_alone
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
 
 Array = NDArray[np.float64]
-UNKNOWN = 10.0
-"""Standard deviation of the moduli's logarithms beforehand: the frequencies alone decide, and none runs off."""
 SHEAR_GRID = np.geomspace(1e6, 3e9, 40)
 """N/m2, from layers that hardly hold to those that frequencies cannot tell from rigid ones."""
-NORMAL_FACTORS = (0.7, 1.0, 1.4)
-FOLLOWED, RESCANS = 3, 2
-"""Places of the grid from which fits begin, and how often it is laid about the best."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +28,6 @@ class FrequencyModuli:
 
     Attributes
     ----------
-    preload : str
     model : Rig
         With the identified moduli.
     mode : ndarray of int, (m,)
@@ -40,8 +35,6 @@ class FrequencyModuli:
         Measured, of the nominal rig, and of the identified one.
     nominal : dict
         Moduli as the rig file has them, N/m2, by their names in the fit.
-    fit : Fit
-    warnings : tuple of str
     """
 
     preload: str
@@ -92,9 +85,9 @@ def fit_moduli(table: FrequencyTable, rig: Rig, *, source: str, preload: str | N
     if (state := table.preload[0]) and preload not in (None, state):
         raise InputError("--preload", "", f"is {preload}, {path} holds {state}")
     name = known_preload(rig, preload or state or None)
-    model = LapJointFrequencies(rig, (name,), source, moduli_std=UNKNOWN)
+    model = LapJointFrequencies(rig, (name,), source, moduli_std=LIMITS.unknown_std)
     told = np.isfinite(table.std_Hz) & (table.std_Hz > 0)
-    relative_std = np.where(told, table.std_Hz / table.frequency_Hz, ASSUMED_STD)
+    relative_std = np.where(told, table.std_Hz / table.frequency_Hz, LIMITS.assumed_std)
     measured = Measurement(path, name, table.mode, table.frequency_Hz, relative_std, stated=True)
     problem = Problem(model, (measured,))
     check_modes(problem)
@@ -120,11 +113,14 @@ def _searched(problem: Problem, best: Fit) -> Fit:
     """
     (item,) = problem.measured
     normal, shear = best.moduli
-    for _ in range(RESCANS):
-        starts = [{normal: best.moduli[normal] * e, shear: float(G)} for G in SHEAR_GRID for e in NORMAL_FACTORS]
+    for _ in range(LIMITS.moduli_rescans):
+        starts = [{normal: best.moduli[normal] * e, shear: float(G)} for G in SHEAR_GRID for e in (0.7, 1.0, 1.4)]
         models = [problem.frequencies(replace(best, moduli=m), {item.condition: item.number}) for m in starts]
         misfit = [np.sum((np.log(f[item.condition] / item.frequency_Hz) / item.relative_std) ** 2) for f in models]
-        fits = [problem.fit((), start=starts[k], iterations=60, tolerance=FINE) for k in np.argsort(misfit)[:FOLLOWED]]
+        fits = [
+            problem.fit((), start=starts[k], iterations=60, tolerance=LIMITS.search_fine)
+            for k in np.argsort(misfit)[: LIMITS.moduli_followed]
+        ]
         better = min(fits, key=lambda fit: fit.chi2)
         if better.chi2 >= best.chi2:
             break
@@ -140,5 +136,5 @@ def _warnings(model: LapJointFrequencies, told: bool) -> Sequence[str]:
         if effect.cause not in acting
     ]
     if not told:
-        found.append(f"frequencies without std_Hz are taken to be good to {100 * ASSUMED_STD:g} %")
+        found.append(f"frequencies without std_Hz are taken to be good to {100 * LIMITS.assumed_std:g} %")
     return found

@@ -7,16 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
+from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.result import SweepRow
 from twin.identify.rms import rms
 
 Array = NDArray[np.float64]
-CONFOUNDED = 0.9
-"""Rank correlation of amplitude with order in time beyond which a drift and a law of amplitude look alike."""
-MOST_ORDER = 4
-"""Highest order of the law beside which a drift or a jump is looked for."""
-LEAST_DEVIATIONS = 4.0
-"""Standard deviations that a drift or a jump must have."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +26,9 @@ class Drift:
     @property
     def pays(self) -> bool:
         """Whether it is clear, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.rate_Hz) > LEAST_DEVIATIONS * self.std_Hz and rms(self.left_out) < 0.5 * rms(self.without)
+        return abs(self.rate_Hz) > LIMITS.least_deviations * self.std_Hz and rms(self.left_out) < 0.5 * rms(
+            self.without
+        )
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Jump:
     @property
     def clear(self) -> bool:
         """Whether it is large, and predicts sweeps that were left out at least twice as well."""
-        return abs(self.size_Hz) > LEAST_DEVIATIONS * self.std_Hz and self.left_out < 0.5 * self.without
+        return abs(self.size_Hz) > LIMITS.least_deviations * self.std_Hz and self.left_out < 0.5 * self.without
 
 
 def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
@@ -64,7 +61,7 @@ def find_jump(rows: Sequence[SweepRow], scale: float) -> Jump:
 def find_drift(rows: Sequence[SweepRow], scale: float) -> Drift | None:
     """None where order in time and amplitude are the same thing."""
     amplitude, order = np.array([row.amplitude_m_per_s2 for row in rows]), np.array([float(row.order) for row in rows])
-    if abs(float(spearmanr(amplitude, order).statistic)) > CONFOUNDED:
+    if abs(float(spearmanr(amplitude, order).statistic)) > LIMITS.confounded_order:
         return None
     f = np.array([row.frequency_Hz for row in rows])
     _, without = _smooth(amplitude, f)
@@ -74,7 +71,9 @@ def find_drift(rows: Sequence[SweepRow], scale: float) -> Drift | None:
 
 def _smooth(amplitude: Array, f: Array, *beside: Array) -> tuple[Array, Array]:
     """A polynomial law of amplitude with columns beside it, and its left-out errors, of the order with the least."""
-    powers = [np.vander(amplitude / amplitude.max(), order + 1) for order in range(min(MOST_ORDER, len(f) - 4) + 1)]
+    powers = [
+        np.vander(amplitude / amplitude.max(), order + 1) for order in range(min(LIMITS.most_order, len(f) - 4) + 1)
+    ]
     tried = [np.column_stack([columns, *beside]) for columns in powers]
     errors = [_left_out(columns, f) for columns in tried]
     best = int(np.argmin([rms(error) for error in errors]))

@@ -103,9 +103,6 @@ class TableDiagnosis:
         All models, the likeliest first.
     parameters : mapping
         What was identified beside the causes: assumed value (NaN if there is none) and estimate.
-    assumed, notes : tuple of str
-    model : rig
-        The extended model.
     next_test : str
         What would tell rivals apart; empty if there are none.
     """

@@ -9,30 +9,15 @@ from scipy.special import logsumexp
 
 from twin.diagnose.cause import Parameter
 from twin.diagnose.tables.fit import Fit, Problem
+from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.model import Active, Change
 from twin.identify.rms import rms
 
 Array = NDArray[np.float64]
 Report = Callable[[str], None]
 
-RIVAL_LOG_EVIDENCE = 5.0
-"""A rival whose log evidence lies no more than this below the best cannot be told from it."""
-LEAST_GAIN = 5.0
-"""Log evidence that a cause must gain: about a dozen are tried, and chance favours one of them now and then."""
-NEEDED_GAIN = 3.0
-"""The same where the data contradict the model without it, so that something must be named."""
 PLAUSIBLE = {"stiffness-loss": 0.01}
 """Causes less probable beforehand than others: a specimen is rarely damaged, models always leave something out."""
-PLACES = 5
-"""Places of a cause that are refitted, out of all that are scored."""
-FINE = 1e-3
-"""Tolerance of fits that are compared by their evidence."""
-FACTORS = (0.5, 0.65, 0.8, 1.25, 1.6, 2.2)
-"""Of each assumed modulus, where fits of the moduli alone begin as well."""
-ALONG = (-6.0, -4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
-"""Where about the best place the evidence is taken, in its standard deviations."""
-LEAST_FREEDOM = 0.5
-"""Degrees of freedom that a model must leave: with fewer, the data could not have contradicted it."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +34,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Stage:
+class FrequencyStage:
     """What was tried beside `before`, the best first, and whether its first was accepted.
 
     `left_out` are relative errors of each frequency predicted from all others with the first trial; None if its
@@ -63,25 +48,25 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Search:
+class FrequencySearch:
     """The moduli alone with their left-out errors, and the stages; the last one may not have been accepted."""
 
     base: Fit
     base_left_out: Array
-    stages: tuple[Stage, ...]
+    stages: tuple[FrequencyStage, ...]
 
     @property
-    def accepted(self) -> tuple[Stage, ...]:
+    def accepted(self) -> tuple[FrequencyStage, ...]:
         """Stages whose first trial is in the model."""
         return tuple(stage for stage in self.stages if stage.accepted)
 
 
-def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> Search:
+def search(problem: Problem, *, most: int = 2, report: Report = lambda text: None) -> FrequencySearch:
     """The moduli alone, then causes one by one while the evidence and left-out frequencies pay for them."""
     report("fitting the moduli")
     base = current = moduli_alone(problem)
     base_left_out = left_out = leave_one_out(problem, base)
-    stages: list[Stage] = []
+    stages: list[FrequencyStage] = []
     while len(stages) < most:
         trials = _trials(problem, current, report, all_causes=not stages)
         if not trials:
@@ -91,11 +76,11 @@ def search(problem: Problem, *, most: int = 2, report: Report = lambda text: Non
             report(f"predicting left-out frequencies with {best.cause}")
             after = leave_one_out(problem, best.fit)
         accepted = after is not None and rms(after) < rms(left_out)
-        stages.append(Stage(current, tuple(trials), accepted, after))
+        stages.append(FrequencyStage(current, tuple(trials), accepted, after))
         if after is None or not accepted:
             break
         current, left_out = best.fit, after
-    return Search(base, base_left_out, tuple(stages))
+    return FrequencySearch(base, base_left_out, tuple(stages))
 
 
 def moduli_alone(problem: Problem) -> Fit:
@@ -103,14 +88,14 @@ def moduli_alone(problem: Problem) -> Fit:
 
     Another mode veers through the measured ones as a joint's modulus grows, and every crossing makes a narrow minimum.
     """
-    best = problem.fit((), iterations=60, tolerance=FINE)
+    best = problem.fit((), iterations=60, tolerance=LIMITS.search_fine)
     if len(best.moduli) == 1:
         return best
     for name in best.moduli:
         nominal = next(b.nominal for b in problem.model.base if b.name == name)
         fits = [
-            problem.fit((), start={**best.moduli, name: nominal * factor}, iterations=25, tolerance=FINE)
-            for factor in FACTORS
+            problem.fit((), start={**best.moduli, name: nominal * factor}, iterations=25, tolerance=LIMITS.search_fine)
+            for factor in LIMITS.search_factors
         ]
         best = _best([best, *fits])
     return best
@@ -118,7 +103,7 @@ def moduli_alone(problem: Problem) -> Fit:
 
 def least_gain(problem: Problem, current: Fit) -> float:
     """Log evidence that a cause beside `current` must gain."""
-    return NEEDED_GAIN if current.chi2_per_dof > problem.threshold(current.dof) else LEAST_GAIN
+    return LIMITS.needed_gain if current.chi2_per_dof > problem.threshold(current.dof) else LIMITS.least_gain
 
 
 def leave_one_out(problem: Problem, fit: Fit) -> Array:
@@ -150,7 +135,7 @@ def _trials(problem: Problem, current: Fit, report: Report, *, all_causes: bool)
         report(f"trying {change.key}")
         tried = _try(problem, current, change, always=all_causes)
         # A model that leaves nothing free explains everything and says nothing.
-        if tried is not None and tried[0].dof >= LEAST_FREEDOM:
+        if tried is not None and tried[0].dof >= LIMITS.least_freedom:
             by_cause.setdefault(change.cause, []).append(tried)
     found = []
     for cause, labelled in by_cause.items():
@@ -162,17 +147,17 @@ def _trials(problem: Problem, current: Fit, report: Report, *, all_causes: bool)
     return sorted(found, key=lambda trial: -trial.log_evidence)
 
 
-def probabilities(stage: Stage) -> Array:
+def probabilities(stage: FrequencyStage) -> Array:
     """Of the trials: causes together are as probable beforehand as what was accepted before being enough."""
     total = sum(PLAUSIBLE.get(trial.cause, 1.0) for trial in stage.trials)
     values = np.array([trial.log_evidence - np.log(total) for trial in stage.trials] + [stage.before.log_evidence])
     return np.asarray(np.clip(np.exp(values - logsumexp(values))[:-1], 0.0, 0.999))
 
 
-def rivals_of(stage: Stage) -> tuple[str, ...]:
+def rivals_of(stage: FrequencyStage) -> tuple[str, ...]:
     """Other causes whose log evidence comes near the best one's."""
     best = stage.trials[0].log_evidence
-    return tuple(trial.cause for trial in stage.trials[1:] if best - trial.log_evidence < RIVAL_LOG_EVIDENCE)
+    return tuple(trial.cause for trial in stage.trials[1:] if best - trial.log_evidence < LIMITS.rival_log_evidence)
 
 
 def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tuple[Fit, float] | None:
@@ -192,19 +177,23 @@ def _try(problem: Problem, current: Fit, change: Change, *, always: bool) -> tup
     # The moduli of a wrong model may be far off: each fit begins from them, and from what is assumed of them.
     origins: tuple[dict[str, float], ...] = (current.moduli, {})
     if place is None:
-        best = _best([problem.fit(begun(first), start=moduli, iterations=40, tolerance=FINE) for moduli in origins])
+        best = _best(
+            [problem.fit(begun(first), start=moduli, iterations=40, tolerance=LIMITS.search_fine) for moduli in origins]
+        )
         return _checked(best, best.log_evidence)
     # A large effect is far from linear: a few steps at every place tell which are worth following.
     scale = float(np.sqrt(max(current.scale, 1.0)))
     looked = [
         _best([problem.fit(begun(v), start=m, held=held, iterations=4, scale=scale) for m in origins]) for v in choices
     ]
-    likely = np.argsort([-fit.log_evidence if np.isfinite(fit.log_evidence) else np.inf for fit in looked])[:PLACES]
+    likely = np.argsort([-fit.log_evidence if np.isfinite(fit.log_evidence) else np.inf for fit in looked])[
+        : LIMITS.search_places
+    ]
     tried = [problem.fit(looked[k].active, start=looked[k].moduli, held=held, iterations=15) for k in likely]
     evidence = np.array([fit.log_evidence if np.isfinite(fit.log_evidence) else -np.inf for fit in tried])
     best = _best(
         [
-            problem.fit(tried[k].active, start=tried[k].moduli, iterations=40, tolerance=FINE)
+            problem.fit(tried[k].active, start=tried[k].moduli, iterations=40, tolerance=LIMITS.search_fine)
             for k in np.argsort(-evidence)[:3]
         ]
     )
@@ -221,7 +210,7 @@ def _along(problem: Problem, best: Fit, place: Parameter, others: Sequence[Fit])
     change, values = best.active[-1]
     centre, held = values[place.name], frozenset([place.name])
     points = {other.active[-1][1][place.name]: other.log_evidence for other in others}
-    for away in ALONG:
+    for away in LIMITS.search_along:
         x = float(np.clip(centre + away * best.std[-1][place.name], place.lower, place.upper))
         fit = problem.fit(
             (*best.active[:-1], (change, {**values, place.name: x})), start=best.moduli, held=held, iterations=12
@@ -244,7 +233,10 @@ def _beside(problem: Problem, fit: Fit, place: Parameter) -> list[Fit]:
     places = [float(np.clip(values[place.name] + side * half, place.lower, place.upper)) for side in (-1, 1)]
     return [
         problem.fit(
-            (*fit.active[:-1], (change, {**values, place.name: x})), start=fit.moduli, iterations=40, tolerance=FINE
+            (*fit.active[:-1], (change, {**values, place.name: x})),
+            start=fit.moduli,
+            iterations=40,
+            tolerance=LIMITS.search_fine,
         )
         for x in places
     ]

@@ -11,6 +11,7 @@ from recordings.errors import InputError
 from twin.diagnose.cause import Parameter
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate
+from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.model import Active, BaseParameter, Change, Matrices
 from twin.rigs import Effect
 from twin.rigs.beam import BeamRig
@@ -19,10 +20,6 @@ from twin.structure.free_beam import FreeBeam, free_beam
 
 Matrix = NDArray[np.float64]
 MODULUS = "youngs_modulus"
-MODULUS_STD = 0.5
-"""Of the modulus' logarithm: laminates differ from their data sheets by such factors."""
-SECTION = 0.025
-"""Length of a weak section over the beam's."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class SingleBeamFrequencies:
     @property
     def base(self) -> tuple[BaseParameter, ...]:
         """Young's modulus."""
-        return (BaseParameter(MODULUS, self.rig.beam.youngs_modulus, MODULUS_STD),)
+        return (BaseParameter(MODULUS, self.rig.beam.youngs_modulus, LIMITS.modulus_std),)
 
     @property
     def conditions(self) -> Mapping[str, Mapping[str, str]]:
@@ -134,7 +131,7 @@ class SingleBeamFrequencies:
 
         Many points, because the curvature jumps between elements, and a section moves along them.
         """
-        beam, length = self.rig.beam, SECTION * self.rig.beam.length
+        beam, length = self.rig.beam, LIMITS.weak_section * self.rig.beam.length
         places, weights = np.polynomial.legendre.leggauss(8)
         points = np.clip(position_m + length / 2 * places, 0.0, beam.length)
         rows = np.array([mesh.row(float(point), curvature_shape) for point in points])

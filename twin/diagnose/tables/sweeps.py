@@ -16,6 +16,7 @@ from scipy.stats import chi2 as chi_square
 from recordings.errors import InputError
 from twin.diagnose.models import CAUSES
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
+from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.order_in_time import Drift, Jump, find_drift, find_jump
 from twin.diagnose.tables.result import HeldOut, SweepRow, TableDiagnosis
 from twin.identify.backbone import FREQUENCY_SCALE, Sweep, identify_backbone
@@ -24,10 +25,6 @@ from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
 
 Array = NDArray[np.float64]
-MOST_STEPS, MOST_SWEEPS = 20_000, 60
-"""Beyond them a table is hardly one of stepped sines, and the fit takes minutes."""
-HELD = 0.2
-"""How far the response may stray from its median within a sweep that holds it."""
 
 
 def diagnose_sweeps(
@@ -46,12 +43,8 @@ def diagnose_sweeps(
     ----------
     sweeps
         In the order in which they were run; at least five with five steps each.
-    path
-        Their table, for messages.
     held_out
         Sweeps kept for the gain; without any, each is left out in turn.
-    held_out_paths
-        Their tables, for the answer.
     rig_name, channel, source
         Of the modal model that is identified.
 
@@ -128,16 +121,16 @@ def _check(sweeps: Sequence[Sweep], path: str | Path) -> None:
     steps = sum(len(sweep.frequency_Hz) for sweep in sweeps)
     if len(sweeps) < 5 or min(len(sweep.frequency_Hz) for sweep in sweeps) < 5:
         raise InputError(path, "", f"holds {len(sweeps)} sweeps", "a diagnosis needs at least five of five steps each")
-    if steps > MOST_STEPS or len(sweeps) > MOST_SWEEPS:
+    if steps > LIMITS.most_steps or len(sweeps) > LIMITS.most_sweeps:
         raise InputError(
             path,
             "",
             f"holds {steps} steps in {len(sweeps)} sweeps",
-            f"give at most {MOST_STEPS} steps in {MOST_SWEEPS} sweeps",
+            f"give at most {LIMITS.most_steps} steps in {LIMITS.most_sweeps} sweeps",
         )
     for sweep in sweeps:
         a = sweep.acceleration_m_per_s2
-        if np.max(np.abs(a / sweep.amplitude - 1)) > HELD:
+        if np.max(np.abs(a / sweep.amplitude - 1)) > LIMITS.sweeps_held:
             raise InputError(
                 path, f"sweep {sweep.level}", f"its acceleration ranges from {a.min():.4g} to {a.max():.4g} m/s2",
                 "give sweeps that hold the response; twin predict compares force-controlled ones with a model of those",

@@ -2,9 +2,10 @@
 
 from twin.procedures import SteppedSine
 from twin.rehearsal.folds import jumping_steps
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.refine import finer_grid, resonance_between
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-from twin.rehearsal.turns import ALLOWED_DEGREES, phase_steps
+from twin.rehearsal.turns import phase_steps
 
 
 def check_grid(rehearsal: Rehearsal) -> list[Caution]:
@@ -14,7 +15,7 @@ def check_grid(rehearsal: Rehearsal) -> list[Caution]:
     found = []
     for sweep, steps in rehearsal.sweeps().items():
         turns, jumps = phase_steps(rehearsal, steps), jumping_steps(rehearsal, steps)
-        coarse = [i for i, turn in enumerate(turns) if turn > ALLOWED_DEGREES and i not in jumps]
+        coarse = [i for i, turn in enumerate(turns) if turn > LIMITS.turns_allowed_deg and i not in jumps]
         if not coarse:
             continue
         worst = max(coarse, key=lambda i: turns[i])

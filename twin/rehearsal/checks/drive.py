@@ -9,7 +9,7 @@ HELD, NEAR, WANTED = 0.99, 0.9, 0.8
 def check_drive(rehearsal: Rehearsal) -> list[Caution]:
     """Judge every sweep by the step that comes nearest to each limit of the rig's drive."""
     found = []
-    for name, limit in rehearsal.drive_limits.items():
+    for name, limit in rehearsal.nominal.drive_limits.items():
         unit = rehearsal.channels[name].unit
         for sweep in dict.fromkeys(step.sweep for step in rehearsal.result.steps):
             steps = [step for step in rehearsal.result.steps if step.sweep == sweep]

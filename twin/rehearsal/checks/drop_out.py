@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from twin.procedures import Dwell, RingDown, SteppedSine, StepResult, SweptSine
 from twin.rehearsal.checks.amplitudes import amplitudes_at_most
 from twin.rehearsal.checks.longer_wait import longer_wait
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-
-CONSTANTS = 4.0
-"""Time constants of the free decay that are waited at least, where an automatic wait ended too early."""
 
 
 def check_drop_out(rehearsal: Rehearsal) -> list[Caution]:
@@ -70,7 +68,7 @@ def _remedy(rehearsal: Rehearsal, worst: StepResult, weak: Sequence[StepResult])
             "allow a longer wait (settle.maximum), a lower amplitude or smaller steps towards this frequency",
             longer_wait(procedure),
         )
-    least_s = CONSTANTS * rehearsal.time_constant_s(worst.frequency_Hz)
+    least_s = LIMITS.drop_out_constants * rehearsal.time_constant_s(worst.frequency_Hz)
     changes = longer_wait(procedure, least_s=least_s)
     if isinstance(procedure, SteppedSine):
         changes.update(finer_grid(rehearsal, [(worst.frequency_Hz, worst.frequency_Hz)]))

@@ -8,11 +8,9 @@ from collections.abc import Sequence
 
 from twin.procedures import Dwell, Multisine, Procedure, RingDown, SteppedSine, StepResult
 from twin.rehearsal.checks.longer_wait import longer_wait
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.transient import transient_left
-
-ALLOWED = 0.01
-"""Transient in a measurement, relative to the response, above which a dwell is called too short."""
 
 
 def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
@@ -24,7 +22,7 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
     for sweep, steps in rehearsal.sweeps().items():
         left = [transient_left(rehearsal, step, before) for before, step in _pairs(steps)]
         worst = max(range(len(steps)), key=lambda i: left[i])
-        short = sum(one > ALLOWED for one in left)
+        short = sum(one > LIMITS.dwell_allowed for one in left)
         if not short:
             continue
         step = steps[worst]
@@ -47,7 +45,7 @@ def check_dwell(rehearsal: Rehearsal) -> list[Caution]:
 
 
 def _repeats(step: StepResult) -> bool:
-    return bool(step.settled) or (step.remaining is not None and step.remaining <= ALLOWED)
+    return bool(step.settled) or (step.remaining is not None and step.remaining <= LIMITS.dwell_allowed)
 
 
 def _restless(procedure: Multisine, step: StepResult) -> Caution:

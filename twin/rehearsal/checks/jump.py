@@ -4,14 +4,10 @@ from collections.abc import Sequence
 
 from twin.procedures import SteppedSine, StepResult
 from twin.rehearsal.folds import Folds, folds_within, jumping_steps
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.refine import finer_grid
 from twin.rehearsal.rehearsal import Caution, Rehearsal
 from twin.rehearsal.turns import phase_steps
-
-WIDEST = 1.5
-"""Step across a jump over the resonance's width, above which the grid shows nothing of where and how high it is."""
-NARROWEST = 0.05
-"""Stretch between the folds over the resonance's width, below which both ways meet the same steps: nothing to gain."""
 
 
 def check_jumps(rehearsal: Rehearsal) -> list[Caution]:
@@ -37,7 +33,9 @@ def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jump
     channel = rehearsal.response_channel(steps) or ""
     ratio = abs(there.phasors.get(channel, 0j)) / max(abs(here.phasors.get(channel, 0j)), 1e-300)
     folds = folds_within(rehearsal, steps)
-    wide = [i for i in jumps if _gap_Hz(steps, i) > WIDEST * 2 * rehearsal.half_width_Hz(steps[i].frequency_Hz)]
+    wide = [
+        i for i in jumps if _gap_Hz(steps, i) > LIMITS.jump_widest * 2 * rehearsal.half_width_Hz(steps[i].frequency_Hz)
+    ]
     advice, changes = _advice(rehearsal, _is_narrow(rehearsal, folds))
     if wide:
         places = _places(steps, wide, folds)
@@ -55,7 +53,7 @@ def _caution(rehearsal: Rehearsal, sweep: str, steps: Sequence[StepResult], jump
 
 def _is_narrow(rehearsal: Rehearsal, folds: Folds) -> bool:
     return bool(folds.intervals_Hz) and all(
-        0 < high - low < NARROWEST * 2 * rehearsal.half_width_Hz(low) for low, high in folds.intervals_Hz
+        0 < high - low < LIMITS.jump_narrowest * 2 * rehearsal.half_width_Hz(low) for low, high in folds.intervals_Hz
     )
 
 

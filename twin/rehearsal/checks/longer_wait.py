@@ -2,9 +2,7 @@
 
 from twin.procedures import Dwell, Multisine, RingDown, SteppedSine
 
-USUAL_S, LONGEST_S = 60.0, 600.0
-LONGEST_LEAST_S = 30.0
-TOLERANCE = 5e-4
+USUAL_S = 60.0
 
 
 def longer_wait(
@@ -12,7 +10,7 @@ def longer_wait(
     *,
     most_s: float = USUAL_S,
     least_s: float | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float = 5e-4,
 ) -> dict[str, object]:
     """The change to an automatic wait; where it is automatic already, twice as long at most, up to ten minutes.
 
@@ -23,12 +21,12 @@ def longer_wait(
         return {"settle": {"tolerance": tolerance, "maximum": max(USUAL_S, most_s)}}
     same = settle.model_dump(exclude_none=True, exclude_defaults=True)
     if least_s is not None:
-        minimum = max(settle.minimum, float(f"{min(least_s, LONGEST_LEAST_S):.2g}"))
+        minimum = max(settle.minimum, float(f"{min(least_s, 30.0):.2g}"))
         return {"settle": {**same, "minimum": minimum, "maximum": max(settle.maximum, 2 * minimum)}}
     return {
         "settle": {
             **same,
             "tolerance": min(settle.tolerance, tolerance),
-            "maximum": min(max(2 * settle.maximum, most_s), max(LONGEST_S, settle.maximum)),
+            "maximum": min(max(2 * settle.maximum, most_s), max(600.0, settle.maximum)),
         }
     }

@@ -3,14 +3,8 @@
 from collections.abc import Sequence
 
 from twin.procedures import SteppedSine, StepResult
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-
-MOST_FEW = 0.2
-"""Of the steps near a resonance: so many may lie around an antiresonance."""
-ALLOWED, WANTED = 0.005, 0.002
-"""Standard deviation of a phasor relative to itself: when to warn, and what a longer measurement aims at."""
-LONGEST = 16.0
-"""How many times longer a measurement is made before more amplitude is the better advice."""
 
 
 def check_noise(rehearsal: Rehearsal) -> list[Caution]:
@@ -20,12 +14,12 @@ def check_noise(rehearsal: Rehearsal) -> list[Caution]:
     for sweep, steps in rehearsal.sweeps().items():
         for name in rehearsal.channels:
             errors = [_relative(step, name) for step in steps]
-            noisy = concerned(rehearsal, steps, [error > ALLOWED for error in errors])
+            noisy = concerned(rehearsal, steps, [error > LIMITS.noise_allowed for error in errors])
             if not noisy:
                 continue
             worst = max(noisy, key=lambda i: errors[i])
             step = steps[worst]
-            longer = min((errors[worst] / WANTED) ** 2, LONGEST)
+            longer = min((errors[worst] / LIMITS.noise_wanted) ** 2, LIMITS.noise_longest)
             changes: dict[str, object] = {}
             if isinstance(procedure, SteppedSine):
                 changes = {"measure": {"seconds": float(f"{step.measure_s * longer:.2g}")}}
@@ -45,7 +39,7 @@ def concerned(rehearsal: Rehearsal, steps: Sequence[StepResult], flags: Sequence
     """The flagged steps near a resonance, if more than the few around an antiresonance, where a channel is small."""
     near = rehearsal.near_resonance(steps)
     flagged = [i for i, flag in enumerate(flags) if flag and near[i]]
-    return flagged if len(flagged) > MOST_FEW * near.sum() else []
+    return flagged if len(flagged) > LIMITS.most_few * near.sum() else []
 
 
 def _relative(step: StepResult, name: str) -> float:

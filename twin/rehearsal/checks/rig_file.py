@@ -5,12 +5,12 @@ from twin.rehearsal.rehearsal import Caution, Rehearsal
 
 def check_rig_file(rehearsal: Rehearsal) -> list[Caution]:
     """Tell what the rig's file is unlikely to mean."""
-    if not rehearsal.implausible:
+    if not rehearsal.nominal.implausible:
         return []
     return [
         Caution(
             kind="implausible-rig", severity="warning", sweep="", index=0, frequency_Hz=0.0,
-            steps=len(rehearsal.result.steps), reason="; ".join(rehearsal.implausible),
+            steps=len(rehearsal.result.steps), reason="; ".join(rehearsal.nominal.implausible),
             advice="correct the rig file, in SI units; 'twin rig show' tells all that is implausible of it",
         )
     ]  # fmt: skip

@@ -1,12 +1,8 @@
 """Swept sine too fast: the resonance has no time to build up; its peak comes out low, wide and late."""
 
 from twin.procedures import SweptSine
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-
-FASTEST = 216.0 / 60.0
-"""Rate over the square of damping ratio times natural frequency up to which a resonance builds up: ISO 7626-2."""
-WANTED = 0.5
-"""Of the fastest rate, what is advised: at that rate itself the peak still comes out 5 % low."""
 
 
 def check_sweep_rate(rehearsal: Rehearsal) -> list[Caution]:
@@ -19,10 +15,10 @@ def check_sweep_rate(rehearsal: Rehearsal) -> list[Caution]:
         if step.peak_frequency_Hz is None:
             continue
         half_Hz = rehearsal.half_width_Hz(step.peak_frequency_Hz)
-        fastest = FASTEST * half_Hz**2
+        fastest = LIMITS.sweep_rate_fastest * half_Hz**2
         if procedure.rate <= fastest:
             continue
-        rate = float(f"{WANTED * fastest:.2g}")
+        rate = float(f"{LIMITS.sweep_rate_wanted * fastest:.2g}")
         found.append(
             Caution(
                 kind="sweep-too-fast", severity="warning", sweep=step.sweep, index=step.index,

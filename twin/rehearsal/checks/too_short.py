@@ -3,11 +3,8 @@
 import math
 
 from twin.procedures import Random
+from twin.rehearsal.limits import LIMITS
 from twin.rehearsal.rehearsal import Caution, Rehearsal
-
-FEWEST, WANTED = 3.0, 8.0
-"""Averages at a resolution of a mode's half-power width: when to warn, and what is advised.  n of them give its damping
-ratio within 1 / sqrt(pi n) of itself, a third and a fifth."""
 
 
 def averages(duration_s: float, frequency_Hz: float, damping_ratio: float) -> float:
@@ -22,10 +19,10 @@ def check_length(rehearsal: Rehearsal) -> list[Caution]:
         return []
     frequency_Hz, ratio = mode
     count = averages(procedure.duration, frequency_Hz, ratio)
-    if count >= FEWEST:
+    if count >= LIMITS.too_short_fewest:
         return []
     width_Hz = 2 * ratio * frequency_Hz
-    needed_s = float(math.ceil(WANTED / width_Hz))
+    needed_s = float(math.ceil(LIMITS.too_short_wanted / width_Hz))
     step = rehearsal.result.steps[0]
     return [
         Caution(

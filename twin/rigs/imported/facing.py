@@ -1,7 +1,5 @@
 """Nodes of two parts that face each other across a joint, with the area that each pair stands for."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, KDTree, QhullError
@@ -15,7 +13,6 @@ GAP = 0.5
 """Of the distance between a part's own neighbours: nodes farther apart do not face each other."""
 EDGE = 3.0
 """Times the usual edge of a patch's triangles: longer ones bridge from one patch to the next and carry nothing."""
-COINCIDENT_m = 1e-9
 
 
 def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
@@ -41,9 +38,7 @@ def facing_pairs(a: ImportedPart, b: ImportedPart) -> NodePairs | None:
     points = (place_a[mutual] + ends) / 2
     shares, normal = _areas(points)
     gap = ends - place_a[mutual]
-    across = (
-        gap.mean(axis=0) if np.linalg.norm(gap, axis=1).mean() > COINCIDENT_m else place_b.mean(0) - place_a.mean(0)
-    )
+    across = gap.mean(axis=0) if np.linalg.norm(gap, axis=1).mean() > 1e-9 else place_b.mean(0) - place_a.mean(0)
     normal = normal if normal @ across >= 0 else -normal
     used = shares > 0
     return NodePairs(

@@ -1,7 +1,5 @@
 """The whole import: parts, joints, places, and all files written together."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from contextlib import ExitStack

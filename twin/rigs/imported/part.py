@@ -1,7 +1,5 @@
 """One part from another program's files, in SI units."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Places for a drive, sensors and supports: by node number or by the nearest node."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The rig file of an import: TOML with a comment on every field that the user must check."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Units of a model: which there are, which these matrices are likely to be in, and the matrices in SI units."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

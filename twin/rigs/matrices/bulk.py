@@ -1,13 +1,14 @@
 """Entries of Nastran bulk data: fields of 8 or 16 characters, or between commas, over as many lines as they need."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from recordings.errors import InputError
 from twin.rigs.matrices.numbers import fortran_number
+
+T = TypeVar("T")
 
 LINE_FIELDS = {8: 8, 16: 4}
 """Fields of a line by their width; the name before them and the mark of continuation behind are none."""
@@ -34,23 +35,20 @@ class Entry:
 
     def integer(self, at: int, *, default: int | None = None) -> int:
         """One field as a whole number; InputError if it is none."""
-        text = self.text(at)
-        if not text and default is not None:
-            return default
-        try:
-            return int(text)
-        except ValueError:
-            raise self.refusal(at, "not a whole number") from None
+        return self._read(at, int, default, "not a whole number")
 
     def number(self, at: int, *, default: float | None = None) -> float:
         """One field as a number; InputError if it is none."""
+        return self._read(at, fortran_number, default, "not a number")
+
+    def _read(self, at: int, convert: Callable[[str], T], default: T | None, otherwise: str) -> T:
         text = self.text(at)
         if not text and default is not None:
             return default
         try:
-            return fortran_number(text)
+            return convert(text)
         except ValueError:
-            raise self.refusal(at, "not a number") from None
+            raise self.refusal(at, otherwise) from None
 
     def refusal(self, at: int, reason: str) -> InputError:
         """The error of one field."""

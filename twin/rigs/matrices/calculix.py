@@ -20,8 +20,6 @@ from twin.rigs.matrices.found import (
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 ROLES = {".mas": "mass", ".sti": "stiffness"}
-LONGEST_LINE = 64
-"""Of a .dof file, in characters."""
 
 
 def read_calculix(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
@@ -46,7 +44,7 @@ def read_calculix(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:
 def _labels(path: Path) -> Integers:
     """Node and direction of each row, as ``node.direction``."""
     with open_input(path) as stream:
-        text = stream.read(ORDER_LIMIT * LONGEST_LINE).decode("latin-1")
+        text = stream.read(ORDER_LIMIT * 64).decode("latin-1")  # characters a line at most
     found = []
     for line, entry in enumerate(text.splitlines(), 1):
         node, dot, component = entry.strip().partition(".")

@@ -1,7 +1,5 @@
 """Nastran's OUTPUT4 files, ``.op4``: text, or binary in either order of bytes; its rows have no names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import BinaryIO
 

@@ -7,7 +7,6 @@ from recordings.errors import InputError
 from twin.rigs.matrices.found import Array
 
 SYMMETRIC = 6
-COLUMN_LIMIT = 10**9
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class Op4Matrix:
 
 def op4_head(columns: int, rows: int, form: int, kind: int, name: str, *, word_bytes: int = 4) -> Op4Matrix:
     """A matrix's head; ValueError if it cannot be one.  Negative rows say that strings have words of their own."""
-    if not (0 <= columns < COLUMN_LIMIT and abs(rows) < COLUMN_LIMIT and 1 <= kind <= 4):
+    if not (0 <= columns < 10**9 and abs(rows) < 10**9 and 1 <= kind <= 4):
         raise ValueError(f"{columns} columns, {rows} rows of type {kind} are no matrix")
     words = 2 if kind in (2, 4) and word_bytes == 4 else 1
     return Op4Matrix("".join(name.split()).upper(), (abs(rows), columns), form, kind, rows < 0, words)

@@ -12,8 +12,6 @@ from twin.rigs.matrices.numbers import fortran_number
 from twin.rigs.matrices.op4_matrix import Op4Matrix, op4_head, string_head
 
 _FORMAT = re.compile(r"\d+[ED](\d+)\.\d+")
-USUAL_WIDTH = 16
-"""Of a number where the head does not say it: 1P,5E16.9."""
 
 
 class _Lines:
@@ -71,7 +69,7 @@ def _matrix(lines: _Lines) -> Op4Matrix:
     columns, rows, form, kind = (int(head[at : at + 8]) for at in (0, 8, 16, 24))
     matrix = op4_head(columns, rows, form, kind, head[32:40])
     given = _FORMAT.search(head[40:])
-    width = int(given[1]) if given else USUAL_WIDTH
+    width = int(given[1]) if given else 16  # 1P,5E16.9 where the head does not say it
     if not width:
         raise ValueError("numbers have no width")
     while True:

@@ -1,0 +1,1 @@
+"""A run in the rerun viewer while it happens."""

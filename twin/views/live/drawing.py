@@ -1,0 +1,221 @@
+"""What a live view shows: signals, the running sweep over the predicted branches, harmonics, ranges, events."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from recordings.errors import printable
+from recordings.run import Event, SampleBlock, Step, StepState
+from twin.procedures import StepResult
+from twin.views.extremes import extremes
+from twin.views.live.about import LiveAbout
+from twin.views.live.ranges import RangeUse
+from twin.views.live.spectrum import LiveSpectrum
+from twin.views.live.sweeps import HarmonicsChart, SweepChart, stepped
+from twin.views.receptance import farthest_response
+from twin.views.rerun.rrd import entity, log_line, log_view, send_layout
+from twin.views.style import level_colour, on_dark, unit_text
+from twin.views.table import markdown_text
+
+Array = NDArray[Any]
+
+TIME = "time"
+
+
+class LiveDrawing:
+    """A run that is drawn into a recording as it goes."""
+
+    def __init__(self, recording: rr.RecordingStream, about: LiveAbout) -> None:
+        self._recording, self._about = recording, about
+        self._origin_ns: int | None = None
+        self._latest_ns = 0
+        self._not_shown = 0
+        self._where = "starting"
+        self._last: StepResult | None = None
+        self._samples = 0
+        self._next_index: dict[str, int] = {}
+        self._at(0)
+        self._ranges = RangeUse(recording, about.channels)
+        shown = farthest_response(about.channels)
+        self._charts: tuple[SweepChart, HarmonicsChart] | None = None
+        self._spectrum: LiveSpectrum | None = None
+        if shown is not None and stepped(about.procedure):
+            self._charts = SweepChart(recording, about, shown), HarmonicsChart(recording, about, shown)
+        else:
+            self._spectrum = LiveSpectrum(recording, about.channels)
+        self._begin()
+
+    def draw(self, items: Sequence[tuple[int, str, Any]]) -> None:
+        """Draw what has come: how much was not shown until then, its kind, and itself."""
+        blocks: dict[str, list[SampleBlock]] = {}
+        for not_shown, kind, what in items:
+            self._lose(not_shown)
+            if kind == "block":
+                blocks.setdefault(what.device, []).append(what)
+                self._pass(what.time_ns)
+                self._pass(what.time_ns + round(len(what) * 1e9 / what.sample_rate_Hz))
+            elif kind == "step":
+                self._step(*what)
+            elif kind == "result":
+                self._result(*what)
+            else:
+                self._event(*what)
+        for device, its in blocks.items():
+            for joined in _joined(its):
+                self._signals(device, joined)
+        if items:
+            self._at(self._latest_ns)
+            self._ranges.draw()
+            self._tell()
+
+    def _begin(self) -> None:
+        """Lay out the panes, each with something in it from the start."""
+        about, recording = self._about, self._recording
+        signals: list[Any] = []
+        window = rr.TimeRange(
+            start=rr.TimeRangeBoundary.cursor_relative(seconds=-about.window_s),
+            end=rr.TimeRangeBoundary.cursor_relative(seconds=0.0),
+        )
+        for i, channel in enumerate(about.channels):
+            path, label = entity(f"/signals/{channel.name}"), printable(f"{channel.name}, {unit_text(channel.unit)}")
+            style = rr.SeriesLines(
+                colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax"
+            )
+            recording.log(path, style, static=True)
+            signals.append(
+                rrb.TimeSeriesView(
+                    origin=path,
+                    name=label,
+                    plot_legend=rrb.PlotLegend(visible=False),
+                    axis_x=rrb.TimeAxis(view_range=window),
+                    time_ranges=rrb.VisibleTimeRange(TIME, range=window),
+                )
+            )
+        self._log("recording begins", rr.TextLogLevel.INFO)
+        self._ranges.draw()
+        self._tell()
+        if self._charts is not None:
+            below: list[Any] = [each.chart.view() for each in self._charts]
+        else:
+            assert self._spectrum is not None
+            below = [self._spectrum.chart.view()]
+        layout = rrb.Horizontal(
+            rrb.Vertical(
+                rrb.TextDocumentView(origin="/now", name="Now"),
+                self._ranges.chart.view(),
+                log_view(TIME),
+                row_shares=[2, 1.6, 1.6],
+            ),
+            rrb.Vertical(rrb.Vertical(*signals), rrb.Horizontal(*below), row_shares=[1, 1.15]),
+            column_shares=[1, 3],
+        )
+        send_layout(recording, layout, timeline=TIME, play_state="following")
+
+    def _signals(self, device: str, blocks: Sequence[SampleBlock]) -> None:
+        """Samples of one device without a gap, in one go; after a gap the curve begins anew."""
+        assert self._origin_ns is not None
+        rate_Hz = blocks[0].sample_rate_Hz
+        stretch = math.ceil(2 * rate_Hz * self._about.window_s / 20_000)
+        starts = [block.time_ns - self._origin_ns for block in blocks]
+        times = np.concatenate(
+            [start + _grid_ns(len(block), rate_Hz) for start, block in zip(starts, blocks, strict=True)]
+        )
+        for name in blocks[0].samples:
+            values = np.concatenate([block.samples[name] for block in blocks])
+            position, drawn = extremes(values, stretch)
+            at = times[position]
+            if self._next_index.get(device) != blocks[0].first_index:
+                at, drawn = np.concatenate([at[:1], at]), np.concatenate([[np.nan], drawn])
+            column = rr.TimeColumn(TIME, duration=at.astype("timedelta64[ns]"))
+            self._recording.send_columns(entity(f"/signals/{name}"), [column], rr.Scalars.columns(scalars=drawn))
+        self._next_index[device] = blocks[-1].first_index + len(blocks[-1])
+        for block in blocks:
+            self._samples += len(block)
+            self._ranges.take(block)
+            if self._spectrum is not None:
+                self._spectrum.take(block)
+        if self._spectrum is not None:
+            self._at(self._latest_ns)
+            self._spectrum.draw()
+
+    def _step(self, time_ns: int, step: Step) -> None:
+        self._pass(time_ns)
+        at = f" at {step.frequency_Hz:.6g} Hz" if step.frequency_Hz else ""
+        self._where = f"{step.sweep}, step {step.index + 1}{at}: {step.state.name.lower()}"
+        if step.state is StepState.DONE:
+            self._log(f"{step.sweep} done", rr.TextLogLevel.INFO)
+        elif step.state is StepState.ABORTED:
+            self._log(f"{step.sweep} broken off", rr.TextLogLevel.ERROR)
+        elif step.index == 0 and step.state is StepState.SETTLING:
+            self._log(f"{step.sweep} begins", rr.TextLogLevel.INFO)
+
+    def _result(self, time_ns: int, result: StepResult) -> None:
+        self._pass(time_ns)
+        self._last = result
+        self._at(time_ns)
+        for chart in self._charts or ():
+            chart.add(result)
+
+    def _event(self, time_ns: int, event: Event) -> None:
+        self._pass(time_ns)
+        self._log(f"{event.source}: {event.kind} {event.detail}".strip(), rr.TextLogLevel.WARN)
+
+    def _lose(self, not_shown: int) -> None:
+        if not_shown > self._not_shown:
+            if not self._not_shown:
+                self._log("the viewer is slow: not all is shown, all is recorded", rr.TextLogLevel.WARN)
+            self._not_shown = not_shown
+
+    def _tell(self) -> None:
+        lines = [f"# {markdown_text(self._about.title)}", "", f"**{markdown_text(self._where)}**", ""]
+        lines += ["| | |", "|---|---|", f"| samples | {self._samples} |", f"| not shown | {self._not_shown} |"]
+        if self._last is not None:
+            lines += _result_rows(self._last)
+        text = rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
+        self._recording.log("/now", text)
+
+    def _log(self, text: str, level: rr.TextLogLevel) -> None:
+        self._at(self._latest_ns)
+        seconds = 0.0 if self._origin_ns is None else (self._latest_ns - self._origin_ns) * 1e-9
+        log_line(self._recording, seconds, text, level)
+
+    def _pass(self, time_ns: int) -> None:
+        self._origin_ns = time_ns if self._origin_ns is None else self._origin_ns
+        self._latest_ns = max(self._latest_ns, time_ns)
+
+    def _at(self, time_ns: int) -> None:
+        passed = max(0, time_ns - self._origin_ns) if self._origin_ns is not None else 0
+        self._recording.set_time(TIME, duration=np.timedelta64(passed, "ns"))
+
+
+def _joined(blocks: Sequence[SampleBlock]) -> list[list[SampleBlock]]:
+    """The same blocks in runs without a gap."""
+    runs: list[list[SampleBlock]] = []
+    for block in blocks:
+        if runs and runs[-1][-1].first_index + len(runs[-1][-1]) == block.first_index:
+            runs[-1].append(block)
+        else:
+            runs.append([block])
+    return runs
+
+
+def _grid_ns(count: int, rate_Hz: float) -> Array:
+    return np.rint(np.arange(count) * (1e9 / rate_Hz)).astype(np.int64)
+
+
+def _result_rows(result: StepResult) -> list[str]:
+    """The latest measured step, as rows of a table."""
+    rows = [f"| latest step | {markdown_text(result.sweep)}, {result.index + 1} |"]
+    if result.frequency_Hz:
+        rows.append(f"| frequency | {result.frequency_Hz:.6g} Hz |")
+    rows.append(
+        f"| {markdown_text(result.target_channel)} held | {result.amplitude:.4g} of {result.target_amplitude:.4g} |"
+    )
+    rows.append(f"| generator | {result.voltage_V:.3g} V |")
+    rows.append(f"| settled in | {result.settle_s:.3g} s |")
+    return rows

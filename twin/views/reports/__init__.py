@@ -1,0 +1,1 @@
+"""Reports: one page each, its tables and its pictures."""

@@ -1,0 +1,134 @@
+"""What a diagnosis says, and why this and nothing else, as tables."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.exclusion import Exclusion
+from twin.diagnose.result import Estimate, Gain, NamedCause
+from twin.diagnose.search import Stage
+from twin.views.table import Table
+
+
+def estimate_text(value: Estimate | str | tuple[int, ...]) -> str:
+    """A value with its standard deviation, both to the digits that the deviation supports."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value))
+    if not np.isfinite(value.std) or value.std <= 0:
+        return f"{value.value:.4g}"
+    decimals = 1 - int(np.floor(np.log10(value.std)))
+    if -4 <= decimals <= 8 and abs(value.value) < 1e6:
+        return " ± ".join(f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (value.value, value.std))
+    digits = max(2, decimals + int(np.floor(np.log10(max(abs(value.value), value.std)))) + 1)
+    return f"{value.value:#.{min(digits, 8)}g} ± {value.std:#.2g}"
+
+
+def residual_rows(sweeps: Sequence[SweepComparison]) -> list[tuple[str, str, float, float]]:
+    """Sweep, channel, and the root-mean-square residual in standard deviations before and after."""
+    return [
+        (
+            comparison.sweep,
+            channel,
+            float(np.sqrt(np.mean(comparison.residual_before[:, i] ** 2))),
+            float(np.sqrt(np.mean(comparison.residual_after[:, i] ** 2))),
+        )
+        for comparison in sweeps
+        for i, channel in enumerate(comparison.channels)
+    ]
+
+
+def causes_table(causes: Sequence[NamedCause]) -> Table:
+    """What is named, and what could be instead."""
+    return Table(
+        caption="Most probable first; parameters in SI units with one standard deviation",
+        head=("cause", "parameters", "probability", "in the model", "could be confused with"),
+        rows=[
+            (
+                cause.cause,
+                "; ".join(f"{name} = {estimate_text(value)}" for name, value in cause.parameters.items()),
+                f"{cause.probability:.3f}",
+                "yes" if cause.in_model else "no",
+                ", ".join(cause.confused_with) or "nothing listed",
+            )
+            for cause in causes
+        ],
+        numbers=(2,),
+    )
+
+
+def excluded_table(excluded: Sequence[Exclusion]) -> Table:
+    """The largest size of each cause that the data could hide, the tightest first."""
+    return Table(
+        caption="The largest distance from no effect that could hide, with 95 %, in the unit that the name ends with",
+        head=("cause", "parameter", "limit", "hides best at"),
+        rows=[
+            (
+                limit.cause,
+                limit.parameter,
+                "any size" if limit.limit_95 is None else f"{limit.limit_95:.2g}",
+                "; ".join(
+                    f"{name} = {value}" if isinstance(value, str) else f"{name} = {value:.4g}"
+                    for name, value in limit.where.items()
+                ),
+            )
+            for limit in excluded
+        ],
+        numbers=(2,),
+    )
+
+
+def errors_table(gain: Gain, *, several: bool) -> Table:
+    """Errors on what was held out; `several` if the accepted model is another than the base family."""
+    caption = "Root-mean-square relative error of the complex response over the held-out steps"
+    if len(gain.by_harmonic) > 1:
+        caption += ", fundamental and second harmonic where it stands out, each relative to itself"
+    rows = [("nominal rig, base family refitted", f"{100 * gain.before:.2f} %")]
+    if several:
+        rows.append(("extended model", f"{100 * gain.after:.2f} %"))
+    rows.append(("noise floor of the measurement", f"{100 * gain.noise_floor:.2f} %"))
+    return Table(caption=caption, head=("model", "error"), rows=rows, numbers=(1,))
+
+
+def residuals_table(sweeps: Sequence[SweepComparison], *, several: bool) -> Table:
+    """Residuals by sweep and channel; `several` if before and after are two models."""
+    rows = residual_rows(sweeps)
+    return Table(
+        caption="Root-mean-square residual of the fundamental, in standard deviations of its noise",
+        head=("sweep", "channel", "before", "after") if several else ("sweep", "channel", "residual"),
+        rows=[
+            (sweep, channel, *(f"{value:.3g}" for value in ((before, after) if several else (after,))))
+            for sweep, channel, before, after in rows
+        ],
+        numbers=(2, 3) if several else (2,),
+    )
+
+
+def scores_table(stage: Stage) -> Table:
+    """The best place of each of the best causes, by its expected gain of log evidence."""
+    best: dict[str, float] = {}
+    for score in stage.scores:
+        best.setdefault(score.hypothesis.key, score.log_bayes)
+    return Table(
+        caption="Expected gain of log evidence by each cause, to first order, at its best place",
+        head=("cause", "expected gain of log evidence"),
+        rows=[(key, f"{gain:+.4g}") for key, gain in list(best.items())[:8]],
+        numbers=(1,),
+    )
+
+
+def fitted_table(stage: Stage, *, caption: str) -> Table:
+    """The models of one turn, the model without a further cause last."""
+    rows = [
+        (
+            " + ".join(hypothesis.key for hypothesis in model.hypotheses) or "nothing",
+            f"{model.errors.steps.stiffness:.1e}",
+            f"{model.log_evidence - stage.before.log_evidence:+.1f}",
+            "yes" if stage.accepted and model is stage.rivals[0] else "no",
+        )
+        for model in (*stage.rivals, stage.before)
+    ]
+    head = ("named", "error of stiffness", "log evidence", "taken")
+    return Table(caption=caption, head=head, rows=rows, numbers=(1, 2))

@@ -1,0 +1,229 @@
+"""What an identification says, as tables: parameters, how well the data determine them, residuals, polynomials."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.base_fit import HELD_PRECISION
+from twin.identify.estimate import Estimate
+from twin.identify.identified import Identified
+from twin.identify.linear_fit import base_prior
+from twin.identify.linear_model import nominal_parameters
+from twin.identify.measured_data import MeasuredData
+from twin.identify.polynomials import Polynomials
+from twin.views.curves import LawBand, joint_name
+from twin.views.reports.answer import estimate_text
+from twin.views.table import Table
+
+Array = NDArray[Any]
+
+LITTLE = 2.0
+"""A parameter whose uncertainty the data narrow by less than this is assumed rather than identified."""
+LAW_PARTS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])
+"""Of the largest amplitudes, where the law is told in numbers."""
+UNITS = {"normal_modulus": "N/mm²", "shear_modulus": "N/mm²"}
+NAMES = {
+    "normal_modulus": "normal modulus E′",
+    "shear_modulus": "shear modulus G′",
+    "normal_loss_factor": "loss factor of E′",
+    "shear_loss_factor": "loss factor of G′",
+    "modal_damping": "damping ratio of mode",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Determined:
+    """How well the data determine one parameter of the base family.
+
+    Attributes
+    ----------
+    parameter, joint : str
+        What it is, and whose, where there are several joints; together they are its `name`.
+    relative : bool
+        Whether `beforehand` and `std` are of the logarithm; else they are absolute (loss factors).
+    beforehand : float
+        Standard deviation before the data, if all other parameters were known.
+    partner, correlation : str, float
+        The parameter that it is most correlated with, where the model left both free; empty and 0 elsewhere.
+    """
+
+    parameter: str
+    joint: str
+    name: str
+    unit: str
+    nominal: float
+    estimate: Estimate
+    relative: bool
+    beforehand: float
+    std: float
+    partner: str
+    correlation: float
+
+    @property
+    def narrowed(self) -> float:
+        """How many times narrower the data made what was assumed."""
+        return self.beforehand / self.std if self.std > 0 else np.inf
+
+    @property
+    def little(self) -> bool:
+        """Whether the value is rather assumed than measured."""
+        return self.narrowed < LITTLE
+
+
+def determined(found: Identified, evidence: MeasuredData) -> tuple[Determined, ...]:
+    """Every linear parameter, in the order of the model's vector."""
+    nominal = nominal_parameters(evidence.rig, evidence.preload)
+    vector, precision = base_prior(nominal)
+    # Given the others: all damping ratios are assumed to be alike, so that some tell of one that was never measured.
+    beforehand = 1 / np.sqrt(np.diag(precision))
+    entries = _flat(found, evidence)
+    names = [f"{parameter} {joint}".strip() for parameter, joint, _, _, _ in entries]
+    correlation = _correlation(found, len(names))
+    rows = []
+    for i, (parameter, joint, unit, relative, estimate) in enumerate(entries):
+        scale = 1e-6 if unit else 1.0
+        partner = int(np.argmax(np.abs(correlation[i])))
+        strength = float(correlation[i, partner])
+        rows.append(
+            Determined(
+                parameter=parameter, joint=joint, name=names[i], unit=unit,
+                nominal=scale * float(np.exp(vector[i]) if relative else vector[i]),
+                estimate=Estimate(scale * estimate.value, scale * estimate.std), relative=relative,
+                beforehand=float(beforehand[i]), std=estimate.std / estimate.value if relative else estimate.std,
+                partner=names[partner] if strength else "", correlation=strength,
+            )
+        )  # fmt: skip
+    return tuple(rows)
+
+
+def _flat(found: Identified, evidence: MeasuredData) -> list[tuple[str, str, str, bool, Estimate]]:
+    """All linear parameters in the order of the fit: name, joint, unit, whether it is fitted as a logarithm, estimate.
+
+    Those of the modes one by one.
+    """
+    entries = []
+    for key, entry in found.linear.items():
+        name = NAMES.get(key, key.replace("_", " "))
+        unit, relative = UNITS.get(key, ""), not key.endswith("loss_factor")  # which may be zero
+        for number, estimate in enumerate(entry if isinstance(entry, list) else [entry]):
+            if key == "modal_damping":
+                entries.append((f"{name} {number + 1}", "", unit, relative, estimate))
+            else:
+                entries.append((name, joint_name(evidence, number), unit, relative, estimate))
+    return entries
+
+
+def _correlation(found: Identified, count: int) -> Array:
+    """Correlations (p, p) among the first parameters of the fit; 0 on the diagonal and of what the model holds."""
+    covariance = found.solution.covariance[:count, :count]
+    free = np.diag(found.solution.information)[:count] < 0.1 * HELD_PRECISION
+    std = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(std, std)
+    correlation[~np.outer(free, free)] = 0.0
+    np.fill_diagonal(correlation, 0.0)
+    return np.asarray(correlation)
+
+
+def parameter_table(rows: tuple[Determined, ...]) -> Table:
+    """Assumed and identified."""
+    return Table(
+        caption="With one standard deviation",
+        head=("parameter", "nominal", "identified", "unit"),
+        rows=[(row.name, f"{row.nominal:.4g}", estimate_text(row.estimate), row.unit) for row in rows],
+        numbers=(1, 2),
+    )
+
+
+def determined_table(rows: tuple[Determined, ...]) -> Table:
+    """What each parameter owes to the data, and which other it cannot be told from."""
+
+    def spread(row: Determined, std: float) -> str:
+        return f"{100 * std:.2g} %" if row.relative else f"{std:.2g}"
+
+    return Table(
+        caption="Each parameter before the data, if all others were known, and after",
+        head=("parameter", "assumed to within", "known to within", "narrowed", "most correlated with", "correlation"),
+        rows=[
+            (
+                row.name, spread(row, row.beforehand), spread(row, row.std), f"{row.narrowed:.3g}-fold",
+                row.partner or "-", f"{row.correlation:+.2f}" if row.partner else "-",
+            )
+            for row in rows
+        ],
+        numbers=(1, 2, 3, 5),
+    )  # fmt: skip
+
+
+def residual_table(found: Identified) -> Table:
+    """Relative error of every sweep: of the model, and of the papers' polynomials."""
+    beside = found.polynomials.residual_percent if found.polynomials is not None else {}
+    rows = []
+    for sweep, percent in found.residual_percent.items():
+        fits = beside.get(sweep, {})
+        cells = [f"{fits[key]:.2f} %" if key in fits else "-" for key in ("level", "together")]
+        rows.append((sweep, f"{percent:.3f} %", *cells))
+    return Table(
+        caption="Root-mean-square relative error of the complex response at the reference channel",
+        head=("sweep", "model", "polynomials of its level", "polynomials of all levels"),
+        rows=rows,
+        numbers=(1, 2, 3),
+    )
+
+
+def law_table(softening: LawBand, loss: LawBand) -> Table:
+    """The joint's law at parts of the largest opening and slip that any step reached."""
+    cells = []
+    for band in (softening, loss):
+        x = LAW_PARTS * band.reach_m[1]
+        value, std = (1e-6 * np.interp(x, band.amplitude_m, curve) for curve in (band.value, band.std))
+        texts = [estimate_text(Estimate(float(v), float(s))) for v, s in zip(value, std, strict=True)]
+        cells.append([(f"{1e6 * at:.3g}", text) for at, text in zip(x, texts, strict=True)])
+    return Table(
+        caption=f"The law of {softening.joint or 'the joint'} at each point of its layer, up to the largest opening "
+        "and slip of any step",
+        head=("opening o, µm", "softening s(o), N/mm²", "slip q, µm", "loss l(q), N/mm²"),
+        rows=[(*opening, *slip) for opening, slip in zip(*cells, strict=True)],
+        numbers=(0, 1, 2, 3),
+    )
+
+
+def polynomial_table(polynomials: Polynomials) -> Table:
+    """Coefficients of g1 and g2 with their standard deviations, in N/mm² over powers of mm."""
+    rows = []
+    for name, fit in {**polynomials.levels, "all levels": polynomials.together}.items():
+        for symbol, values, errors in (("g1", fit.softening, fit.std[0]), ("g2", fit.loss, fit.std[1])):
+            scale = 1e-6 * 1e-3 ** np.arange(len(values))
+            terms = [
+                f"({estimate_text(Estimate(value, error))}){' X' + _power(order) if order else ''}"
+                for order, (value, error) in enumerate(zip(values * scale, errors * scale, strict=True))
+            ]
+            largest = f"{1e3 * fit.largest_amplitude_m:.3g}"
+            rows.append((f"{name}: {symbol}", " + ".join(terms), largest, f"{fit.residual_percent:.2g} %"))
+    return Table(
+        caption="The papers' polynomials, E′ = E′₀ − g1(X) and G′ = G′₀ + j g2(X), in N/mm² with X in mm",
+        head=("of", "polynomial", "up to X, mm", "error"),
+        rows=rows,
+        numbers=(2, 3),
+    )
+
+
+def left_out_table(polynomials: Polynomials) -> Table:
+    """Every level predicted by the law of all others."""
+    return Table(
+        caption="Every level predicted by the polynomials of all others: rms relative error of the complex response",
+        head=("left out", "at its amplitudes", "at its forces", "branch not met", "beyond the others"),
+        rows=[
+            (
+                name, f"{one.at_amplitude_percent:.2g} %", f"{one.at_force_percent:.2g} %", f"{one.lost} steps",
+                "yes" if one.extrapolated else "no",
+            )
+            for name, one in polynomials.left_out.items()
+        ],
+        numbers=(1, 2, 3),
+    )  # fmt: skip
+
+
+def _power(order: int) -> str:
+    return {1: "", 2: "²", 3: "³", 4: "⁴"}.get(order, f"^{order}")

@@ -1,0 +1,1 @@
+"""Runs, rigs and diagnoses in the rerun viewer."""

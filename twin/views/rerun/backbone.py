@@ -1,0 +1,49 @@
+"""The backbone of sweeps about one resonance: frequency and displacement of each one's largest step, by level."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from recordings.run import Run
+from twin.views.curves import SteppedSweep
+from twin.views.receptance import farthest_response, per_force, reading_label
+from twin.views.rerun.chart import Axis, Chart
+from twin.views.style import INK, level_colour
+
+
+def draw_backbone(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], *, path: str = "/backbone"
+) -> rrb.Spatial2DView | None:
+    """Of the response channel farthest from the clamp; nothing where fewer than two sweeps show a top."""
+    shown = [sweep for sweep in reduced if len(sweep.frequency_Hz) > 2 and sweep.harmonics]
+    if len(shown) < 2:
+        return None
+    farthest = farthest_response(run.channels[name] for name in shown[0].harmonics)
+    if farthest is None:
+        return None
+    channel = farthest.name
+    tops = []
+    for sweep in shown:
+        fundamental, quantity = sweep.harmonics[channel][:, 0], run.channels[channel].quantity
+        displacement = per_force(fundamental, quantity, sweep.frequency_Hz)
+        top = int(np.nanargmax(displacement))
+        tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
+    x, y = np.array(sorted(tops, key=lambda top: top[1])).T
+    chart = Chart(
+        recording,
+        path,
+        f"Backbone, {channel}",
+        Axis.over("frequency of the largest step, Hz", [x], margin=0.15),
+        Axis.over(reading_label(channel, farthest.quantity), [np.zeros(1), y], margin=0.1),
+        width=1250.0,
+        text=1.8,
+    )
+    chart.line("line", x, y, INK, width=1.0, dashed=True, legend=False)
+    levels = list(dict.fromkeys(sweep.level for sweep in shown))
+    for sweep, (frequency, size) in zip(shown, tops, strict=True):
+        colour = level_colour(levels.index(sweep.level))
+        chart.points(sweep.name, np.array([frequency]), np.array([size]), colour, size=5.0, legend=False)
+        chart.tell(sweep.level, colour, "point")
+    return chart.close()

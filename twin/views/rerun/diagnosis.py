@@ -1,0 +1,242 @@
+"""A diagnosis in rerun: the answer, measured against both models, residuals, the joint's law and loops, the motion."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from twin.diagnose.comparison import SweepComparison
+from twin.diagnose.fitted_model import modification_of
+from twin.diagnose.result import Diagnosis
+from twin.identify.measured_data import MeasuredData
+from twin.views.curves import (
+    LawBand,
+    about_each_resonance,
+    broadband_responses,
+    compared_models,
+    law_bands,
+    resonance_names,
+)
+from twin.views.operating import modal_motion, operating_motions
+from twin.views.receptance import per_force, per_force_label
+from twin.views.reports.diagnosis import diagnosis_page
+from twin.views.reports.where import regions_of
+from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
+from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
+from twin.views.rerun.parts import SLOW_MOTION
+from twin.views.rerun.rrd import recording_file, send_layout
+from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
+
+Array = NDArray[Any]
+
+UNREACHED = "#5f5f5f"
+
+
+def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
+    """Write `diagnosis` as an .rrd that opens arranged.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    evidence = diagnosis.evidence
+    fitted = list(compared_models(diagnosis).values())[-1]
+    with recording_file(path) as recording:
+        answer = rr.TextDocument(diagnosis_page(diagnosis).markdown(), media_type=rr.MediaType.MARKDOWN)
+        recording.log("answer", answer, static=True)
+        motions = operating_motions(
+            evidence, fitted, diagnosis.sweeps, modification=modification_of(evidence, fitted.hypotheses)
+        )
+        moving = motions[-1] if motions else modal_motion(evidence, fitted)
+        rig = animate_rig(recording, evidence, moving)
+        for name, points in regions_of(diagnosis).items():
+            recording.log(
+                f"/motion/rig/where/{name}", rr.Points3D(points, colors=[(230, 159, 0, 128)], radii=0.002), static=True
+            )
+        joints = [animate_joint(recording, moving, joint) for joint in moving.joints]
+        tabs: list[Any] = []
+        for title, group, shown in (
+            ("Sweeps", "sweeps", diagnosis.sweeps), ("Held out", "held_out", diagnosis.held_out)
+        ):  # fmt: skip
+            tabs += _by_resonance(recording, evidence, shown, title, group)
+        broadband = _broadband(recording, diagnosis)
+        if broadband:
+            columns = len(evidence.channels)
+            tabs.append(rrb.Grid(*broadband, grid_columns=columns, name="Broadband"))
+        if diagnosis.sweeps:
+            backbones = draw_backbones(recording, diagnosis)
+            rows: list[Any] = [draw_residuals(recording, diagnosis)]
+            rows += [rrb.Horizontal(*backbones)] if backbones else []
+            tabs.append(rrb.Vertical(*rows, row_shares=[1.2, 1][: len(rows)], name="Residuals and backbone"))
+        of_joints = _law(recording, diagnosis)
+        if motions:
+            of_joints += [view for n in range(len(joints)) for view in draw_loops(recording, motions, n)]
+        if of_joints:
+            tabs.append(rrb.Grid(*of_joints, grid_columns=2, name="Joints: law and loops"))
+        l_curve = draw_l_curve(recording, diagnosis)
+        fits = [draw_history(recording, diagnosis), *([l_curve] if l_curve else [])]
+        tabs.append(rrb.Vertical(*fits, name="Fit"))
+        layout = rrb.Horizontal(
+            rrb.Vertical(
+                rrb.TextDocumentView(origin="/answer", name="Answer"),
+                rig,
+                *([rrb.Horizontal(*joints)] if joints else []),
+                row_shares=[3, 2, 2][: 2 + bool(joints)],
+            ),
+            rrb.Tabs(*tabs, active_tab=0),
+            column_shares=[1, 2.6],
+        )
+        send_layout(recording, layout, timeline=SLOW_MOTION, play_state="playing", loop_mode="all")
+
+
+def _by_resonance(
+    recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], title: str, group: str
+) -> list[rrb.Grid]:
+    """A tab of charts for the sweeps about each resonance."""
+    groups = about_each_resonance(sweeps)
+    tabs = []
+    for number, (places, where) in enumerate(zip(groups, resonance_names(sweeps, groups), strict=True), 1):
+        views = _comparison(recording, evidence, [sweeps[i] for i in places], f"{group}/{number}" if where else group)
+        name = f"{title}, {where}" if where else title
+        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=name))
+    return tabs
+
+
+def _comparison(
+    recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], group: str
+) -> list[rrb.Spatial2DView]:
+    """Charts of receptance, one a channel, then of residuals, one a channel; all these sweeps in each."""
+    quantity = {output.channel: output.quantity for output in evidence.outputs}
+    channels = sweeps[0].channels
+    x_range = common_range([sweep.frequency_Hz for sweep in sweeps])
+    views = []
+    for o, channel in enumerate(channels):
+        curves = [
+            [per_force(getattr(sweep, kind)[:, o], quantity[channel], sweep.frequency_Hz) for sweep in sweeps]
+            for kind in ("measured", "before", "after")
+        ]
+        chart = Chart(
+            recording,
+            f"/{group}/receptance/{channel}",
+            f"{channel}: measured, before, after",
+            Axis("frequency, Hz", x_range),
+            Axis.over(
+                per_force_label(channel, quantity[channel]), [np.zeros(1), *(y for kind in curves for y in kind)]
+            ),
+        )
+        for i, sweep in enumerate(sweeps):
+            measured, before, after = (kind[i] for kind in curves)
+            x, colour = sweep.frequency_Hz, level_colour(i)
+            rising = np.argsort(x, kind="stable")
+            chart.line(f"{sweep.sweep}/before", x[rising], before[rising], colour, width=1.5, dashed=True, legend=False)
+            chart.line(f"{sweep.sweep}/after", x[rising], after[rising], colour, width=2, legend=False)
+            chart.points(f"{sweep.sweep}/measured", x, measured, colour, legend=False)
+            chart.tell(sweep.sweep, colour)
+        for text, kind in (("measured", "point"), ("before", "dashed"), ("after", "line")):
+            chart.tell(text, INK, kind)
+        views.append(chart.close())
+    sizes = [getattr(sweep, f"residual_{kind}") for sweep in sweeps for kind in ("before", "after")]
+    y_range = common_range([np.ones(1), *(np.maximum(size, 0.1) for size in sizes)], log=True)
+    for o, channel in enumerate(channels):
+        chart = Chart(
+            recording,
+            f"/{group}/residual/{channel}",
+            f"{channel}: residuals",
+            Axis("frequency, Hz", x_range),
+            Axis(f"residual of {channel}, σ of its noise", y_range, log=True),
+        )
+        for i, sweep in enumerate(sweeps):
+            rising = np.argsort(sweep.frequency_Hz, kind="stable")
+            x, colour = sweep.frequency_Hz[rising], level_colour(i)
+            before, after = (np.maximum(r[rising, o], 0.1) for r in (sweep.residual_before, sweep.residual_after))
+            chart.line(f"{sweep.sweep}/before", x, before, colour, width=1.5, dashed=True, legend=False)
+            chart.line(f"{sweep.sweep}/after", x, after, colour, legend=False)
+            chart.tell(sweep.sweep, colour)
+        chart.line("noise", np.array(x_range), np.ones(2), INK, width=1)
+        chart.tell("before", INK, "dashed")
+        chart.tell("after", INK, "line")
+        views.append(chart.close())
+    return views
+
+
+def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
+    """Measured and both models' responses of each broadband run, and below them the relative errors."""
+    evidence, fitted = diagnosis.evidence, compared_models(diagnosis)
+    units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
+    responses, errors = [], []
+    for i, data in enumerate(evidence.broadband):
+        models = {kind: broadband_responses(evidence, fitted_model, i) for kind, fitted_model in fitted.items()}
+        for o, channel in enumerate(data.channels):
+            x_range = common_range([data.frequency_Hz])
+            sizes = {kind: np.abs(H[:, o]) for kind, H in models.items()}
+            measured = np.abs(data.H[:, o])
+            chart = Chart(
+                recording,
+                f"/broadband/{i}/{channel}",
+                f"{channel}, broadband",
+                Axis("frequency, Hz", x_range),
+                Axis.over(f"|{channel} / force|, {unit_text(units[channel])}/N", [measured, *sizes.values()], log=True),
+            )
+            for kind, size in sizes.items():
+                chart.line(kind, data.frequency_Hz, size, KIND[kind], dashed=kind == "before")
+            chart.points("measured", data.frequency_Hz, measured, MEASURED, size=1.5)
+            responses.append(chart.close())
+            gaps = {kind: 100 * np.abs(H[:, o] / data.H[:, o] - 1) for kind, H in models.items()}
+            noise = 100 * np.sqrt(np.real(data.relative_covariance[:, o, o]))
+            chart = Chart(
+                recording,
+                f"/broadband/{i}/{channel}_error",
+                f"{channel}, error",
+                Axis("frequency, Hz", x_range),
+                Axis.over(f"relative error of {channel}, %", [*gaps.values(), noise], log=True),
+            )
+            for kind, gap in gaps.items():
+                chart.line(kind, data.frequency_Hz, gap, KIND[kind], width=1.5)
+            chart.line("noise", data.frequency_Hz, noise, "#5f5f5f", width=1.5)
+            errors.append(chart.close())
+    return [*responses, *errors]
+
+
+def _law(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
+    """Softening over opening and loss over slip, with bands of one standard deviation, of both models."""
+    laws = {
+        kind: bands
+        for kind, fitted_model in compared_models(diagnosis).items()
+        if (bands := law_bands(diagnosis.evidence, fitted_model))
+    }
+    count = len(next(iter(laws.values()), ()))
+    return [_law_chart(recording, {kind: bands[i] for kind, bands in laws.items()}) for i in range(count)]
+
+
+def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> rrb.Spatial2DView:
+    """One function of the law by every model, framed by the last; data reach from one dashed line to the other."""
+    accepted = list(bands.values())[-1]
+    top, std = 1e-6 * accepted.value, 1e-6 * accepted.std
+    chart = Chart(
+        recording,
+        "/law/" + "/".join(filter(None, (accepted.joint, accepted.quantity))),
+        f"Joint's {accepted.title}",
+        Axis.over(accepted.label, [1e6 * band.amplitude_m for band in bands.values()], log=True),
+        Axis.over(f"{accepted.quantity} {accepted.function}, N/mm²", [np.zeros(1), top - std, top + std], margin=0.12),
+    )
+    for kind, band in bands.items():
+        colour, x, y, std = KIND[kind], 1e6 * band.amplitude_m, 1e-6 * band.value, 1e-6 * band.std
+        if not np.any((y > chart.y.ends[0]) & (y < chart.y.ends[1])):
+            chart.tell(f"{kind}: {np.median(y):.3g}, off the axis", colour)
+            continue
+        chart.line(kind, x, y, colour, width=2.5, dashed=kind == "before")
+        chart.line(f"{kind}/upper", x, y + std, colour, width=0.8, legend=False)
+        chart.line(f"{kind}/lower", x, y - std, colour, width=0.8, legend=False)
+    for i, end_m in enumerate(accepted.reach_m):
+        if chart.x.ends[0] < 1e6 * end_m < chart.x.ends[1]:
+            at = np.full(2, 1e6 * end_m)
+            chart.line(f"reach/{i}", at, np.array(chart.y.ends), UNREACHED, width=1, dashed=True, legend=False)
+    chart.tell("thin: one standard deviation", INK, "line")
+    chart.tell("how far data reach", UNREACHED, "dashed")
+    return chart.close()

@@ -1,0 +1,59 @@
+"""A rig in rerun: its parts in space with joints, shaker and sensors, and its mode shapes moving."""
+
+from pathlib import Path
+from typing import Any
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from twin.structure import drawn_parts, point_of
+from twin.structure.modelled_rig import ModelledRig
+from twin.views.rerun.parts import SLOW_MOTION, animate_parts, log_part, seen_from
+from twin.views.rerun.rrd import recording_file, send_layout
+from twin.views.rig_figure import drawn_larger, extent, unit_arrow
+from twin.views.style import level_colour, on_dark, rgb
+
+MODES = 6
+JOINT, DRIVE, SENSOR = "#d55e00", "#cc79a7", "#009e73"
+
+
+def save_rig_view(modelled: ModelledRig, path: Path) -> None:
+    """Write a rig as an .rrd file, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    with recording_file(path) as recording:
+        send_layout(recording, _draw(recording, modelled), timeline=SLOW_MOTION)
+
+
+def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Horizontal:
+    structure = modelled.structure
+    parts = drawn_parts(structure)
+    size = extent(parts)
+    for number, part in enumerate(parts):
+        log_part(recording, "rig", part, part.points, on_dark(level_colour(number)), 0.004 * size, static=True)
+    for joint in structure.joints:
+        recording.log(
+            f"rig/joints/{rr.escape_entity_path_part(joint.name)}",
+            rr.Points3D(joint.points, colors=[rgb(JOINT)], radii=0.008 * size), static=True,
+        )  # fmt: skip
+    rig = modelled.rig
+    marks = [("drive", rig.drive_place, DRIVE)]
+    marks += [(sensor.channel, rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
+    for name, place, colour in marks:
+        arrow = rr.Arrows3D(
+            origins=[point_of(structure, place)], vectors=[unit_arrow(place.direction, 0.1 * size)],
+            colors=[rgb(colour)], radii=0.005 * size, labels=[name],
+        )  # fmt: skip
+        recording.log(f"rig/at/{rr.escape_entity_path_part(name)}", arrow, static=True)
+    seen = seen_from(parts)
+    views: list[Any] = [rrb.Spatial3DView(origin="/rig", name="Rig", **seen)]
+    for mode in range(min(MODES, modelled.modes.Phi.shape[1])):
+        moved = [part.rows @ modelled.modes.Phi[:, mode] for part in parts]
+        animate_parts(recording, f"modes/{mode + 1}", parts, moved, drawn_larger(moved, size))
+        title = f"Mode {mode + 1}, {modelled.modes.frequency_Hz[mode]:.5g} Hz"
+        views.append(rrb.Spatial3DView(origin=f"/modes/{mode + 1}", name=title, **seen))
+    return rrb.Horizontal(views[0], rrb.Grid(*views[1:]), column_shares=[1, 2])

@@ -1,0 +1,288 @@
+"""A run in rerun: time signals, sweeps at every level, harmonics step by step, and what happened."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from recordings.errors import printable
+from recordings.run import Run, StepState
+from twin.identify.spectrum import broadband_records, h1
+from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
+from twin.views.extremes import extremes
+from twin.views.receptance import per_force, per_force_label
+from twin.views.rerun.backbone import draw_backbone
+from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.rrd import entity, log_line, log_view, recording_file, send_layout
+from twin.views.run_text import run_markdown
+from twin.views.style import INK, level_colour, on_dark, unit_text
+
+Array = NDArray[Any]
+
+BLOCK = 65536
+MOST_SAMPLES = 2_000_000
+"""Samples of a channel that are shown one by one; of more than that, the least and greatest of each short stretch."""
+MOST_EVENTS = 10_000
+TIME = "time"
+WIDE = 1350.0
+"""Width of two charts side by side below the signals."""
+
+
+def save_run(run: Run, path: Path, *, rehearsal: Mapping[str, Any] | None = None) -> None:
+    """Write `run` as an .rrd that opens arranged.
+
+    Parameters
+    ----------
+    rehearsal
+        The table of a rehearsal (``result.json``): its warnings and predicted branches are shown too.
+
+    Raises
+    ------
+    InputError
+        If `path` cannot be written.
+    """
+    with recording_file(path) as recording:
+        signals = _signals(recording, run)
+        reduced = stepped_sweeps(run)
+        charts, backbones = _by_resonance(recording, run, reduced, rehearsal or {})
+        charts = charts or _broadband_charts(recording, run)
+        harmonics = _harmonics(recording, run, reduced)
+        told = _log_events(recording, run)
+        about = rr.TextDocument(run_markdown(run, reduced, rehearsal), media_type=rr.MediaType.MARKDOWN)
+        recording.log("about", about, static=True)
+        left: list[Any] = [rrb.TextDocumentView(origin="/about", name="About this run")]
+        if told:
+            left += [log_view(TIME)]
+        right: list[Any] = [rrb.Vertical(*signals)] if signals else []
+        right += [_side_by_side(charts)] if charts else []
+        bottom: list[Any] = ([harmonics] if harmonics else []) + ([_side_by_side(backbones)] if backbones else [])
+        right += [rrb.Horizontal(*bottom, column_shares=[1.6, 1.0][: len(bottom)])] if bottom else []
+        shares = ([1.9] if signals else []) + ([2.1] if charts else []) + ([1.6] if bottom else [])
+        layout = rrb.Horizontal(
+            rrb.Vertical(*left, row_shares=[2, 1][: len(left)]),
+            rrb.Vertical(*right, row_shares=shares),
+            column_shares=[1, 3.2],
+        )
+        send_layout(recording, layout, timeline=TIME, play_state="paused")
+
+
+def _origin_ns(run: Run) -> int:
+    starts = [int(device.block_time_ns[0]) for device in run.devices.values() if len(device.block_time_ns)]
+    return min([*starts, *(step.time_ns for step in run.steps)], default=0)
+
+
+def _whole_run(run: Run) -> rrb.TimeAxis:
+    """From the run's first sample to its last, instead of wherever the viewer's cursor is."""
+    ends = [device.end_ns for device in run.devices.values() if len(device.block_time_ns)]
+    return rrb.TimeAxis(
+        view_range=rr.TimeRange(
+            start=rr.TimeRangeBoundary.absolute(nanos=0),
+            end=rr.TimeRangeBoundary.absolute(nanos=max(ends, default=_origin_ns(run)) - _origin_ns(run)),
+        )
+    )
+
+
+def _signals(recording: rr.RecordingStream, run: Run) -> list[rrb.TimeSeriesView]:
+    """Samples of every channel, blockwise; one plot for each, on one time axis."""
+    origin = _origin_ns(run)
+    views = []
+    for i, (name, channel) in enumerate(run.channels.items()):
+        try:
+            device = run.device_of(name)
+        except KeyError:
+            continue
+        position, values = _envelope(device.values[name])
+        path = entity(f"/signals/{name}")
+        label = printable(f"{name}, {unit_text(channel.unit)}")
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        style = rr.SeriesLines(colors=[on_dark(level_colour(i))], names=label, widths=1, aggregation_policy="MinMax")
+        recording.log(path, style, static=True)
+        times = (device.times_ns()[position] - origin).astype("timedelta64[ns]")
+        for start in range(0, len(values), BLOCK):
+            part = slice(start, start + BLOCK)
+            recording.send_columns(
+                path, [rr.TimeColumn(TIME, duration=times[part])], rr.Scalars.columns(scalars=values[part])
+            )
+        views.append(
+            rrb.TimeSeriesView(
+                origin=path,
+                name=f"{label}; largest {largest:.4g}",
+                plot_legend=rrb.PlotLegend(visible=False),
+                axis_x=_whole_run(run),
+                axis_y=rrb.ScalarAxis(range=(-1.1 * largest, 1.1 * largest)) if largest else None,
+            )
+        )
+    return views
+
+
+def _envelope(values: Array) -> tuple[Array, Array]:
+    """Positions and values to show: all, or of each stretch the least and the greatest, in order of time."""
+    return extremes(values, 2 * -(-len(values) // MOST_SAMPLES) if len(values) > MOST_SAMPLES else 1)
+
+
+def _side_by_side(views: Sequence[Any]) -> Any:
+    """One beside the other; what has a name of its own, each behind a tab."""
+    tabs = all(isinstance(view, rrb.Horizontal) for view in views)
+    return rrb.Tabs(*views) if tabs and len(views) > 1 else rrb.Horizontal(*views)
+
+
+def _by_resonance(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any]
+) -> tuple[list[Any], list[Any]]:
+    """Charts of the sweeps, and their backbones; about several resonances, each has its own."""
+    if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
+        return [], []
+    reduced = [part for sweep in reduced for part in parted(sweep)]
+    groups = about_each_resonance(reduced)
+    charts: list[Any] = []
+    backbones = []
+    for number, (places, where) in enumerate(zip(groups, resonance_names(reduced, groups), strict=True), 1):
+        about = [reduced[place] for place in places]
+        below = f"/{number}" if where else ""
+        views = _sweep_charts(recording, run, about, rehearsal, f"/sweeps{below}")
+        charts += [rrb.Horizontal(*views, name=where)] if where else views
+        backbone = draw_backbone(recording, run, about, path=f"/backbone{below}")
+        backbones += [backbone] if backbone else []
+    return charts, backbones
+
+
+def _sweep_charts(
+    recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep], rehearsal: Mapping[str, Any], path: str
+) -> list[rrb.Spatial2DView]:
+    """Receptance against frequency, one chart for each response channel, all levels in it."""
+    views = []
+    low, high = common_range([sweep.frequency_Hz for sweep in reduced])
+    for channel in reduced[0].receptance:
+        drawn = [sweep for sweep in reduced if channel in sweep.receptance]
+        branches = [b for b in _branches(run, channel, rehearsal) if np.any((b[1] >= low) & (b[1] <= high))]
+        chart = Chart(
+            recording,
+            f"{path}/{channel}",
+            f"Sweeps, {channel}",
+            Axis.over("frequency, Hz", [sweep.frequency_Hz for sweep in drawn]),
+            Axis.over(
+                per_force_label(channel, run.channels[channel].quantity),
+                [np.zeros(1), *(s.receptance[channel] for s in drawn), *(size for *_, size in branches)],
+            ),
+            width=WIDE,
+            text=1.2,
+        )
+        levels = list(dict.fromkeys(sweep.level for sweep in drawn))
+        for sweep in drawn:
+            colour = level_colour(levels.index(sweep.level))
+            x, y = sweep.frequency_Hz, sweep.receptance[channel]
+            chart.line(f"{sweep.name}/line", x, y, colour, width=1.0, legend=False)
+            chart.points(f"{sweep.name}/steps", x, y, colour, legend=False)
+            chart.tell(sweep.name, colour, "point")
+        for i, (level, frequency, size) in enumerate(branches):
+            colour = level_colour(levels.index(level)) if level in levels else INK
+            chart.line(f"branches/{i}", frequency, size, colour, width=1.5, dashed=True, legend=False)
+            chart.tell("predicted branches", INK, "dashed")
+        views.append(chart.close())
+    return views
+
+
+def _branches(run: Run, channel: str, rehearsal: Mapping[str, Any]) -> list[tuple[str, Array, Array]]:
+    """Predicted curves of a rehearsal at one channel: level, frequency in Hz, what is read per force."""
+    found = []
+    for branch in rehearsal.get("branches") or []:
+        curve = branch["response"].get(channel)
+        if curve is not None:
+            frequency = np.array(branch["frequency_Hz"], float)
+            response = np.array(curve["amplitude"], float) / branch["force_N"]
+            size = per_force(response, run.channels[channel].quantity, frequency)
+            found.append((f"{branch['force_N']:g} N", frequency, size))
+    return found
+
+
+def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
+    """H1 of a broadband run, one chart for each response channel."""
+    force = next((name for name, channel in run.channels.items() if channel.quantity == "force"), None)
+    records = broadband_records(run) if force else []
+    if not records or force is None:
+        return []
+    views = []
+    estimates = [(record.sweep, h1(record, force=force)) for record in records]
+    for channel in estimates[0][1].H:
+        kept = []
+        for name, estimate in estimates:
+            seen = (estimate.coherence[channel] > 0.5) & (estimate.frequency_Hz > 0)
+            last = np.flatnonzero(seen)[-1] + 1 if seen.any() else 1
+            size = np.where(seen, np.abs(estimate.H[channel]), np.nan)
+            kept.append((name, estimate.frequency_Hz[:last], size[:last]))
+        chart = Chart(
+            recording,
+            f"/broadband/{channel}",
+            f"H1, {channel}",
+            Axis.over("frequency, Hz (where the coherence is above 0.5)", [frequency for _, frequency, _ in kept]),
+            Axis.over(
+                f"|{channel} / {force}|, {unit_text(run.channels[channel].unit)}/N",
+                [size for _, _, size in kept],
+                log=True,
+            ),
+            width=WIDE,
+            text=1.2,
+        )
+        for i, (name, frequency, size) in enumerate(kept):
+            chart.line(name, frequency, size, level_colour(i), width=1.5)
+        views.append(chart.close())
+    return views
+
+
+def _harmonics(recording: rr.RecordingStream, run: Run, reduced: Sequence[SteppedSweep]) -> rrb.TimeSeriesView | None:
+    """Harmonics of the farthest response relative to its fundamental, in dB, at each step's time."""
+    if not reduced:
+        return None
+    channels = sorted(reduced[0].harmonics, key=lambda name: run.channels[name].position_m or 0.0)
+    if not channels:
+        return None
+    channel, origin = channels[-1], _origin_ns(run)
+    order = np.argsort(np.concatenate([sweep.time_s for sweep in reduced]))
+    time_s = np.concatenate([sweep.time_s for sweep in reduced])[order]
+    sizes = np.concatenate([sweep.harmonics[channel] for sweep in reduced])[order]
+    times = (time_s * 1e9 - origin).astype("timedelta64[ns]")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dB = 20 * np.log10(sizes / sizes[:, :1])
+    for k, number in enumerate((2, 3, 5)):
+        path = f"/harmonics/{number}"
+        style = rr.SeriesLines(
+            colors=[on_dark(level_colour(k))], names=f"harmonic {number}", aggregation_policy="MinMax"
+        )
+        recording.log(path, style, static=True)
+        recording.send_columns(
+            path, [rr.TimeColumn(TIME, duration=times)], rr.Scalars.columns(scalars=dB[:, number - 1])
+        )
+    return rrb.TimeSeriesView(
+        origin="/harmonics",
+        name=printable(f"Harmonics of {channel}, dB of its fundamental, step by step"),
+        axis_x=_whole_run(run),
+    )
+
+
+def _log_events(recording: rr.RecordingStream, run: Run) -> bool:
+    """Events, and where each sweep begins and ends; whether there were any."""
+    origin = _origin_ns(run)
+    lines: list[tuple[int, str, rr.TextLogLevel]] = [
+        (event.time_ns, f"{event.source}: {event.kind} {event.detail}".strip(), rr.TextLogLevel.WARN)
+        for event in run.events
+    ]
+    seen: set[str] = set()
+    for step in run.steps:
+        if step.sweep not in seen:
+            seen.add(step.sweep)
+            lines.append((step.time_ns, f"{step.sweep} begins", rr.TextLogLevel.INFO))
+        if step.state in (StepState.DONE, StepState.ABORTED):
+            level = rr.TextLogLevel.INFO if step.state is StepState.DONE else rr.TextLogLevel.ERROR
+            lines.append((step.time_ns, f"{step.sweep} {step.state.name.lower()}", level))
+    lines.sort(key=lambda line: line[0])
+    if len(lines) > MOST_EVENTS:
+        more = f"and {len(lines) - MOST_EVENTS} more, not shown"
+        lines = [*lines[:MOST_EVENTS], (lines[MOST_EVENTS][0], more, rr.TextLogLevel.WARN)]
+    for time_ns, text, level in lines:
+        recording.set_time(TIME, duration=np.timedelta64(time_ns - origin, "ns"))
+        log_line(recording, (time_ns - origin) * 1e-9, text, level)
+    return bool(lines)
