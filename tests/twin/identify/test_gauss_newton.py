@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from twin.identify.gauss_newton import minimise
+from twin.identify.gauss_newton import minimise, minimise_reweighted
 from twin.identify.time_limit import time_limit
 
 t = np.linspace(0.0, 4.0, 60)
@@ -235,3 +235,38 @@ def test_a_search_whose_time_is_up_ends_where_it_is():
         found = minimise(lambda x: (y - A @ x, A), np.ones(4), mean=mean, precision=precision)
     assert found.ended == "out of time"
     np.testing.assert_array_equal(found.x, np.ones(4))
+
+
+def _rounds(weights):
+    """A problem whose weight at each round's beginning is the next of these."""
+    left = iter(weights)
+
+    def solve(x, *, iterations):
+        weight = next(left)
+        return minimise(
+            lambda x: (weight * (2.0 - x), np.array([[weight]])), x, mean=np.zeros(1), precision=1e-12 * np.eye(1),
+            iterations=iterations,
+        )  # fmt: skip
+
+    return solve
+
+
+def test_rounds_end_where_new_weights_gain_nothing():
+    found = minimise_reweighted(_rounds([1.0, 1.1, 1.2]), np.zeros(1), rounds=4, tolerance=0.1, iterations=9)
+    assert found.settled
+    assert found.x == pytest.approx(2.0)
+
+
+def test_of_rounds_that_only_get_worse_the_first_beginning_is_kept():
+    weights = [1.0, 1e9, 1e9, 1e9, 1e9, 1.0]
+
+    def away(x, *, iterations, count=iter(range(9))):
+        weight = weights[next(count)]
+        return minimise(
+            lambda x: (weight * (2.0 - x + 1e-6), np.array([[weight / 3]])), x, mean=np.zeros(1),
+            precision=1e-12 * np.eye(1), iterations=min(iterations, 1),
+        )  # fmt: skip
+
+    found = minimise_reweighted(away, np.array([1.5]), rounds=4, tolerance=1e-9, iterations=1)
+    assert found.history[0] == pytest.approx(0.25, rel=1e-4)
+    assert found.x == 1.5

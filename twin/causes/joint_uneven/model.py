@@ -14,7 +14,17 @@ class JointUneven(Cause):
     summary = "the joint is stiffer at one end of its layer than at the other"
     labels = staticmethod(joint_labels)
     numbers = (
-        Parameter(name="gradient", scale=0.7, lower=-1.95, upper=1.95, null=0.0, starts=(0.4,), model_error=0.1),
+        # Two modes of a clean campaign by a program that shares no code with this one ask for a gradient of 0.05.
+        Parameter(
+            name="gradient",
+            scale=0.7,
+            lower=-1.95,
+            upper=1.95,
+            null=0.0,
+            starts=(0.4,),
+            tolerance=0.07,
+            model_error=0.1,
+        ),
     )
 
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
