@@ -258,10 +258,10 @@ def test_rounds_end_where_new_weights_gain_nothing():
 
 
 def test_of_rounds_that_only_get_worse_the_first_beginning_is_kept():
-    weights = [1.0, 1e9, 1e9, 1e9, 1e9, 1.0]
+    weights = iter([1.0, 1e9, 1e9, 1e9, 1e9, 1.0])
 
-    def away(x, *, iterations, count=iter(range(9))):
-        weight = weights[next(count)]
+    def away(x, *, iterations):
+        weight = next(weights)
         return minimise(
             lambda x: (weight * (2.0 - x + 1e-6), np.array([[weight / 3]])), x, mean=np.zeros(1),
             precision=1e-12 * np.eye(1), iterations=min(iterations, 1),
