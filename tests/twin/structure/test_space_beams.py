@@ -112,7 +112,8 @@ def test_a_frame_turned_in_space_has_the_same_frequencies(name):
         {**part, **{key: (turn @ part[key]).tolist() for key in ("start", "end", "thickness_direction")}}
         for part in table["part"]
     ]
-    np.testing.assert_allclose(found_Hz({**table, "part": turned}, 8), found_Hz(table, 8), rtol=1e-8)
+    # Axial stiffness is 1e8 times that of the first mode, and is rounded anew in each direction.
+    np.testing.assert_allclose(found_Hz({**table, "part": turned}, 8), found_Hz(table, 8), rtol=1e-7)
 
 
 def test_a_rectangles_torsion_is_the_textbooks():
