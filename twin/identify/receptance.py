@@ -121,14 +121,6 @@ def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -
     return out
 
 
-def update_receptance_numpy(R: Complex, layer: slice, S: Complex) -> Complex:
-    """Plain numpy twin of :func:`update_receptance`, by Woodbury's formula with a solve at each frequency."""
-    RL = R[:, :, layer]
-    A = np.eye(S.shape[1]) + RL[:, layer, :] * S[:, None, :]
-    T = S[:, :, None] * np.linalg.solve(A, np.broadcast_to(np.eye(S.shape[1]), A.shape))
-    return np.asarray(R - RL @ T @ R[:, layer, :])
-
-
 @numba.njit(cache=True, nogil=True)
 def _eliminate(R: Complex, ports: Real, S: Complex) -> None:
     """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place.

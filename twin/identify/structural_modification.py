@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.receptance import ModalBasis, update_receptance_numpy
+from twin.identify.receptance import ModalBasis
 
 Complex = NDArray[Any]
 Real = NDArray[Any]
@@ -68,11 +68,6 @@ class PortPairs:
         first = 0 if inner else S.shape[1]
         _receptance(out, np.asarray(omega, complex), basis.omega, basis.zeta, self.terms, springs, self.places, first)
         return out
-
-
-def softened_receptance_numpy(basis: ModalBasis, rows: Real, omega: Real, S: Complex) -> Complex:
-    """Plain numpy twin: all receptances, then Woodbury's formula for springs S on the first ports."""
-    return update_receptance_numpy(basis.receptance(rows, omega), slice(0, S.shape[1]), S)
 
 
 FASTER = {"reassoc", "contract", "arcp", "nsz"}

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from receptance_numpy import update_receptance_numpy
 
-from twin.identify.receptance import layer_ports, lowest_modes_basis, update_receptance, update_receptance_numpy
+from twin.identify.receptance import layer_ports, lowest_modes_basis, update_receptance
 from twin.structure import layer_points
 
 TWINS = (update_receptance, update_receptance_numpy)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from receptance_numpy import softened_receptance_numpy
 
-from twin.identify.structural_modification import PortPairs, softened_receptance_numpy
+from twin.identify.structural_modification import PortPairs
 
 OMEGA = 2 * np.pi * np.array([5.0, 26.4, 100.0, 157.0, 300.0, 471.0, 700.0, 895.0, 1000.0])
 
