@@ -139,7 +139,7 @@ def _modulus(rig: Rig, structure: Structure, rescans: int) -> SteelUpdate:
 
 def _clamp(rig: Rig, rescans: int) -> SteelUpdate:
     """The clamp turns: its rotation becomes a coordinate with a spring."""
-    one, two = (assemble(rig, layout=rig.layout().softened(1 / k)) for k in (1.0, 2.0))
+    one, two = (assemble(rig, layout=rig.layout().with_yielding_supports(1 / k)) for k in (1.0, 2.0))
     spring = two.K0 - one.K0
     structure, zero = replace(one, K0=one.K0 - spring), np.zeros_like(spring)
     effect = SharedEffect(

@@ -41,12 +41,10 @@ def highest_of_profile(
 
     Values are tried over the range in which the cause's fits begin.
     """
-    most: int | None = None
-    work = [(fit, threshold, factor, most) for factor in (APART, 1 / APART)]
-    for halving in range(1 + HALVINGS):
+    for halvings in range(1 + HALVINGS):
+        ratio, most = APART**0.5**halvings, 1 if halvings else None
+        work = [(fit, threshold, factor, most) for factor in (ratio, 1 / ratio)]
         fit = min((fit, *parallel_map(_along, (evidence, harmonics), work)), key=lambda found: found.solution.cost)
-        finer = APART**0.5 ** (halving + 1)
-        work = [(fit, threshold, factor, 1) for factor in (finer, 1 / finer)]
     return fit
 
 

@@ -73,15 +73,15 @@ class Race:
         What sound rigs have of every cause.
     effort : Effort
         How much is tried.
-    field : dict of list of FittedModel
-        All fits so far at each model error, by the error of the steps' stiffness.
+    on_the_way : dict of list of FittedModel
+        All fits so far at each model error but the last, by the error of the steps' stiffness.
     """
 
     evidence: MeasuredData
     harmonics: HarmonicResiduals | None
     tolerances: Tolerances
     effort: Effort = USUAL
-    field: dict[float, list[FittedModel]] = field(default_factory=dict)
+    on_the_way: dict[float, list[FittedModel]] = field(default_factory=dict)
 
     def run(self, begun: Sequence[Begun]) -> list[FittedModel]:
         """Fit models through smaller and smaller model errors; one that falls far behind any so far ends early.
@@ -95,11 +95,11 @@ class Race:
             work = [(start.baseline, start.hypotheses, start.levels[number]) for start in running]
             fits = parallel_map(_fit_at, (self.evidence, self.harmonics), work)
             for fit in fits:
-                self.field.setdefault(fit.errors.steps.stiffness, []).append(fit)
+                self.on_the_way.setdefault(fit.errors.steps.stiffness, []).append(fit)
             both = sorted(zip(fits, running, strict=True), key=lambda pair: pair[0].solution.cost)
             running = []
             for fit, start in both:
-                least = min(other.solution.cost for other in self.field[fit.errors.steps.stiffness])
+                least = min(other.solution.cost for other in self.on_the_way[fit.errors.steps.stiffness])
                 close = fit.solution.cost <= self.effort.behind * least
                 if close and not any(_same(fit.hypotheses, other.hypotheses) for other in running):
                     running.append(Begun(fit.baseline, fit.hypotheses, start.levels))
@@ -113,7 +113,7 @@ class Race:
 
         None where no rival has a threshold, or none has come to the smallest of the model errors on the way.
         """
-        nearest = self.field[min(self.field)] if self.field else []
+        nearest = self.on_the_way[min(self.on_the_way)] if self.on_the_way else []
         rivals = [(fit, p) for fit in nearest if (p := threshold_of(self.evidence, fit))]
         if not rivals or time_is_up():
             return []

@@ -145,7 +145,7 @@ def search_causes(
         model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses)
         if not model.errors.is_sound:
             again = once_more(evidence, harmonics, model, None)
-            model = max(model, again, key=lambda fit: fit.log_evidence)
+            model = _likeliest((model, again))
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
 
 
@@ -211,14 +211,18 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
         fits += _begun_and_raced(race, model, begin, rivals, report)
     if not any(fit.errors.is_sound for fit in fits) and (promising or not model.errors.is_sound):
         fits += _begun_and_raced(race, model, _beside_no_law, _elsewhere(evidence, scores, promising, effort), report)
-    if fits and threshold_of(evidence, max(fits, key=lambda fit: fit.log_evidence)):
+    if fits and threshold_of(evidence, _likeliest(fits)):
         fits += race.with_best_threshold()
-    if fits and not (leading := max(fits, key=lambda fit: fit.log_evidence)).errors.is_sound and not time_is_up():
+    if fits and not (leading := _likeliest(fits)).errors.is_sound and not time_is_up():
         fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
         best.setdefault(fit.hypotheses[-1].key, fit)
     return tuple(sorted(best.values(), key=lambda fit: -log_weight(evidence, fit)))
+
+
+def _likeliest(fits: Sequence[FittedModel]) -> FittedModel:
+    return max(fits, key=lambda fit: fit.log_evidence)
 
 
 def _begun_and_raced(

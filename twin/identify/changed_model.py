@@ -76,7 +76,7 @@ def changed_structure(rig: Rig, modification: ModelModification) -> Structure:
         shear = beam.shear_ratio + modification.beam_shear_ratio.get(beam.name, 0.0)
         layout = layout.with_beam(beam.name, youngs_modulus=modulus, shear_ratio=shear)
     for part, rad_per_Nm in modification.clamp_rad_per_Nm.items():
-        layout = layout.softened(rad_per_Nm, part=part)
+        layout = layout.with_yielding_supports(rad_per_Nm, part=part)
     structure = assemble(rig, layout=layout)
     for number, joint in enumerate(structure.joints):
         if joint.name in modification.layer_gradient:

@@ -191,7 +191,7 @@ def minimise_reweighted(
         solution = solve(ahead, iterations=iterations if left else 0)
         if solution.history[0] < best.history[0]:
             best, begun = solution, ahead
-    return solve(begun, iterations=0)
+    return best if best is solution else solve(begun, iterations=0)
 
 
 def _square(r: Array) -> float:

@@ -165,7 +165,7 @@ class HeldRig:
         free = self._rig.receptance(natural, self._base, now, inner=False)
         return float(np.max(np.abs(self._rig.responses(free, natural)[:, self._output]), initial=0.0))
 
-    def march(self, low: Array, high: Array) -> None:
+    def continue_over(self, low: Array, high: Array) -> None:
         """Find the motion at readings from `low` to `high` (f,), where :meth:`states` begin from.
 
         From the least amplitude upwards, each from the ones before, so that all are on one branch.
@@ -240,7 +240,7 @@ class HeldRig:
         return np.tile(np.stack(among, axis=2), (count, 1, 1, 1))
 
     def _by_harmonics(self, motion: Array, stiffness: Array) -> Added:
-        """What harmonics add (c, f, n) at each amplitude of the march; find what sliders slip into there, too."""
+        """What harmonics add (c, f, n) at each amplitude passed; find what sliders slip into there, too."""
         p, orders = self.points, self._rig.orders
         among = [self._at_harmonic(h) for h in orders]
         added = replace(Added.nothing(motion.shape, p), log_amplitude=self._log_motion[..., :p].copy())

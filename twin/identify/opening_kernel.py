@@ -258,9 +258,9 @@ def growth(
         _forces(around, secant[s], weight[s], modulus, table, slap, path, tangent)
         _transform(tangent, onto, tau)
         for h in range(H):
-            half = 0.5 if orders[h] == 0 else 1.0
+            twice = 1.0 if orders[h] == 0 else 2.0
             for j in range(p):
-                force = 2.0 * half * _wave(fundamental[s, j], 1, tau[j], orders[h])
+                force = twice * _wave(fundamental[s, j], 1, tau[j], orders[h])
                 for i in range(p):
                     row = h * p + i
                     value = -compliance[s, h, i, j] * force

@@ -189,7 +189,7 @@ class RigResponse:
         reading = A / rig.omega[row] ** (2 - self._derivative)
         np.minimum.at(low, row, SMALLEST * reading)
         np.maximum.at(high, row, 1.1 * reading)
-        rig.march(low, high)
+        rig.continue_over(low, high)
         state = self._state(rig, row, reading)
         stable = self._slope(rig, row, reading) > 0
         std = state.relative_std * state.force
@@ -235,7 +235,7 @@ class RigResponse:
             # Other forces may bring any resonance to the drive's frequency, but lose no less than the linear rig.
             top = np.maximum(top, 1.5 * most * rig.at_resonance())
         bottom = np.maximum(LEAST * top, np.minimum(SMALLEST * top, 0.3 * least * np.minimum(linear, at_last)))
-        rig.march(bottom, top)
+        rig.continue_over(bottom, top)
         grid = bottom[:, None] * (top / bottom)[:, None] ** np.linspace(0.0, 1.0, GRID_POINTS)
         across = np.repeat(np.arange(len(rig.omega)), GRID_POINTS)
         values = self._force(rig, across, grid.ravel()).reshape(grid.shape)

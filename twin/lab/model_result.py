@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from twin.lab.rig import LabRig
 
 
-class ModelResult(Reported, ABC):
+class ModelResult(Reported):
     """A result whose model is a rig file."""
 
     became: ClassVar[str] = "identified"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -13,17 +14,17 @@ if TYPE_CHECKING:
     from twin.views.page import Page
 
 
-class Shown:
+class Shown(ABC):
     """A result that is shown as a sentence and tables."""
 
     @property
+    @abstractmethod
     def sentence(self) -> str:
         """What it says, in one sentence."""
-        raise NotImplementedError
 
+    @abstractmethod
     def tables(self) -> Sequence[Table]:
         """The figures behind it."""
-        raise NotImplementedError
 
     def __repr__(self) -> str:
         return "\n\n".join([self.sentence, *map(table_text, self.tables())])
@@ -35,9 +36,9 @@ class Shown:
 class Reported(Shown):
     """A result that has a report of its own."""
 
+    @abstractmethod
     def page(self) -> Page:
         """The report."""
-        raise NotImplementedError
 
     def report(self, path: str | Path, *, commands: Sequence[str] = ()) -> None:
         """Write the report as one HTML page; `commands` are what to type to get it again."""

@@ -251,7 +251,7 @@ class Layout:
         changed = self.beam(name).model_copy(update={"youngs_modulus": youngs_modulus, "shear_ratio": shear_ratio})
         return replace(self, parts=tuple(changed if part.name == name else part for part in self.parts))
 
-    def softened(self, rad_per_Nm: float, *, part: str | None = None) -> Layout:
+    def with_yielding_supports(self, rad_per_Nm: float, *, part: str | None = None) -> Layout:
         """The same with supports that yield in rotation instead of holding it: those of one part, or all."""
         spring = {"rz": 1.0 / rad_per_Nm}
         supports = [

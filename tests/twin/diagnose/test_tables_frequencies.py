@@ -179,7 +179,7 @@ def test_causes_act_as_structures_assembled_by_themselves():
     expected = {
         "added-mass": (assemble(rig).with_point_mass(0.3, 0.05), {"mass_kg": 0.05, "position_m": 0.3}),
         "clamp-compliance": (
-            assemble(rig, layout=rig.layout().softened(1 / 2e3)),
+            assemble(rig, layout=rig.layout().with_yielding_supports(1 / 2e3)),
             {"rotational_rad_per_Nm": 1 / 2e3},
         ),
         "beam-modulus upper": (assemble(softer), {"factor": 0.9}),

@@ -11,4 +11,4 @@ def clamp_compliance(plan: Plan, *, rotational_rad_per_Nm: float, support: str =
     if not held:
         raise ValueError(f"no support of {support or 'any part'} holds its rotation")
     if rotational_rad_per_Nm:
-        plan.layout = plan.layout.softened(rotational_rad_per_Nm, part=support or None)
+        plan.layout = plan.layout.with_yielding_supports(rotational_rad_per_Nm, part=support or None)

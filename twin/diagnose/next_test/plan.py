@@ -145,11 +145,9 @@ def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | N
     if found is None:
         return None
     layout, place = evidence.rig.layout(), found.place
-    told = f"one more accelerometer at {layout.told(place)} and the same noise again: expected gain of log evidence "
-    gain = f"{found.separation:.1f}" if found.separation < LIMITS.plan_far else f"over {LIMITS.plan_far:.0f}"
-    enough_told = "" if found.separation >= found.needed else ", so it may not be enough"
+    told = f"one more accelerometer at {layout.told(place)} and the same noise again"
     return NextSensor(
-        why=f"{told}{gain}, {found.needed:.1f} needed{enough_told}",
+        why=_expecting(told, found.separation, found.needed),
         part=place.part,
         at=place.at,
         direction=place.direction,
@@ -161,6 +159,11 @@ def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | N
 def _promise(valued: _Valued, names: Sequence[str]) -> str:
     """What it is for and what it brings."""
     promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
-    gain = f"{valued.separation:.1f}" if valued.separation < LIMITS.plan_far else f"over {LIMITS.plan_far:.0f}"
-    promise += f": expected gain of log evidence {gain}, {valued.needed:.1f} needed"
-    return promise if valued.share >= 1 else promise + ", so it may not be enough"
+    return _expecting(promise, valued.separation, valued.needed)
+
+
+def _expecting(test: str, separation: float, needed: float) -> str:
+    """A test with what is expected of it."""
+    gain = f"{separation:.1f}" if separation < LIMITS.plan_far else f"over {LIMITS.plan_far:.0f}"
+    enough_told = "" if separation >= needed else ", so it may not be enough"
+    return f"{test}: expected gain of log evidence {gain}, {needed:.1f} needed{enough_told}"
