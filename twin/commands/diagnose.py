@@ -67,6 +67,10 @@ class _HeldOutRuns(click.Command):
     "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
     show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
 )  # fmt: skip
+@click.option(
+    "--exclude", metavar="CAUSE", multiple=True,
+    help="A cause that the next test is to show or to exclude, at the size at which it could hide now.",
+)  # fmt: skip
 @click.option("--thorough", is_flag=True, help="Fit more rivals, from more beginnings and for longer.")
 @overwrite_option
 @causes_option
@@ -79,6 +83,7 @@ def command(
     held_out: tuple[Path, ...],
     out: Path,
     time_limit_s: float,
+    exclude: tuple[str, ...],
     thorough: bool,
     overwrite: bool,
     as_json: bool,
@@ -103,7 +108,7 @@ def command(
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
             runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s, thorough=thorough,
-            processes=usual_processes(), report=begin,
+            exclude=exclude, processes=usual_processes(), report=begin,
         )  # fmt: skip
         data = found.save_model(folder)
         write_json(data, folder / RESULT)

@@ -217,6 +217,7 @@ class LabRig(Shown):
         out: str | Path | None = None,
         time_limit_s: float = float("inf"),
         thorough: bool = False,
+        exclude: Sequence[str] = (),
         processes: int = 1,
         report: Report = _silent,
     ) -> DiagnosedRecordings | DiagnosedTables:
@@ -236,6 +237,8 @@ class LabRig(Shown):
             After which fits end where they are, and the answer says so.
         thorough
             Whether more rivals are fitted to recordings, from more beginnings and for longer.
+        exclude
+            Causes that the next procedure is to show or to exclude, at the size at which they could hide now.
         processes
             How many fit causes to recordings side by side.  With more than one a script must guard its main part by
             ``if __name__ == "__main__"``.
@@ -279,7 +282,7 @@ class LabRig(Shown):
         with told_in_one_line(blamed, stages), in_processes(processes), time_limit(end_s):
             result = diagnose(
                 looked.runs, rig, preload=asked_for, held_out=looked.held_out, source=self.source,
-                out=None if out is None else Path(out), thorough=thorough, report=stages,
+                out=None if out is None else Path(out), thorough=thorough, exclude=exclude, report=stages,
             )  # fmt: skip
         return DiagnosedRecordings(result, looked.findings)
 
