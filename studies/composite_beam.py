@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.eigensensitivity import FrequencySet, FrequencyUpdate, Parameter, Pencil, update_parameters
+from studies.free_beam import FreeBeam, chained, free_beam
 from studies.identifiability import profile_likelihood
 from studies.reproduction import Reproduction, TriedModel, compared, describe_update
 from studies.shear_derivatives import timoshenko_mass_derivative, timoshenko_stiffness_derivative
 from studies.tables import Study, load_study
-from twin.structure.free_beam import FreeBeam, chained, free_beam
 
 RELATIVE_STD = 1e-2
 """Weight of each frequency, about what the simplest adequate model leaves.

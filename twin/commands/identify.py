@@ -56,8 +56,8 @@ def command(
     """Identify the model of a rig from RUNs.
 
     Recordings (.mcap): broadband runs and stepped sines together give the layer's moduli, the modal damping and the
-    joint's law.  A table of natural frequencies (.csv) gives the moduli; a table of sweeps gives the law of a rig of
-    kind modal, such as brake-reuss.
+    joint's law.  A table of natural frequencies (.csv) gives the joints' moduli, of a rig without joints its
+    beams'; a table of sweeps gives the law of a rig of kind modal, such as brake-reuss.
 
     The report says how well each value is known, what is left of every sweep, and how the law's regularisation was
     chosen.
@@ -66,6 +66,7 @@ def command(
     _check_places(out, page, overwrite=overwrite)
     from studies.force_levels import with_polynomials
     from twin.lab import load_rig
+    from twin.rigs.beam import BeamRig
 
     rig = load_rig(rig_name)
     with working("reading") as begin:
@@ -81,7 +82,8 @@ def command(
     else:
         print_tables(*model.tables())
     say(f"model in {out}" + (f", report in {page}" if page else ""))
-    next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
+    if not isinstance(model.file, BeamRig):
+        next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
 
 
 def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:

@@ -24,6 +24,7 @@ __all__ = [
     "joint_number",
     "measured_duration_s",
     "response_channels",
+    "shaker_labels",
     "strengths_of",
     "thresholds",
 ]
@@ -158,6 +159,11 @@ def measured_duration_s(evidence: MeasuredData) -> float:
     """From the first step of all runs to the last that is used; at least ten seconds, a scale for what drifts."""
     times = [*evidence.steps.time_s, *(data.time_s for data in evidence.broadband)]
     return max(float(max(times)) - evidence.origin_s if times else 0.0, 10.0)
+
+
+def shaker_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
+    """What a shaker brings along: a single search without a name, and none where an ideal force drives."""
+    return () if evidence.rig.shaker.ideal else ({},)
 
 
 def joint_labels(evidence: MeasuredData) -> Sequence[Mapping[str, str]]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import TypeVar
 
 from recordings.errors import InputError
 from twin.diagnose.fitted_model import CauseHypothesis
@@ -12,6 +13,8 @@ from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.rebinning import rebinned
 from twin.rigs import Effect
+
+Evidence = TypeVar("Evidence", bound=MeasuredData)
 
 
 def acting_effects(
@@ -57,7 +60,7 @@ def acting_effects(
     return tuple(acting)
 
 
-def with_effects(evidence: MeasuredData, *, source: str = "rig") -> MeasuredData:
+def with_effects(evidence: Evidence, *, source: str = "rig") -> Evidence:
     """The evidence, every prediction of which has the effects of its rig file.
 
     Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters
@@ -76,7 +79,7 @@ def with_effects(evidence: MeasuredData, *, source: str = "rig") -> MeasuredData
         return evidence
     evidence = replace(evidence, linear=None)
     baseline = fit_base(evidence.without_steps()).baseline
-    return rebinned(evidence, ModelModification(), baseline)
+    return replace(evidence, broadband=rebinned(evidence, ModelModification(), baseline).broadband)
 
 
 def left_out_effects(effects: Iterable[Effect]) -> list[str]:

@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from twin.diagnose.cause import Cause, Parameter
 from twin.identify.base_fit import REWEIGHTED, baseline_bounds
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, ErrorModel
+from twin.identify.error_model import ErrorModel
+from twin.identify.frequency_model import FrequencyModel
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
+from twin.identify.likelihood import residual_model, solves_modes, sound_errors
 from twin.identify.linear_fit import LARGEST_STEP
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
@@ -97,7 +100,7 @@ class FitProblem:
     hypotheses
         Causes with the values to begin from.
     errors
-        What the model may be wrong by beside the noise.
+        What the model may be wrong by beside the noise; as sound rigs' by default.
     held
         Parameter of the last cause that keeps its value.
     frozen
@@ -120,11 +123,12 @@ class FitProblem:
         start: BaselineParameters,
         hypotheses: tuple[CauseHypothesis, ...],
         *,
-        errors: ErrorModel = SOUND,
+        errors: ErrorModel | None = None,
         held: str = "",
         frozen: bool = False,
     ) -> None:
-        self.evidence, self.harmonics, self.start, self.errors = evidence, harmonics, start, errors
+        self.evidence, self.harmonics, self.start = evidence, harmonics, start
+        self.errors = errors or sound_errors(evidence)
         self._hypotheses = hypotheses
         self.slots = [
             (i, p)
@@ -137,8 +141,8 @@ class FitProblem:
         self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
-        self._base = ResidualModel(evidence, errors=errors)
-        self._remakes = [hypothesis.modification(evidence).changes_structure for hypothesis in hypotheses]
+        self._base = residual_model(evidence, errors=self.errors)
+        self._remakes = [solves_modes(evidence, hypothesis.modification(evidence)) for hypothesis in hypotheses]
         base_mean, base_precision = self._base.prior(start)
         self.mean = np.concatenate([base_mean, [p.prior[0] for _, p in self.slots]])
         self.precision = np.diag(np.concatenate([np.zeros(self.count), [p.prior[1] for _, p in self.slots]]))
@@ -159,6 +163,14 @@ class FitProblem:
             np.concatenate([baseline_bounds(self.start, side), [limits[side] for limits in own]]) for side in (0, 1)
         )
         return lower, upper
+
+    @property
+    def log_prior_mass(self) -> float:
+        """Logarithm of what the priors of strengths have within their limits: half where these have one sign only."""
+        strengths = [p for _, p in self.slots if not p.is_location]
+        return float(
+            sum(np.log(ndtr((p.upper - p.null) / p.scale) - ndtr((p.lower - p.null) / p.scale)) for p in strengths)
+        )
 
     @property
     def largest_step(self) -> Array:
@@ -187,10 +199,10 @@ class FitProblem:
             for hypothesis, table, error in zip(self._hypotheses, tables, errors, strict=True)
         )
 
-    def residual_model(self, x: Array) -> ResidualModel:
+    def residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
         """The model with its causes at their values, and with what is held."""
         modification = modification_of(self.evidence, self.hypotheses(x))
-        return ResidualModel(self.evidence, modification, self.harmonics, errors=self.errors, held=self._held)
+        return residual_model(self.evidence, modification, self.harmonics, errors=self.errors, held=self._held)
 
     def weigh(self, x: Array) -> None:
         """From now on hold what a fit holds that begins here."""
@@ -227,7 +239,7 @@ def fit_model(
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     *,
-    errors: ErrorModel = SOUND,
+    errors: ErrorModel | None = None,
     iterations: int = 12,
     tolerance: float = 0.1,
     held: str = "",
@@ -293,6 +305,8 @@ def difference_step(parameter: Parameter, value: float, *, remakes: bool) -> flo
 
 
 def _free_count(solution: Solution) -> int:
-    """Parameters that the data determine rather than the prior, rounded."""
+    """Parameters that the data determine rather than the prior, rounded; none where the fit could not begin."""
+    if solution.ended == "not finite":
+        return 0
     data = solution.jacobian.T @ solution.jacobian
     return round(float(np.trace(np.linalg.solve(solution.information, data))))

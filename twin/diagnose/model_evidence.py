@@ -18,8 +18,9 @@ from scipy.optimize import minimize, minimize_scalar
 
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, Covariances, Discrepancy, ErrorModel, log_prior
+from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, ErrorSources, log_prior
 from twin.identify.gauss_newton import not_held_back
+from twin.identify.likelihood import sound_errors
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.whitening import HarmonicResiduals, Whitening
@@ -130,7 +131,7 @@ class _Marginal:
         problem.weigh(x)
         residual, jacobian = problem.evaluate(x)
         assert problem.held.made_of is not None
-        self._made_of: Covariances = problem.held.made_of
+        self._made_of: ErrorSources = problem.held.made_of
         rows = np.column_stack([residual, jacobian])
         broadband, steps, rest = _unwhitened(rows, dict(problem.blocks), problem.held)
         if tolerances is None:
@@ -178,7 +179,7 @@ class _Marginal:
         cost = gram[0, 0] + self._away @ precision @ self._away
         cost -= pull[free] @ np.linalg.solve(A[np.ix_(free, free)], pull[free])
         volume = np.linalg.slogdet(A)[1] - np.linalg.slogdet(precision)[1]
-        return float(-0.5 * (cost + volume + sum(determinants)))
+        return float(-0.5 * (cost + volume + sum(determinants))) - self._problem.log_prior_mass
 
 
 def unexplained(
@@ -188,7 +189,7 @@ def unexplained(
 
     To first order: the amounts are those that are most probable, and the unknowns follow them.
     """
-    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses, errors=SOUND)
+    problem = FitProblem(evidence, harmonics, model.baseline, model.hypotheses)
     x = problem.x0
     problem.weigh(x)
     r, J = problem.evaluate(x)
@@ -215,10 +216,10 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
     free
         Whether the errors of stiffness may have any size: what a model deserves that lacks something.
     """
-    marginal, errors = _Marginal(problem, tolerances), problem.errors
+    marginal, errors, usual = _Marginal(problem, tolerances), problem.errors, sound_errors(problem.evidence)
 
     def value(trial: ErrorModel) -> float:
-        return marginal(trial) + log_prior(trial, free=free)
+        return marginal(trial) + log_prior(trial, usual, free=free)
 
     for curve in range(len(errors.roughness)):
 
@@ -228,7 +229,7 @@ def infer_errors(problem: FitProblem, tolerances: Tolerances | None, *, free: bo
         found = minimize_scalar(by_roughness, bounds=ROUGHNESS, method="bounded", options={"xatol": 0.2})
         errors = _with_roughness(errors, curve, found.x)
     for kind in ("broadband", "steps"):
-        sound = getattr(SOUND, kind)
+        sound = getattr(usual, kind)
 
         def cost(log_sizes: Array, kind: str = kind, errors: ErrorModel = errors) -> float:
             return -value(_with_sizes(errors, kind, log_sizes))
@@ -260,30 +261,32 @@ def fit_with_errors(
     start: BaselineParameters,
     hypotheses: tuple[CauseHypothesis, ...],
     *,
-    errors: ErrorModel = SOUND,
+    errors: ErrorModel | None = None,
     tolerances: Tolerances | None = None,
     tolerance: float = 0.3,
 ) -> FittedModel:
     """Fit a model and infer its error, in turn; with its log evidence."""
+    sound = sound_errors(evidence)
+    errors = errors or sound
     for _ in range(REFITTED):
         model = fit_model(evidence, harmonics, start, hypotheses, errors=errors, tolerance=tolerance)
         start, hypotheses = model.baseline, model.hypotheses
         problem = FitProblem(evidence, harmonics, start, hypotheses, errors=errors)
         inferred, log_evidence = infer_errors(problem, tolerances)
         model = replace(model, errors=inferred, log_evidence=log_evidence)
-        if _distance(inferred, errors) < CLOSE:
+        if _distance(inferred, errors, sound) < CLOSE:
             break
         errors = inferred
     return model
 
 
-def _distance(one: ErrorModel, two: ErrorModel) -> float:
+def _distance(one: ErrorModel, two: ErrorModel, sound: ErrorModel) -> float:
     """Largest difference of logarithms, of errors that matter: those below a sound rig's do not.
 
     Another roughness matters by the errors that it needs.
     """
     return max(
-        abs(float(np.log(max(a, sound) / max(b, sound))))
+        abs(float(np.log(max(a, usual) / max(b, usual))))
         for kind, name in KINDS
-        for a, b, sound in [[getattr(getattr(errors, kind), name) for errors in (one, two, SOUND)]]
+        for a, b, usual in [[getattr(getattr(errors, kind), name) for errors in (one, two, sound)]]
     )

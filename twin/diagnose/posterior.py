@@ -11,22 +11,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twin.diagnose.cause import Cause
 from twin.diagnose.fitted_model import FittedModel
 from twin.identify.measured_data import MeasuredData
+from twin.identify.natural_frequencies import MeasuredFrequencies
 
 __all__ = [
     "LOG_ODDS_OF_A_CAUSE",
     "LOG_ODDS_OF_UNKNOWN",
+    "RARER_IN_FREQUENCIES",
     "SURE",
     "TEMPERATURE",
     "Weighed",
+    "log_odds",
     "log_weight",
     "probabilities",
     "smallest_set",
+    "temperature",
 ]
 
 LOG_ODDS_OF_A_CAUSE = float(np.log(0.01))
 """Of each cause beforehand, against none: of a hundred measured rigs some thirty have one of thirty-odd causes."""
+RARER_IN_FREQUENCIES = {"stiffness-loss": 0.01}
+"""Odds over other causes' where frequencies alone speak: a specimen is rarely damaged, and models of laminates always
+leave something out.  Set with the composite beam's four frequencies in sight."""
 LOG_ODDS_OF_UNKNOWN = float(np.log(0.03))
 """Of something that is on no list."""
 TEMPERATURE = 3.0
@@ -56,12 +64,27 @@ class Weighed:
     log_prior: float
 
 
+def temperature(evidence: MeasuredData) -> float:
+    """:data:`TEMPERATURE` of recordings.
+
+    Of frequencies alone one: there are few, and how far a model may be off them is in the evidence.
+    """
+    return 1.0 if isinstance(evidence, MeasuredFrequencies) else TEMPERATURE
+
+
+def log_odds(evidence: MeasuredData, cause: Cause) -> float:
+    """Of a cause beforehand, against none."""
+    rarer = RARER_IN_FREQUENCIES.get(cause.name, 1.0) if isinstance(evidence, MeasuredFrequencies) else 1.0
+    return LOG_ODDS_OF_A_CAUSE + float(np.log(rarer))
+
+
 def log_weight(evidence: MeasuredData, model: FittedModel) -> float:
     """Logarithm of a model's posterior odds: its causes' prior odds, each shared out among its labels, and evidence."""
     prior = sum(
-        LOG_ODDS_OF_A_CAUSE - float(np.log(len(hypothesis.cause.labels(evidence)))) for hypothesis in model.hypotheses
+        log_odds(evidence, hypothesis.cause) - float(np.log(len(hypothesis.cause.labels(evidence))))
+        for hypothesis in model.hypotheses
     )
-    return model.log_evidence / TEMPERATURE + prior
+    return model.log_evidence / temperature(evidence) + prior
 
 
 def probabilities(log_weights: Sequence[float]) -> np.ndarray:

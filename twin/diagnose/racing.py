@@ -6,19 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
+import numpy as np
+
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors
 from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.profile import highest_of_profile, threshold_of
 from twin.identify.base_fit import law_from_steps
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, ErrorModel, continuation
+from twin.identify.error_model import ErrorModel, continuation
+from twin.identify.likelihood import sound_errors
 from twin.identify.measured_data import MeasuredData
 from twin.identify.residual_model import ResidualModel
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
-__all__ = ["THOROUGH", "USUAL", "Begun", "Effort", "Race", "once_more"]
+__all__ = ["THOROUGH", "USUAL", "WHATEVER", "Begun", "Effort", "Race", "once_more"]
 
 
 CLOSE = 0.1
@@ -42,16 +45,21 @@ class Effort:
     worth_a_fit : float
         Least expected gain of log evidence over the best one's: fits gain up to four times what the first order
         promises.
+    of_needed : float
+        The same over what a cause must gain; below zero every cause is fitted.
     """
 
     rivals: int
     beginnings: int
     behind: float
     worth_a_fit: float
+    of_needed: float = 1.0
 
 
 USUAL = Effort(rivals=6, beginnings=2, behind=4.0, worth_a_fit=0.2)
 THOROUGH = Effort(rivals=12, beginnings=4, behind=8.0, worth_a_fit=0.02)
+WHATEVER = Effort(rivals=30, beginnings=3, behind=np.inf, worth_a_fit=0.0, of_needed=-np.inf)
+"""Of natural frequencies: a fit takes a moment, and few of them may ask for an effect that is far from first order."""
 
 
 @dataclass(frozen=True)
@@ -89,14 +97,15 @@ class Race:
         None are returned if the time is up before.
         """
         running = list(begun)
-        for number in range(len(running[0].levels) - 1):
-            if time_is_up():
+        for number in range(len(begun[0].levels) - 1):
+            if time_is_up() or not running:
                 return []
             work = [(start.baseline, start.hypotheses, start.levels[number]) for start in running]
             fits = parallel_map(_fit_at, (self.evidence, self.harmonics), work)
-            for fit in fits:
+            both = [pair for pair in zip(fits, running, strict=True) if np.isfinite(pair[0].solution.cost)]
+            both.sort(key=lambda pair: pair[0].solution.cost)
+            for fit, _ in both:
                 self.on_the_way.setdefault(fit.errors.steps.stiffness, []).append(fit)
-            both = sorted(zip(fits, running, strict=True), key=lambda pair: pair[0].solution.cost)
             running = []
             for fit, start in both:
                 least = min(other.solution.cost for other in self.on_the_way[fit.errors.steps.stiffness])
@@ -118,8 +127,9 @@ class Race:
         if not rivals or time_is_up():
             return []
         leading, threshold = min(rivals, key=lambda rival: rival[0].solution.cost)
+        sound = sound_errors(self.evidence)
         found = highest_of_profile(self.evidence, self.harmonics, leading, threshold)
-        return [_fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, SOUND, self.tolerances)]
+        return [_fit_last(self.evidence, self.harmonics, found.baseline, found.hypotheses, sound, self.tolerances)]
 
 
 def _same(one: Sequence[CauseHypothesis], other: Sequence[CauseHypothesis]) -> bool:
@@ -157,11 +167,11 @@ def once_more(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, fit: FittedModel, tolerances: Tolerances | None
 ) -> FittedModel:
     """A model that is not as exact as sound rigs' are, through all model errors again from where it ended."""
-    start, hypotheses = fit.baseline, fit.hypotheses
-    for level in continuation(SOUND)[:-1]:
+    start, hypotheses, sound = fit.baseline, fit.hypotheses, sound_errors(evidence)
+    for level in continuation(sound)[:-1]:
         loose = _fit_at(evidence, harmonics, start, hypotheses, level)
         start, hypotheses = loose.baseline, loose.hypotheses
-    return _fit_last(evidence, harmonics, start, hypotheses, SOUND, tolerances)
+    return _fit_last(evidence, harmonics, start, hypotheses, sound, tolerances)
 
 
 def _with_own_law(

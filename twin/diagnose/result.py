@@ -15,6 +15,7 @@ from twin.identify.estimate import Estimate
 from twin.identify.measured_data import MeasuredData
 
 __all__ = [
+    "IN_WORDS",
     "Diagnosis",
     "Estimate",
     "Gain",

@@ -24,6 +24,7 @@ from twin.diagnose.model_evidence import Tolerances
 from twin.diagnose.parallel_map import parallel_map
 from twin.identify.base_fit import baseline_bounds
 from twin.identify.gauss_newton import not_held_back
+from twin.identify.likelihood import residual_model, solves_modes
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
@@ -92,10 +93,10 @@ def score_causes(
     """
     modification = modification_of(evidence, model.hypotheses)
     # Differences over small strengths are taken with what the model holds: weights, and what its harmonics add.
-    held = ResidualModel(evidence, modification, harmonics, errors=model.errors).linearisation(model.baseline)
+    held = residual_model(evidence, modification, harmonics, errors=model.errors).linearisation(model.baseline)
     # The priors are sound rigs': a cause gains by explaining what a loose fit put down to natural frequencies.
-    residual_model = ResidualModel(evidence, modification, harmonics, held=held)
-    prediction = residual_model.evaluate(model.baseline)
+    sound = residual_model(evidence, modification, harmonics, held=held)
+    prediction = sound.evaluate(model.baseline)
     common = (evidence, harmonics, model, held, prediction)
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
@@ -103,7 +104,7 @@ def score_causes(
     columns = _principal(np.column_stack(tolerated)) if tolerated else np.zeros((len(prediction.residual), 0))
     tolerances = Tolerances.of(columns, prediction.blocks, held)
     columns = tolerances.whitened(prediction.blocks, held)
-    mean, precision = residual_model.prior(model.baseline)
+    mean, precision = sound.prior(model.baseline)
     # The priors as further rows: a cause may gain by taking over what the unknowns strain to explain.
     root = np.linalg.cholesky(precision).T
     r = np.concatenate([prediction.residual, root @ (mean - model.baseline.vector), np.zeros(columns.shape[1])])
@@ -147,10 +148,11 @@ def _signatures_of(
     without = modification_of(evidence, model.hypotheses)
 
     def left_by(modification: ModelModification) -> Array:
-        changed = ResidualModel(evidence, without.merged(modification), harmonics, held=held)
+        changed = residual_model(evidence, without.merged(modification), harmonics, held=held)
         return changed.evaluate(model.baseline, sensitivities=False).residual
 
-    small = AttachmentSignatures(ResidualModel(evidence, without, harmonics, held=held), prediction, left_by)
+    plain = residual_model(evidence, without, harmonics, held=held)
+    small = AttachmentSignatures(plain, prediction, left_by) if isinstance(plain, ResidualModel) else None
     found: list[_Signature] = []
     for label in cause.labels(evidence):
         if time_is_up():
@@ -163,14 +165,15 @@ def _signatures_of(
                 columns = left_by(cause.modification(evidence, label, start))[:, None]
             else:
                 # A structure made anew differs a little from the assumed one, without any effect in it.
-                remakes = cause.modification(evidence, label, start).changes_structure
+                remakes = solves_modes(evidence, cause.modification(evidence, label, start))
                 none = {**start, **{p.name: p.null for p in strengths}}
-                before = left_by(cause.modification(evidence, label, none)) if remakes else None
+                remade = remakes or small is None
+                before = left_by(cause.modification(evidence, label, none)) if remade else prediction.residual
                 columns = np.empty((len(prediction.residual), len(strengths)))
                 for k, p in enumerate(strengths):
                     step = _small_step(p, start[p.name] - p.null, remakes=remakes)
                     little = cause.modification(evidence, label, {**none, p.name: p.null + step})
-                    change = small.change_by(little) if before is None else before - left_by(little)
+                    change = before - left_by(little) if remade or small is None else small.change_by(little)
                     columns[:, k] = change * p.scale / step
             if np.isfinite(columns).all():
                 found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))

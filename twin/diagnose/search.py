@@ -11,14 +11,14 @@ from twin.diagnose.cause import Cause, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model, modification_of
 from twin.diagnose.model_evidence import Tolerances, fit_with_errors, infer_errors
 from twin.diagnose.parallel_map import parallel_map
-from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, TEMPERATURE, log_weight
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
 from twin.diagnose.profile import threshold_of
 from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
 from twin.diagnose.score import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
-from twin.identify.error_model import SOUND, continuation
+from twin.identify.error_model import continuation
 from twin.identify.harmonics import harmonic_residuals
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.likelihood import nominal_base, residual_model, sound_errors
 from twin.identify.measured_data import MeasuredData
 from twin.identify.rebinning import rebinned
 from twin.identify.residual_model import ResidualModel
@@ -143,7 +143,7 @@ def search_causes(
         report(f"reducing the recordings anew, with {best.name}")
         evidence, harmonics = _reduced_anew(evidence, harmonics, best)
         model = fit_with_errors(evidence, harmonics, best.baseline, best.hypotheses)
-        if not model.errors.is_sound:
+        if not model.errors.as_small_as(sound_errors(evidence)):
             again = once_more(evidence, harmonics, model, None)
             model = _likeliest((model, again))
     return Search(base, model, tuple(stages), evidence, harmonics, base_harmonics)
@@ -157,7 +157,7 @@ def _following(evidence: MeasuredData, harmonics: HarmonicResiduals | None, mode
     if model.errors.steps.stiffness < FOLLOWS and model.errors.broadband.stiffness < FOLLOWS:
         return model
     start, hypotheses = model.baseline, model.hypotheses
-    loose = continuation(SOUND)[0]
+    loose = continuation(sound_errors(evidence))[0]
     for _ in range(2):
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=loose, iterations=15, tolerance=2.0)
         start, hypotheses = fit.baseline, fit.hypotheses
@@ -209,11 +209,12 @@ def _fitted_rivals(race: Race, model: FittedModel, scores: Sequence[Score], repo
     beside = [rival for rival in promising if not rival.cause.tried_at_full_size]
     for begin, rivals in ((_beside_the_law, beside), (_beside_no_law, imitated)):
         fits += _begun_and_raced(race, model, begin, rivals, report)
-    if not any(fit.errors.is_sound for fit in fits) and (promising or not model.errors.is_sound):
+    sound = sound_errors(evidence)
+    if not any(fit.errors.as_small_as(sound) for fit in (*fits, *(() if promising else (model,)))):
         fits += _begun_and_raced(race, model, _beside_no_law, _elsewhere(evidence, scores, promising, effort), report)
     if fits and threshold_of(evidence, _likeliest(fits)):
         fits += race.with_best_threshold()
-    if fits and not (leading := _likeliest(fits)).errors.is_sound and not time_is_up():
+    if fits and not (leading := _likeliest(fits)).errors.as_small_as(sound) and not time_is_up():
         fits.append(once_more(evidence, race.harmonics, leading, race.tolerances))
     best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
@@ -237,7 +238,8 @@ def _begun_and_raced(
 def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) -> list[CauseHypothesis]:
     """The best scored causes, each at its best places; none where no cause promises to be more probable than none."""
     best = max((score.log_bayes for score in scores), default=0.0)
-    least = max(-LOG_ODDS_OF_A_CAUSE * TEMPERATURE, effort.worth_a_fit * best)
+    needed = -LOG_ODDS_OF_A_CAUSE * temperature(evidence)
+    least = max(effort.of_needed * needed, effort.worth_a_fit * best if effort.of_needed > 0 else -np.inf)
     found: dict[str, list[CauseHypothesis]] = {}
     for score in scores:
         key = score.hypothesis.key
@@ -297,8 +299,9 @@ def _beside_the_law(
     evidence: MeasuredData, harmonics: HarmonicResiduals | None, model: FittedModel, hypothesis: CauseHypothesis
 ) -> Begun:
     """The model with one more cause, from what was fitted without it."""
-    levels = [level for level in continuation(SOUND) if level.steps.stiffness <= model.errors.steps.stiffness]
-    return Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (SOUND,))
+    sound = sound_errors(evidence)
+    levels = [level for level in continuation(sound) if level.steps.stiffness <= model.errors.steps.stiffness]
+    return Begun(model.baseline, (*model.hypotheses, hypothesis), tuple(levels) or (sound,))
 
 
 def _beside_no_law(
@@ -309,10 +312,10 @@ def _beside_no_law(
     What base family and law were without the cause may lead nowhere.
     """
     hypotheses = (*model.hypotheses, hypothesis)
-    residual_model = ResidualModel(evidence, modification_of(evidence, hypotheses), harmonics)
-    levels, linear = continuation(SOUND), nominal_parameters(evidence.rig, evidence.preload)
+    begun = residual_model(evidence, modification_of(evidence, hypotheses), harmonics)
+    levels, linear = continuation(sound_errors(evidence)), nominal_base(evidence)
     for level in levels[:HELD_LEVELS]:
-        start = law_from_steps(residual_model, linear)
+        start = law_from_steps(begun, linear)
         fit = fit_model(evidence, harmonics, start, hypotheses, errors=level, iterations=8, tolerance=2.0, frozen=True)
         linear = fit.baseline.base
-    return Begun(fit.baseline, hypotheses, levels[HELD_LEVELS:])
+    return Begun(fit.baseline, hypotheses, levels[HELD_LEVELS:] or levels[-1:])

@@ -6,11 +6,19 @@ import numpy as np
 
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.places import told_place
-from twin.diagnose.posterior import LOG_ODDS_OF_UNKNOWN, TEMPERATURE, Weighed, log_weight, probabilities, smallest_set
+from twin.diagnose.posterior import (
+    LOG_ODDS_OF_UNKNOWN,
+    Weighed,
+    log_weight,
+    probabilities,
+    smallest_set,
+    temperature,
+)
 from twin.diagnose.result import Estimate, NamedCause, Verdict
-from twin.diagnose.search import Search
+from twin.diagnose.search import Search, Stage
 from twin.diagnose.signals import Finding, Sidebands
 from twin.identify.measured_data import MeasuredData
+from twin.identify.natural_frequencies import MeasuredFrequencies
 
 __all__ = ["Posterior", "decide", "named_causes", "posterior_of", "rivals_of"]
 
@@ -61,23 +69,31 @@ def posterior_of(search: Search, sidebands: Sidebands | None = None) -> Posterio
     stage = chosen[-1] if chosen else search.stages[-1]
     if not stage.complete:
         return Posterior((stage.before,), np.zeros(1), 1.0)
-    models = (stage.before, *stage.rivals)
+    models = (stage.before, *_counted(evidence, stage))
     weights = [log_weight(evidence, model) for model in models]
     best = models[int(np.argmax(weights))]
-    unknown = max(weights) + (stage.unknown - best.log_evidence) / TEMPERATURE + LOG_ODDS_OF_UNKNOWN
+    unknown = max(weights) + (stage.unknown - best.log_evidence) / temperature(evidence) + LOG_ODDS_OF_UNKNOWN
     if sidebands is not None:
-        unknown += sidebands.log_bayes / TEMPERATURE
+        unknown += sidebands.log_bayes / temperature(evidence)
     *each, of_unknown = probabilities([*weights, unknown])
     order = np.argsort(each)[::-1]
     evidences = [model.log_evidence for model in models]
     evidences.append(stage.unknown + (sidebands.log_bayes if sidebands is not None else 0.0))
     weighed = tuple(
-        Weighed(name, len(model.hypotheses), log_evidence, weight - log_evidence / TEMPERATURE)
+        Weighed(name, len(model.hypotheses), log_evidence, weight - log_evidence / temperature(evidence))
         for name, model, log_evidence, weight in zip(
             [*(model.name for model in models), "unknown"], [*models, best], evidences, [*weights, unknown], strict=True
         )
     )
     return Posterior(tuple(models[i] for i in order), np.asarray(each)[order], float(of_unknown), weighed)
+
+
+def _counted(evidence: MeasuredData, stage: Stage) -> tuple[FittedModel, ...]:
+    """Rivals that promise a gain: of recordings only these are fitted, of frequencies the fits say which they are."""
+    if not isinstance(evidence, MeasuredFrequencies):
+        return stage.rivals
+    none = log_weight(evidence, stage.before)
+    return tuple(rival for rival in stage.rivals if log_weight(evidence, rival) > none)
 
 
 def decide(posterior: Posterior, findings: list[Finding]) -> Verdict:

@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 
 from twin.identify.balance import Added, Balance
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, ErrorModel, continuation
+from twin.identify.error_model import ErrorModel, continuation
+from twin.identify.frequency_model import FrequencyModel, starting_moduli
 from twin.identify.gauss_newton import Solution, minimise, minimise_reweighted
 from twin.identify.joint_law import KNOTS, LayerLaw, choose_knots, spacing, spline_basis
-from twin.identify.linear_fit import base_bounds
-from twin.identify.linear_model import LinearParameters, nominal_parameters
+from twin.identify.likelihood import nominal_base, residual_model, sound_errors
+from twin.identify.linear_fit import LARGEST_STEP, base_bounds
+from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
+from twin.identify.natural_frequencies import MeasuredFrequencies
 from twin.identify.opening_harmonics import balance_openings
 from twin.identify.residual_model import ResidualModel
 
@@ -58,11 +61,20 @@ def starting_baseline(
     evidence: MeasuredData, *, knots: int = KNOTS, modification: ModelModification | None = None
 ) -> BaselineParameters:
     """Base parameters of the broadband fit, else what is assumed, and a law read off the steps one by one."""
-    base = evidence.linear.base if evidence.linear else nominal_parameters(evidence.rig, evidence.preload)
-    return law_from_steps(ResidualModel(evidence, modification), base, knots=knots)
+    base = evidence.linear.base if evidence.linear else nominal_base(evidence)
+    return law_from_steps(residual_model(evidence, modification), base, knots=knots)
 
 
-def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, knots: int = KNOTS) -> BaselineParameters:
+def _starting_baselines(evidence: MeasuredData) -> list[BaselineParameters]:
+    """Where fits begin: natural frequencies alone have several minima."""
+    if isinstance(evidence, MeasuredFrequencies):
+        return [BaselineParameters(base, ()) for base in starting_moduli(evidence)]
+    return [starting_baseline(evidence)]
+
+
+def law_from_steps(
+    residual_model: ResidualModel | FrequencyModel, base: LinearParameters, *, knots: int = KNOTS
+) -> BaselineParameters:
     """The laws that reproduce each step's reference channel, smoothed onto knots that follow the layers' own motion.
 
     For each step by itself one softening and one loss are found that all points share, as parts of their joint's E', by
@@ -72,9 +84,9 @@ def law_from_steps(residual_model: ResidualModel, base: LinearParameters, *, kno
     response feels that joint.
     """
     evidence = residual_model.evidence
-    if not len(evidence.steps) or not len(residual_model.points):
+    if isinstance(residual_model, FrequencyModel) or not len(evidence.steps) or not len(residual_model.points):
         nowhere = choose_knots(np.zeros(0), knots)
-        return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * base.joints)
+        return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws)
     steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
     omega = residual_model.clock(steps.complex_omega, time)
     free = residual_model.receptance(omega, base, time, inner=False, points=True)
@@ -155,7 +167,7 @@ def baseline_bounds(baseline: BaselineParameters, side: int) -> Array:
     softening, loss = ((-MOST_STIFFENED, 0.0), (MOST_SOFTENED, np.inf))[side]
     bounds = np.empty(len(baseline.blocks))
     bounds[: baseline.of_laws.start] = base_bounds(baseline.base.joints)[side]
-    for joint, E in enumerate(baseline.base.E):
+    for joint, (_, E) in enumerate(zip(baseline.laws, baseline.base.E, strict=False)):
         bounds[baseline.softening(joint)], bounds[baseline.loss(joint)] = softening * E, loss
     return bounds
 
@@ -164,8 +176,9 @@ def fit_base(
     evidence: MeasuredData,
     *,
     start: BaselineParameters | None = None,
-    errors: ErrorModel = SOUND,
+    errors: ErrorModel | None = None,
     iterations: int = 30,
+    tolerance: float = TOLERANCE,
     held_at_zero: Sequence[int] = (),
 ) -> BaseFit:
     """Fit base parameters and law, through model errors from large ones down to `errors`.
@@ -174,10 +187,24 @@ def fit_base(
     ----------
     start
         Where to begin; read off the evidence by default.
+    errors
+        Those of sound rigs by default.
+    tolerance
+        Of the last fit, as :data:`TOLERANCE`.
     held_at_zero
         Places in the unknowns' vector that are not free.
     """
-    baseline = start or starting_baseline(evidence)
+    fits = [
+        _fitted_from(evidence, begun, errors or sound_errors(evidence), iterations, tolerance, held_at_zero)
+        for begun in ([start] if start else _starting_baselines(evidence))
+    ]
+    return min(fits, key=lambda fit: fit.solution.cost)
+
+
+def _fitted_from(
+    evidence: MeasuredData, baseline: BaselineParameters, errors: ErrorModel, iterations: int, tolerance: float,
+    held_at_zero: Sequence[int],
+) -> BaseFit:  # fmt: skip
     held = np.asarray(held_at_zero, int)
     if len(held):
         vector = baseline.vector
@@ -185,10 +212,10 @@ def fit_base(
         baseline = baseline.with_vector(vector)
     bounds = (baseline_bounds(baseline, 0), baseline_bounds(baseline, 1))
     for level in continuation(errors):
-        tolerance = TOLERANCE if level is errors else COARSE_TOLERANCE
-        solve = partial(_minimised, evidence, baseline, bounds, held, level, tolerance / 10)
+        enough = tolerance if level is errors else COARSE_TOLERANCE
+        solve = partial(_minimised, evidence, baseline, bounds, held, level, enough / 10)
         solution = minimise_reweighted(
-            solve, baseline.vector, rounds=REWEIGHTED, tolerance=tolerance, iterations=iterations
+            solve, baseline.vector, rounds=REWEIGHTED, tolerance=enough, iterations=iterations
         )
         baseline = baseline.with_vector(solution.x)
     return BaseFit(baseline, solution)
@@ -199,15 +226,18 @@ def _minimised(
     errors: ErrorModel, tolerance: float, x: Array, *, iterations: int,
 ) -> Solution:  # fmt: skip
     """The minimum from x, with what is held there."""
-    here = ResidualModel(evidence, errors=errors).linearisation(start.with_vector(x))
-    residual_model = ResidualModel(evidence, errors=errors, held=here)
-    mean, precision = residual_model.prior(start)
+    here = residual_model(evidence, errors=errors).linearisation(start.with_vector(x))
+    model = residual_model(evidence, errors=errors, held=here)
+    mean, precision = model.prior(start)
     mean[held], precision[held, held] = 0.0, HELD_PRECISION
 
     def evaluate(x: Array) -> tuple[Array, Array]:
-        prediction = residual_model.evaluate(start.with_vector(x))
+        prediction = model.evaluate(start.with_vector(x))
         return prediction.residual, prediction.jacobian
 
+    # Few frequencies may leave a modulus open, which would run off.
+    largest = start.base.blocks(start.base.joints).pack(LARGEST_STEP) if isinstance(model, FrequencyModel) else None
     return minimise(
         evaluate, x, mean=mean, precision=precision, bounds=bounds, iterations=iterations, tolerance=tolerance,
+        largest_step=largest,
     )  # fmt: skip

@@ -9,7 +9,7 @@ against the others.  How large both are is inferred with the parameters.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,11 +69,10 @@ class ErrorModel:
         )
         return replace(self, steps=steps, broadband=broadband, frequency=frequency, moduli=moduli)
 
-    @property
-    def is_sound(self) -> bool:
+    def as_small_as(self, sound: ErrorModel) -> bool:
         """Whether no error of the steps is larger than one in six of sound rigs needs."""
-        pairs = ((self.steps.stiffness, SOUND.steps.stiffness), (self.steps.ratio, SOUND.steps.ratio))
-        return all(mine < sound * np.exp(SPREAD) for mine, sound in pairs)
+        pairs = ((self.steps.stiffness, sound.steps.stiffness), (self.steps.ratio, sound.steps.ratio))
+        return all(mine < usual * np.exp(SPREAD) for mine, usual in pairs)
 
     def with_value(self, kind: str, name: str, value: float) -> ErrorModel:
         """The same but for one number."""
@@ -103,18 +102,20 @@ def continuation(errors: ErrorModel) -> tuple[ErrorModel, ...]:
     return (*(errors.loosened(*level) for level in CONTINUATION if level[0] > errors.steps.stiffness), errors)
 
 
-def log_prior(errors: ErrorModel, *, free: bool = False) -> float:
+def log_prior(errors: ErrorModel, sound: ErrorModel = SOUND, *, free: bool = False) -> float:
     """Log density of the logarithms of errors and roughness.
 
     Parameters
     ----------
+    sound
+        Those of sound rigs.
     free
         Whether those of stiffness may have any size up to :data:`ANY`, over a sound rig's.
     """
-    total = sum(_log_normal(own / sound) for own, sound in zip(errors.roughness, SOUND.roughness, strict=True))
+    total = sum(_log_normal(own / usual) for own, usual in zip(errors.roughness, sound.roughness, strict=True))
     for kind in ("steps", "broadband"):
         for name in ("stiffness", "ratio"):
-            ratio = getattr(getattr(errors, kind), name) / getattr(getattr(SOUND, kind), name)
+            ratio = getattr(getattr(errors, kind), name) / getattr(getattr(sound, kind), name)
             if free and name == "stiffness":
                 total -= np.log(np.log(ANY))
             else:
@@ -130,6 +131,22 @@ def _log_normal(ratio: float) -> float:
 SHIFT = 6e-5
 """Standard deviation of what all natural frequencies of one run or sweep are off by, relative: half a kelvin between
 them, and a steel whose modulus falls by 2.4e-4 per kelvin."""
+
+
+class ErrorSources(Protocol):
+    """What the covariances of residuals are made of, as :class:`Covariances` has it of recordings."""
+
+    def shifts(self) -> tuple[tuple[Array, ...], Array]:
+        """Changes of the residuals as all frequencies of a run, a sweep or a table shift."""
+        ...
+
+    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+        """Of each broadband run's residuals."""
+        ...
+
+    def of_steps(self, errors: Discrepancy) -> Whitening:
+        """And of the steps', or of a table's frequencies."""
+        ...
 
 
 @dataclass(frozen=True)

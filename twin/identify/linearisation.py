@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import Covariances
+from twin.identify.error_model import ErrorSources
 from twin.identify.opening_harmonics import OpeningBalance, Openings
 from twin.identify.whitening import Whitening
 
@@ -56,7 +56,7 @@ class Linearisation:
         That the balance was found with,
     by_unknowns : ndarray, (s, p, u), or None
         and the derivative by each unknown of what the harmonics add to the openings' stiffness.
-    made_of : Covariances or None
+    made_of : ErrorSources or None
         What the covariances came from; none where they were given.
     """
 
@@ -66,7 +66,7 @@ class Linearisation:
     lost: LostContact | None
     baseline: BaselineParameters
     by_unknowns: Array | None
-    made_of: Covariances | None = None
+    made_of: ErrorSources | None = None
 
     def derivative(self, baseline: BaselineParameters) -> Array | None:
         """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""

@@ -32,10 +32,13 @@ class Attachment:
         The ports (p, n) on a given structure.
     stiffness : callable
         Dynamic stiffness at omega: (f, p) for a diagonal, or (f, p, p).
+    beam : str
+        Of which it is a change of stiffness, in proportion to Young's modulus; empty for what is no part of a beam.
     """
 
     rows: Callable[[Structure], Array]
     stiffness: Callable[[Array], Array]
+    beam: str = ""
 
 
 def point_mass(place: Place, mass_kg: float, *, directions: int) -> Attachment:

@@ -67,6 +67,7 @@ class ResidualModel(ForwardModel):
     ) -> None:
         super().__init__(evidence, modification)
         self.harmonics = harmonics
+        self.laws = len(self.model.structure.joints)
         self.errors = errors
         self._held = held
         if held is not None and held.balance is not None:

@@ -160,7 +160,7 @@ class LabRig(Shown):
         """Identify the rig's model.
 
         Recordings give the layer's moduli, the damping and the joint's law; a table of natural frequencies (.csv) the
-        moduli; a table of sweeps the law of a rig of one mode.
+        joints' moduli, or those of the beams of a rig without joints; a table of sweeps the law of a rig of one mode.
 
         Parameters
         ----------
@@ -195,13 +195,13 @@ class LabRig(Shown):
             from twin.lab.identified_mode import identify_mode
 
             return identify_mode(tables[0], self.file)
-        rig = self._structure()
         if tables and len(given) > 1:
             raise InputError(tables[0], "", "a table is identified by itself", "give it as the only RUN")
         if tables:
             from twin.lab.identified_moduli import identify_moduli
 
-            return identify_moduli(tables[0], rig, source=self.source, preload=preload)
+            return identify_moduli(tables[0], self.file, source=self.source, preload=preload)
+        rig = self._structure()
         report("reading, and a first look")
         looked = self.check(given, preload=preload).passed()
         from twin.lab.identified_joint import identify_recordings

@@ -43,7 +43,7 @@ def diagnose_tables(
             source,
             "kind",
             "is a rig of one mode, without a structure",
-            "natural frequencies need a lap joint or a beam",
+            "natural frequencies need a rig of parts",
         )
     frequencies = {path: table for path, table in tables.items() if isinstance(table, FrequencyTable)}
     return diagnose_frequencies(

@@ -43,7 +43,21 @@ def rigid_motions(omega: Matrix) -> int:
     return int(np.count_nonzero(omega[:MOST_RIGID] < RIGID * elastic))
 
 
-def bending_modes(M: Matrix, K: Matrix, transverse: NDArray[np.bool_], *, least: int) -> Modes:
+def shifted_modes(M: Matrix, K: Matrix, count: int, *, shift: float) -> Modes:
+    """The lowest `count` modes as the largest 1 / (omega^2 + shift): exact in the low ones, with negative masses too.
+
+    `shift`, rad2/s2, is far below the squares of the elastic frequencies.
+    """
+    n = len(M)
+    inverse, Phi = eigh(M, K + shift * M, subset_by_index=(max(n - count, 0), n - 1))
+    inverse, Phi = inverse[::-1], Phi[:, ::-1]
+    inverse, Phi = inverse[inverse > 0], Phi[:, inverse > 0]
+    return Modes(np.sqrt(np.maximum(1 / inverse - shift, 0.0)), Phi / np.sqrt(inverse))
+
+
+def bending_modes(
+    M: Matrix, K: Matrix, transverse: NDArray[np.bool_], *, least: int, shift: float | None = None
+) -> Modes:
     """At least so many bending modes, from the lowest, without a gap.
 
     More than half of a bending mode's kinetic energy is transverse, and it is no rigid-body motion.
@@ -53,16 +67,19 @@ def bending_modes(M: Matrix, K: Matrix, transverse: NDArray[np.bool_], *, least:
     M, K : ndarray, (n, n)
     transverse : ndarray of bool, (n,)
         Degrees of freedom that move across the beams.
+    shift
+        As of :func:`shifted_modes`, which is used with it.
 
     Raises
     ------
     ValueError
         If the model has fewer.
     """
-    modes = normal_modes(M, K, min(len(M), 2 * least + 8))
+    count = min(len(M), 2 * least + 8)
+    modes = normal_modes(M, K, count) if shift is None else shifted_modes(M, K, count, shift=shift)
     t = transverse
     kinetic = np.einsum("im,im->m", modes.Phi[t], M[np.ix_(t, t)] @ modes.Phi[t])
-    elastic = modes.omega > 1e-3 * modes.omega[-1] / len(modes.omega) ** 2
+    elastic = np.arange(len(modes.omega)) >= rigid_motions(modes.omega)
     bending = np.flatnonzero((kinetic > 0.5) & elastic)
     if len(bending) < least:
         raise ValueError(f"the model has {len(bending)} bending modes, {least} are needed")

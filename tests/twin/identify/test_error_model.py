@@ -133,9 +133,9 @@ def test_one_number_is_changed_and_the_others_stay():
 
 @pytest.mark.parametrize(("name", "sound"), [("stiffness", SOUND.steps.stiffness), ("ratio", SOUND.steps.ratio)])
 def test_a_model_is_sound_while_its_steps_err_no_more_than_sound_rigs_do(name, sound):
-    assert SOUND.is_sound
-    assert SOUND.with_value("steps", name, 2.9 * sound).is_sound
-    assert not SOUND.with_value("steps", name, 3.1 * sound).is_sound
+    assert SOUND.as_small_as(SOUND)
+    assert SOUND.with_value("steps", name, 2.9 * sound).as_small_as(SOUND)
+    assert not SOUND.with_value("steps", name, 3.1 * sound).as_small_as(SOUND)
 
 
 def test_the_prior_of_errors_and_roughness_is_log_normal_about_those_of_sound_rigs():

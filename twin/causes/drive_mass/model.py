@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, shaker_labels
 from twin.diagnose.places import point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
@@ -13,6 +13,7 @@ class DriveMass(Cause):
 
     name = "drive-mass"
     summary = "a mass sits between the force cell and the beam"
+    labels = staticmethod(shaker_labels)
     numbers = (
         Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),
     )

@@ -29,6 +29,5 @@ class StiffnessLoss(Cause):
         """What an element that the section covers, wholly or in part, has less than a sound one."""
         place, factor = place_at(evidence, label, values), values["factor"]
         section = weakened_section(evidence.rig, evidence.model.structure, place=place, factor=factor)
-        return ModelModification(
-            attachments=(Attachment(section.rows, lambda omega: np.tile(section.lost, (len(omega), 1))),)
-        )
+        lost = Attachment(section.rows, lambda omega: np.tile(section.lost, (len(omega), 1)), beam=place.part)
+        return ModelModification(attachments=(lost,))

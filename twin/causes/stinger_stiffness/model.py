@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twin.diagnose.cause import Cause, Parameter, Values
+from twin.diagnose.cause import Cause, Parameter, Values, shaker_labels
 from twin.diagnose.places import point
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import Attachment, ModelModification
@@ -15,6 +15,7 @@ class StingerStiffness(Cause):
 
     name = "stinger-stiffness"
     summary = "the stinger's side stiffness holds the beam at the drive point"
+    labels = staticmethod(shaker_labels)
     numbers = (
         Parameter(
             name="stiffness_N_per_m", scale=2e4, lower=0.0, upper=1e7, null=0.0, starts=(2000.0,), model_error=0.06

@@ -1,40 +1,50 @@
-"""Diagnosis of measured natural frequencies against a nominal rig."""
+"""Diagnosis of measured natural frequencies: the selection of :mod:`twin.diagnose.search` on tables of them."""
+
+from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2 as chi_square
 
 from recordings import FrequencyTable
 from recordings.errors import InputError
-from twin.diagnose.posterior import SURE
-from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, values_text
-from twin.diagnose.tables.fit import SPREAD, Fit, Problem
-from twin.diagnose.tables.lap_joint import LapJointFrequencies, require_one_joint
+from twin.diagnose.cause import Cause
+from twin.diagnose.effects import with_effects
+from twin.diagnose.exclusion import exclusion_limits
+from twin.diagnose.extended import effects_of
+from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.model_evidence import fit_with_errors, unexplained
+from twin.diagnose.models import CAUSES
+from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, RARER_IN_FREQUENCIES, log_weight
+from twin.diagnose.racing import WHATEVER
+from twin.diagnose.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict, values_text
+from twin.diagnose.search import Search, search_causes
+from twin.diagnose.tables.felt import felt_causes
 from twin.diagnose.tables.limits import LIMITS
-from twin.diagnose.tables.measured import Measurement, read_frequencies
-from twin.diagnose.tables.model import FrequencyModel
-from twin.diagnose.tables.nominal_masses import heavy_sensors
 from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
-from twin.diagnose.tables.search import (
-    PLAUSIBLE,
-    FrequencySearch,
-    FrequencyStage,
-    least_gain,
-    probabilities,
-    rivals_of,
-    search,
+from twin.diagnose.verdict import Posterior, decide, named_causes, posterior_of
+from twin.identify.base_fit import fit_base
+from twin.identify.error_model import SPREAD
+from twin.identify.frequency_model import FrequencyModel, check_modes, sound_errors
+from twin.identify.natural_frequencies import (
+    ASSUMED_STD,
+    MeasuredFrequencies,
+    StateFrequencies,
+    measured_frequencies,
+    sort_by_state,
 )
-from twin.diagnose.tables.single_beam import SingleBeamFrequencies
 from twin.identify.rms import rms
-from twin.rigs import Rig
+from twin.rigs import BeamPart, Rig
 from twin.rigs.beam import BeamRig
 
 Array = NDArray[np.float64]
-FEWEST = 3
 
 
 def diagnose_frequencies(
@@ -49,8 +59,7 @@ def diagnose_frequencies(
 ) -> TableDiagnosis:
     """Say what a rig's model gets wrong about measured natural frequencies.
 
-    The moduli (E' and G' of a joint at each preload, Young's modulus of a beam alone) are always identified.  Every
-    listed cause that frequencies can feel is then added in turn and refitted.
+    The moduli (E' and G' of every joint at each preload, Young's of a structure without joints) are always identified.
 
     Parameters
     ----------
@@ -67,122 +76,48 @@ def diagnose_frequencies(
         If the tables do not fit the rig or each other.
     """
     started = time.perf_counter()
-    if isinstance(rig, BeamRig):
-        if preloads:
-            raise InputError("--preload", "", f"{source} is a beam alone and has no preloads", "leave it out")
-        conditions: Sequence[str] = (rig.support,)
-    else:
-        require_one_joint(rig, source=source)
-        conditions = rig.preloads
-    measured = read_frequencies(tables, conditions, named=preloads, default=conditions[0], source=source)
-    model: FrequencyModel
-    if isinstance(rig, BeamRig):
-        model = SingleBeamFrequencies(rig, source)
-    else:
-        model = LapJointFrequencies(rig, tuple(item.condition for item in measured), source)
-    problem = Problem(model, tuple(measured))
-    if problem.count < FEWEST:
-        raise InputError(
-            tables[0].path, "", f"holds {problem.count} natural frequencies", f"a diagnosis needs at least {FEWEST}"
-        )
-    check_modes(problem)
-    kept = [
-        item
-        for table in held_out
-        for item in read_frequencies(
-            [table], [m.condition for m in measured], default=measured[0].condition, source="the RUNs"
-        )
-    ]
-    found = search(problem, most=most, report=report)
-    base, accepted = found.base, found.accepted
-    final = accepted[-1].trials[0].fit if accepted else base
-    verdict = _verdict(problem, base, final, accepted)
-    after, errors = base, found.base_left_out
-    if verdict in ("explained", "ambiguous"):
-        assert accepted[-1].left_out is not None
-        after, errors = final, accepted[-1].left_out
-    left_out = found.base_left_out, errors
-    causes = _causes(accepted, verdict)
-    next_test = _next_mode(problem, accepted[-1]) if accepted and rivals_of(accepted[-1]) else ""
+    structure = rig.structure() if isinstance(rig, BeamRig) else rig
+    evidence = measured_frequencies(tables, structure, preloads=preloads, source=source)
+    if evidence.count < LIMITS.fewest_frequencies:
+        has, needed = f"holds {evidence.count} natural frequencies", LIMITS.fewest_frequencies
+        raise InputError(tables[0].path, "", has, f"a diagnosis needs at least {needed}")
+    check_modes(evidence)
+    kept = [one for table in held_out for one in sort_by_state([table], evidence.states, source="the RUNs")]
+    evidence = with_effects(evidence, source=source)
+    felt = felt_causes(evidence)
+    search = search_causes(evidence, felt, most=most, effort=WHATEVER, report=report)
+    posterior = posterior_of(search)
+    verdict = decide(posterior, [])
+    after = search.base if verdict in ("none", "unknown") else search.model
+    report("predicting left-out frequencies")
+    found = _Frequencies(evidence, search, posterior, verdict, (search.base, after), tuple(kept))
+    causes = named_causes(search, posterior, [], verdict)
+    model = evidence.with_moduli(after.baseline.base)
+    model = model.model_copy(update={"effect": [*model.effect, *effects_of(evidence, after)]})
     return TableDiagnosis(
         kind="frequencies",
         rig=rig.name,
         runs=tuple(dict.fromkeys(Path(table.path).name for table in tables)),
         verdict=verdict,
-        answer=_answer(verdict, causes, accepted),
-        misfit=Misfit(
-            chi2_per_dof=base.chi2_per_dof,
-            after=after.chi2_per_dof,
-            threshold=problem.threshold(after.dof),
-            where=tuple(_where(problem, base)),
-        ),
+        answer=_answer(verdict, causes, posterior.set_95),
+        misfit=found.misfit,
         causes=causes,
-        gain=_gain(problem, kept, base, after, left_out),
-        rows=tuple(_rows(problem, base, after, left_out)),
-        tried=tuple(_tried(found)),
-        parameters=_parameters(model, after),
-        assumed=tuple(_assumed(problem)),
-        notes=(*_notes(problem, after, found, next_test), *(heavy_sensors(problem, base) if verdict == "none" else ())),
-        model=model.extended(
-            {name: Estimate(value, after.moduli_std[name]) for name, value in after.moduli.items()},
-            after.active,
-            after.std,
-        ),
+        gain=found.gain,
+        rows=found.rows,
+        tried=found.tried,
+        parameters=found.parameters,
+        assumed=tuple(_assumed(evidence, felt)),
+        notes=tuple(found.notes()),
+        model=rig.found(model) if isinstance(rig, BeamRig) else model,
         seconds=time.perf_counter() - started,
-        next_test=next_test if verdict == "ambiguous" else "",
+        next_test=found.next_mode if verdict == "ambiguous" else "",
+        set_95=posterior.set_95,
+        excluded=exclusion_limits(evidence, search.stages[-1].scores),
+        model_error={"inferred": after.errors.steps.stiffness, "sound": sound_errors(evidence).steps.stiffness},
     )
 
 
-def check_modes(problem: Problem) -> None:
-    """Refuse modes that the mesh does not have.
-
-    Raises
-    ------
-    InputError
-        That names the mode.
-    """
-    elements = len(problem.model.matrices(()).M) // 6
-    for item in problem.measured:
-        if item.number[-1] > elements:
-            reason = f"mode {item.number[-1]} is beyond the {elements} that this rig's mesh can show"
-            raise InputError(item.path, "column mode", reason, "give it more elements, or leave the mode out")
-
-
-def _verdict(problem: Problem, base: Fit, final: Fit, accepted: Sequence[FrequencyStage]) -> Verdict:
-    if not accepted:
-        return "none" if base.chi2_per_dof <= problem.threshold(base.dof) else "unknown"
-    before, after = base.chi2_per_dof, final.chi2_per_dof
-    if after > problem.threshold(final.dof) and after - 1 > 0.05 * (before - 1):
-        return "unknown"
-    last = accepted[-1]
-    return "ambiguous" if probabilities(last)[0] < SURE and rivals_of(last) else "explained"
-
-
-def _causes(accepted: Sequence[FrequencyStage], verdict: Verdict) -> tuple[NamedCause, ...]:
-    """Causes in the model, then rivals."""
-    found = []
-    for number, stage in enumerate(accepted):
-        best = stage.trials[0]
-        final = accepted[-1].trials[0].fit  # the last fit has moved the earlier causes' values
-        chance = probabilities(stage) * (0.3 if verdict == "unknown" else 1.0)
-        found.append(_named(final, number, float(chance[0]), rivals_of(stage), verdict != "unknown"))
-        for trial, probability in zip(stage.trials[1:], chance[1:], strict=True):
-            if probability > 0.01 or trial.cause in rivals_of(stage):
-                found.append(_named(trial.fit, number, float(probability), (best.cause,), False))
-    return tuple(sorted(found, key=lambda cause: (-cause.probability, -cause.in_model)))
-
-
-def _named(fit: Fit, number: int, probability: float, rivals: tuple[str, ...], in_model: bool) -> NamedCause:
-    change, values = fit.active[number]
-    parameters: dict[str, Estimate | str] = dict(change.label)
-    parameters.update({name: Estimate(value, fit.std[number][name]) for name, value in values.items()})
-    return NamedCause(
-        cause=change.cause, summary=change.summary, probability=probability, confused_with=rivals,
-        parameters=parameters, in_model=in_model,
-    )  # fmt: skip
-
-
-def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[FrequencyStage]) -> str:
+def _answer(verdict: Verdict, causes: Sequence[NamedCause], set_95: Sequence[str]) -> str:
     named = [cause for cause in causes if cause.in_model]
     what = "; ".join(f"{c.cause} ({values_text(c.parameters)}): {c.summary}" for c in named)
     if verdict == "none":
@@ -190,162 +125,265 @@ def _answer(verdict: Verdict, causes: Sequence[NamedCause], accepted: Sequence[F
     if verdict == "unknown":
         return "Something is missing from the model, and no cause that frequencies can show explains it."
     if verdict == "ambiguous":
-        rivals = ", ".join(dict.fromkeys(rival for stage in accepted[-1:] for rival in rivals_of(stage)))
-        return f"Most likely {what}; these frequencies cannot tell it from {rivals}."
+        own = " + ".join(cause.cause for cause in named) or "none"
+        rivals = ", ".join(IN_WORDS.get(name, name) for name in set_95 if name != own)
+        return f"Most likely {what or IN_WORDS['none']}; these frequencies cannot tell it from {rivals}."
     return f"The frequencies name {what}."
 
 
-def _where(problem: Problem, base: Fit) -> list[dict[str, Any]]:
-    """Shares of chi2 by mode, largest first."""
-    shares = base.residual**2 / max(float(np.sum(base.residual**2)), 1e-300)
-    labels = [
-        {"run": Path(item.path).name, "channel": f"mode {mode}, {item.condition}", "harmonic": 1}
-        for item in problem.measured
-        for mode in item.number.tolist()
-    ]
-    return [{**labels[i], "share": float(shares[i])} for i in np.argsort(-shares)[:8]]
-
-
-def _gain(
-    problem: Problem, kept: Sequence[Measurement], base: Fit, after: Fit, left_out: tuple[Array, Array]
-) -> HeldOut:
-    if not kept:
-        how = "each natural frequency in turn left out and predicted from all others"
-        return HeldOut(rms(left_out[0]), rms(left_out[1]), _noise_floor(problem.measured, after), how=how)
-    errors: list[list[Array]] = [[], []]
-    for item in kept:
-        for fit, column in zip((base, after), errors, strict=True):
-            model = problem.frequencies(fit, {item.condition: item.number})[item.condition]
-            column.append(item.frequency_Hz / model - 1)
-    runs = tuple(dict.fromkeys(Path(item.path).name for item in kept))
-    before, now = (rms(np.concatenate(column)) for column in errors)
-    return HeldOut(before, now, _noise_floor(kept, after), how="natural frequencies of the held-out tables", runs=runs)
-
-
-def _noise_floor(measured: Sequence[Measurement], after: Fit) -> float:
-    """Rms relative deviation of the frequencies: as stated, else the one that the model makes most probable."""
-    return rms(np.concatenate([item.relative_std * (1.0 if item.stated else after.scale) for item in measured]))
-
-
-def _rows(problem: Problem, base: Fit, after: Fit, left_out: tuple[Array, Array]) -> list[FrequencyRow]:
-    rows: list[FrequencyRow] = []
-    for item in problem.measured:
-        for i, (mode, measured) in enumerate(zip(item.number.tolist(), item.frequency_Hz.tolist(), strict=True)):
-            k = len(rows)
-            rows.append(
-                FrequencyRow(
-                    item.condition, mode, measured, float(base.frequency_Hz[item.condition][i]),
-                    float(after.frequency_Hz[item.condition][i]), float(left_out[0][k]), float(left_out[1][k]),
-                )
-            )  # fmt: skip
-    return rows
-
-
-def _tried(found: FrequencySearch) -> list[Tried]:
-    models = [("nothing", found.base, 0.0)]
-    for stage in found.stages:
-        before = [change.cause for change, _ in stage.before.active]
-        models += [
-            (" + ".join([*before, trial.cause]), trial.fit, trial.log_evidence - found.base.log_evidence)
-            for trial in stage.trials
-        ]
-    rows = []
-    for name, fit, gain in models:
-        rows.append(Tried(name, gain, fit.chi2_per_dof, fit.rms_error))
-    return sorted(rows, key=lambda row: -row.log_evidence)
-
-
-def _parameters(model: FrequencyModel, fit: Fit) -> Mapping[str, tuple[float, Estimate]]:
-    return {
-        b.name: (b.nominal, Estimate(fit.moduli[b.name], fit.moduli_std[b.name]))
-        for b in model.base
-        if b.name in fit.moduli
-    }
-
-
-def _assumed(problem: Problem) -> list[str]:
-    wide = sorted({b.log_std for b in problem.model.base})
-    assumed = [f"The moduli are identified; before the data each is assumed to a factor of {np.exp(wide[-1]):.2g}."]
-    if not problem.stated:
+def _assumed(evidence: MeasuredFrequencies, felt: Mapping[str, Cause]) -> list[str]:
+    assumed = []
+    if evidence.where:
+        factor = np.exp(evidence.log_std)
+        assumed.append(f"The moduli are identified; before the data each is assumed to a factor of {factor:.2g}.")
+    if not evidence.stated:
         assumed.append(
-            f"The table gives no std_Hz: each frequency is taken to be good to {100 * LIMITS.assumed_std:g} %, a "
-            f"figure that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor, "
-            "which the evidence integrates over."
+            f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure that "
+            f"is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor."
         )
-    rare = ", ".join(f"{cause} at {weight:g}" for cause, weight in PLAUSIBLE.items())
+    rare = ", ".join(f"{name} at {odds:g}" for name, odds in RARER_IN_FREQUENCIES.items() if name in felt)
     assumed.append(
-        "Nothing wrong is as probable beforehand as all causes together, and every cause as probable as any other, "
-        f"except {rare} of them: damage is rarer than what models leave out."
+        f"A cause is {np.exp(LOG_ODDS_OF_A_CAUSE):g} times as probable beforehand as nothing wrong"
+        + (f", and {rare} of that: damage is rarer than what models leave out." if rare else ".")
     )
+    silent = ", ".join(name for name in CAUSES if name not in felt)
     assumed.append(
-        "Not tried, since natural frequencies of small motion do not show them or this rig has no place for them: "
-        + ", ".join(problem.model.silent)
-        + "."
+        "Not tried, since natural frequencies of small motion do not show them, they are identified in any case, or "
+        f"this rig has no place for them: {silent}."
     )
     return assumed
 
 
-def _notes(problem: Problem, after: Fit, found: FrequencySearch, next_test: str) -> list[str]:
-    notes, accepted = [], found.accepted
-    if not problem.stated:
-        notes.append(
-            f"std_Hz is not given: {100 * LIMITS.assumed_std:g} % is assumed, known to a factor of "
-            f"{np.exp(SPREAD):.0f}; the model makes {100 * LIMITS.assumed_std * after.scale:.2g} % the most probable"
+@dataclass(frozen=True)
+class _Frequencies:
+    """A selection on tables, and what there is to say of its models before and after it, and of tables `kept` back."""
+
+    evidence: MeasuredFrequencies
+    search: Search
+    posterior: Posterior
+    verdict: Verdict
+    models: tuple[FittedModel, FittedModel]
+    kept: tuple[StateFrequencies, ...]
+
+    @property
+    def after(self) -> FittedModel:
+        """The model that is accepted."""
+        return self.models[1]
+
+    @cached_property
+    def places(self) -> list[tuple[StateFrequencies, int]]:
+        """Table and row of each frequency."""
+        return [(table, row) for table in self.evidence.tables for row in range(len(table.number))]
+
+    @cached_property
+    def left_out(self) -> tuple[Array, Array]:
+        """Relative errors (n,) of each frequency as the models, fitted to all others, predict it."""
+        before = self._left_out_of(self.models[0])
+        return before, before if self.after is self.models[0] else self._left_out_of(self.after)
+
+    def _left_out_of(self, model: FittedModel) -> Array:
+        errors = []
+        for index, (table, row) in enumerate(self.places):
+            rest = self.evidence.without(index)
+            fit = fit_model(rest, None, model.baseline, model.hypotheses, errors=model.errors, tolerance=0.02)
+            one = table.select(np.arange(len(table.number)) == row)
+            errors.append(table.frequency_Hz[row] / self._predicted(fit, one)[0] - 1)
+        return np.array(errors)
+
+    def _predicted(self, model: FittedModel, table: StateFrequencies) -> Array:
+        modification = modification_of(self.evidence, model.hypotheses)
+        return FrequencyModel(self.evidence, modification).frequencies(table, model.baseline.base)
+
+    def all_predicted(self, model: FittedModel) -> Array:
+        """The model's frequencies of all tables, Hz."""
+        return np.concatenate([self._predicted(model, table) for table in self.evidence.tables])
+
+    @property
+    def rows(self) -> tuple[FrequencyRow, ...]:
+        """What the report shows of each frequency."""
+        columns = (*map(self.all_predicted, self.models), *self.left_out)
+        return tuple(
+            FrequencyRow(table.state, int(table.number[row]), float(table.frequency_Hz[row]), *map(float, values))
+            for (table, row), *values in zip(self.places, *columns, strict=True)
         )
-    if after.active and after.dof < 1.5:
-        notes.append(
-            f"the frequencies leave {max(after.dof, 0):.1f} degrees of freedom: another measured mode would say "
-            "much more"
+
+    @cached_property
+    def misfit(self) -> Misfit:
+        """Of the base family, and of the model that is accepted, where they err as sound rigs' models do."""
+        stages = (self.search.stages[0], self.search.stages[-1])
+        left = [
+            unexplained(self.evidence, None, model, stage.tolerances)[1]
+            for model, stage in zip(self.models, stages, strict=True)
+        ]
+        before, after = (
+            float(r @ r) / max(1, model.dof) for r, model in zip(left, self.models, strict=True)
+        )  # fmt: skip
+        share = left[0] ** 2 / max(float(left[0] @ left[0]), 1e-300)
+        where: list[dict[str, Any]] = []
+        for k in np.argsort(-share)[:8]:
+            table, row = self.places[k]
+            channel = f"mode {table.number[row]}, {table.state}"
+            where.append({"run": Path(table.path).name, "channel": channel, "harmonic": 1, "share": float(share[k])})
+        after = before if self.after is self.models[0] else after
+        return Misfit(
+            chi2_per_dof=before, after=after, threshold=threshold(self.evidence.stated, self.after.dof),
+            where=tuple(where),
+        )  # fmt: skip
+
+    @property
+    def gain(self) -> HeldOut:
+        """Errors of what was held out."""
+        factor = self.after.errors.steps.stiffness / 2 / self.evidence.model_std
+
+        def floor(tables: Sequence[StateFrequencies]) -> float:
+            """As stated, else what the model makes most probable."""
+            stds = [
+                np.hypot(table.std, table.model_std * (1.0 if table.stated else factor)) for table in tables
+            ]  # fmt: skip
+            return rms(np.concatenate(stds))
+
+        if not self.kept:
+            how = "each natural frequency in turn left out and predicted from all others"
+            J, covariance = self.after.solution.jacobian, self.after.solution.covariance
+            leverage = np.einsum("nu,uv,nv->n", J, covariance, J)
+            of_fit = rms(1 / np.sqrt(np.maximum(1 - leverage, 1e-6)))
+            return HeldOut(
+                rms(self.left_out[0]), rms(self.left_out[1]), floor(self.evidence.tables), how=how, of_fit=of_fit
+            )
+        before, after = (
+            rms(np.concatenate([table.frequency_Hz / self._predicted(model, table) - 1 for table in self.kept]))
+            for model in self.models
         )
-    for b in problem.model.base:
-        if b.name in after.moduli:
-            ratio = after.moduli[b.name] / b.nominal
-            spread = after.moduli_std[b.name] / after.moduli[b.name]
-            if abs(np.log(ratio)) > max(3 * spread, 0.1):
-                notes.append(
-                    f"{b.name} is identified as {after.moduli[b.name]:.3g} N/m2, {ratio:.2g} times what was assumed"
-                )
-    if accepted and rivals_of(accepted[-1]):
-        notes += [note for note in (next_test, _without_prior(accepted[-1])) if note]
-    if found.stages and not found.stages[-1].accepted:
-        best = found.stages[-1].trials[0]
-        gain = best.log_evidence - found.stages[-1].before.log_evidence
-        beside = "as well " if accepted else ""
-        asked = least_gain(problem, found.stages[-1].before)
-        why = "" if gain < asked else ", and left-out frequencies would not be predicted better"
-        notes.append(
-            f"naming {best.cause} {beside}would change the log evidence by {gain:+.1f}, where {asked:+g} is asked{why}"
+        runs = tuple(dict.fromkeys(Path(table.path).name for table in self.kept))
+        return HeldOut(before, after, floor(self.kept), how="natural frequencies of the held-out tables", runs=runs)
+
+    @property
+    def tried(self) -> tuple[Tried, ...]:
+        """All models, the likeliest first."""
+        stages = self.search.stages
+        before, sound = log_weight(self.evidence, stages[0].before), sound_errors(self.evidence)
+        made_of = FrequencyModel(self.evidence).covariances(self.search.base.baseline)
+        std, found = made_of.of_steps(sound.steps).factor[:, 0, 0], []
+        for model in (stages[0].before, *(rival for stage in stages for rival in stage.rivals)):
+            error = np.log(self.evidence.frequency_Hz / self.all_predicted(model))
+            chi2 = float(np.sum((error / std) ** 2)) / max(1, model.dof)
+            name = "nothing" if model.name == "none" else model.name
+            found.append(Tried(name, log_weight(self.evidence, model) - before, chi2, rms(error)))
+        return tuple(sorted(found, key=lambda row: -row.log_evidence))
+
+    @cached_property
+    def parameters(self) -> dict[str, tuple[float, Estimate]]:
+        """The moduli: as assumed, and as identified."""
+        deviation = np.sqrt(np.diag(self.after.solution.covariance))
+        moduli, nominal = self.evidence.moduli(self.after.baseline.base), self.evidence.moduli(self.evidence.nominal)
+        return {
+            name: (nominal[name], Estimate(moduli[name], moduli[name] * float(deviation[place])))
+            for name, place in self.evidence.where.items()
+        }
+
+    @cached_property
+    def next_mode(self) -> str:
+        """The unmeasured mode whose frequency tells the best model from its nearest rival."""
+        models = [model for model in self.posterior.models if model.name in self.posterior.set_95]
+        names = [IN_WORDS.get(model.name, model.name) for model in models]
+        found = []
+        for table in self.evidence.tables if len(models) > 1 else ():
+            wanted = np.setdiff1d(np.arange(1, table.number.max() + 3), table.number)
+            ask = replace(table, number=wanted)
+            try:
+                ours, theirs = (self._predicted(model, ask) for model in models[:2])
+            except ValueError:
+                continue  # beyond what the mesh shows
+            k = int(np.argmax(np.abs(np.log(ours / theirs))))
+            text = (
+                f"mode {wanted[k]} ({table.state}) would tell them apart: {ours[k]:.5g} Hz by {names[0]}, "
+                f"{theirs[k]:.5g} Hz by {names[1]}"
+            )
+            found.append((float(abs(np.log(ours[k] / theirs[k]))), text))
+        return max(found)[1] if found else ""
+
+    def notes(self) -> list[str]:
+        """What else there is to know."""
+        notes, evidence = [], self.evidence
+        if not self.search.complete:
+            notes.append("the time limit ended the search: what else there may be is not known")
+        if not evidence.stated:
+            likely = 100 * self.after.errors.steps.stiffness / 2
+            notes.append(
+                f"std_Hz is not given: {100 * ASSUMED_STD:g} % is assumed, known to a factor of {np.exp(SPREAD):.0f}; "
+                f"the model makes {likely:.2g} % the most probable"
+            )
+        if self.after.hypotheses and self.after.dof < 2:
+            freedom = f"{max(self.after.dof, 0)} degrees of freedom"
+            notes.append(f"the frequencies leave {freedom}: another measured mode would say much more")
+        for name, (nominal, found) in self.parameters.items():
+            ratio = found.value / nominal
+            if abs(np.log(ratio)) > max(3 * found.std / found.value, 0.1):
+                notes.append(f"{name} is identified as {found.value:.3g} N/m2, {ratio:.2g} times what was assumed")
+        if self.verdict == "ambiguous":
+            notes += [note for note in (self.next_mode, self._without_odds()) if note]
+        last = self.search.stages[-1]
+        if last.rivals and not last.accepted:
+            best, beside = last.rivals[0], "as well " if last.before.hypotheses else ""
+            gain = log_weight(evidence, best) - log_weight(evidence, last.before)
+            notes.append(f"naming {best.hypotheses[-1].key} {beside}would change the log odds by {gain:+.1f}")
+        return notes + (self._heavy_sensors() if self.verdict == "none" else [])
+
+    def _without_odds(self) -> str:
+        """Said where what is assumed of causes beforehand, and not the data, decides which comes first."""
+        if not self.after.hypotheses:
+            return ""
+        models = self.search.stages[len(self.after.hypotheses) - 1].rivals
+        first = max(models, key=lambda model: model.log_evidence)
+        if first is models[0]:
+            return ""
+        more = first.log_evidence - models[0].log_evidence
+        return (
+            f"the frequencies alone favour {first.name} by {more:.1f} in log evidence; it comes later because it is "
+            "less probable beforehand"
         )
-    return notes
+
+    def _heavy_sensors(self) -> list[str]:
+        """Sensors whose stated mass the frequencies need: agreement may rest on what the rig file says of them."""
+        rig, notes = self.evidence.rig, []
+        for sensor in rig.response_sensors:
+            place = rig.place_of(sensor.channel)
+            on_a_beam = isinstance(rig.layout().part(place.part), BeamPart)
+            if sensor.mass <= LIMITS.heavy_sensor_kg or not on_a_beam:
+                continue
+            light = sensor.model_copy(update={"mass": LIMITS.light_sensor_kg})
+            sensors = [light if other is sensor else other for other in rig.sensors]
+            lighter = self.evidence.against(rig.model_copy(update={"sensor": sensors}))
+            without = fit_with_errors(lighter, None, fit_base(lighter).baseline, ())
+            if self.search.base.log_evidence - without.log_evidence < -LOG_ODDS_OF_A_CAUSE:
+                continue
+            passable = rig.layout().passable
+            position = rig.position_of(sensor.channel) if passable else place.at
+            assert position is not None
+            start = {"mass_kg": sensor.mass - LIMITS.light_sensor_kg, "position_m": position}
+            there = CauseHypothesis(CAUSES["added-mass"], {} if passable else {"part": place.part}, start, {})
+            asked = fit_model(lighter, None, self.search.base.baseline, (there,), held="position_m")
+            (mass,) = asked.hypotheses
+            error = rms(np.log(lighter.frequency_Hz / replace(self, evidence=lighter).all_predicted(without)))
+            notes.append(
+                f"the agreement rests on the {1e3 * sensor.mass:.3g} g that the rig file states of {sensor.channel} at "
+                f"{position:g} m: with {1e3 * LIMITS.light_sensor_kg:g} g in its place the frequencies are missed by "
+                f"{100 * error:.2g} % rms, and ask for an added mass of {1e3 * mass.values['mass_kg']:.1f} ± "
+                f"{1e3 * mass.std['mass_kg']:.1f} g there"
+            )
+        return notes
 
 
-def _without_prior(stage: FrequencyStage) -> str:
-    """Said where what is assumed of causes beforehand, and not the data, decides which comes first."""
-    data = [trial.log_evidence - np.log(PLAUSIBLE.get(trial.cause, 1.0)) for trial in stage.trials]
-    first = int(np.argmax(data))
-    if first == 0:
-        return ""
-    return (
-        f"the frequencies alone favour {stage.trials[first].cause} by {data[first] - data[0]:.1f} in log evidence; "
-        "it comes later because damage is less probable beforehand"
-    )
+def threshold(stated: bool, dof: int, probability: float = 0.01) -> float:
+    """Chi2 per degree of freedom that a right model exceeds with this probability.
 
-
-def _next_mode(problem: Problem, stage: FrequencyStage) -> str:
-    """The unmeasured mode whose frequency tells the best cause from its nearest rival."""
-    best = stage.trials[0]
-    rival = next(trial for trial in stage.trials[1:] if trial.cause in rivals_of(stage))
-    found: list[tuple[float, str]] = []
-    for item in problem.measured:
-        wanted = np.array([n for n in range(1, item.number[-1] + 3) if n not in item.number.tolist()])
-        try:
-            ours, theirs = (problem.frequencies(t.fit, {item.condition: wanted})[item.condition] for t in (best, rival))
-        except (ValueError, np.linalg.LinAlgError):
-            continue
-        k = int(np.argmax(np.abs(np.log(ours / theirs))))
-        text = (
-            f"mode {wanted[k]} ({item.condition}) would tell them apart: {ours[k]:.5g} Hz by {best.cause}, "
-            f"{theirs[k]:.5g} Hz by {rival.cause}"
-        )
-        found.append((float(abs(np.log(ours[k] / theirs[k]))), text))
-    return max(found)[1] if found else ""
+    Standard deviations that are assumed share a factor with a log-normal prior.
+    """
+    dof = max(1, dof)
+    if stated:
+        return float(chi_square.isf(probability, dof) / dof)
+    logs = np.linspace(-4 * SPREAD, 4 * SPREAD, 81)
+    weight = np.exp(-0.5 * (logs / SPREAD) ** 2)
+    grid = np.geomspace(0.1, 1e5, 600)
+    exceeded = weight / weight.sum() @ chi_square.sf(grid * dof / np.exp(2 * logs)[:, None], dof)
+    return float(np.exp(np.interp(-probability, -exceeded, np.log(grid))))

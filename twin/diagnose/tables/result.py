@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict, answer_dict
 from twin.diagnose.shortfall import explains, shortfall, told_with
 from twin.rigs import Rig
@@ -19,6 +20,8 @@ class HeldOut:
     ----------
     runs, sweeps : tuple of str
         What was held out; empty for `how` in words.
+    of_fit : float
+        What a right model leaves over the noise: few values tell its parameters, and their noise is in them.
     """
 
     before: float
@@ -27,11 +30,12 @@ class HeldOut:
     how: str = field(kw_only=True)
     runs: tuple[str, ...] = field(default=(), kw_only=True)
     sweeps: tuple[str, ...] = field(default=(), kw_only=True)
+    of_fit: float = field(default=1.0, kw_only=True)
 
     @property
     def expected(self) -> float:
         """What a sound rig's model leaves: a table's deviations are those of its values as a whole."""
-        return self.noise_floor
+        return self.of_fit * self.noise_floor
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,8 @@ class TableDiagnosis:
         What was identified beside the causes: assumed value (NaN if there is none) and estimate.
     next_test : str
         What would tell rivals apart; empty if there are none.
+    set_95, excluded, model_error
+        Of frequencies, as :class:`~twin.diagnose.result.Diagnosis` has them of recordings.
     """
 
     kind: str
@@ -123,6 +129,9 @@ class TableDiagnosis:
     model: Rig | BeamRig | ModalRig
     seconds: float
     next_test: str = ""
+    set_95: tuple[str, ...] = ()
+    excluded: tuple[Exclusion, ...] = ()
+    model_error: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def shortfall(self) -> str:
@@ -138,6 +147,9 @@ class TableDiagnosis:
         """The contract's JSON object; `extended_model` is the file's name."""
         return {
             **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
+            **({"set_95": list(self.set_95)} if self.set_95 else {}),
+            **({"excluded": [asdict(limit) for limit in self.excluded]} if self.excluded else {}),
+            **({"model_error": dict(self.model_error)} if self.model_error else {}),
             "explains": explains(self.verdict, self.shortfall),
             "gain": None if self.gain is None else {
                 "held_out": {

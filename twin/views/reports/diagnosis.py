@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from twin.diagnose.result import Diagnosis, Estimate, Gain, NamedCause
+from twin.diagnose.tables import TableDiagnosis
 from twin.identify.linear_model import nominal_parameters
 from twin.views.curves import compared_models, has_law, joint_name, shown_models
 from twin.views.figures import law_figure
@@ -49,7 +50,7 @@ def _sections(diagnosis: Diagnosis) -> Iterator[Section | None]:
     yield missing_force_section(diagnosis)
     yield causes_section(diagnosis.causes)
     yield where_section(diagnosis)
-    yield _excluded(diagnosis)
+    yield excluded_section(diagnosis)
     yield _tried(diagnosis)
     yield _misfit(diagnosis)
     yield _sweeps(diagnosis)
@@ -103,7 +104,8 @@ def causes_section(causes: Sequence[NamedCause]) -> Section | None:
     )
 
 
-def _excluded(diagnosis: Diagnosis) -> Section | None:
+def excluded_section(diagnosis: Diagnosis | TableDiagnosis) -> Section | None:
+    """What the data rule out."""
     if not diagnosis.excluded:
         return None
     return Section(

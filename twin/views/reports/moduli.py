@@ -1,10 +1,12 @@
 """The report of moduli identified from natural frequencies."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
 
-from twin.diagnose.tables import FrequencyModuli
 from twin.identify.estimate import Estimate
+from twin.identify.frequency_moduli import FrequencyModuli
 from twin.views.figures import error_bars
 from twin.views.page import Page, Picture, Section
 from twin.views.reports.answer import estimate_text
@@ -26,15 +28,25 @@ def moduli_table(found: FrequencyModuli) -> Table:
     """Moduli in N/mm², with their standard deviations."""
     rows = []
     for name, was in found.nominal.items():
-        estimate = Estimate(1e-6 * found.fit.moduli[name], 1e-6 * found.fit.moduli_std[name])
-        symbol = {"normal_modulus": "E′", "shear_modulus": "G′"}[name.partition("[")[0]]
-        rows.append((symbol, f"{1e-6 * was:.4g}", estimate_text(estimate)))
+        estimate = Estimate(1e-6 * found.moduli[name], 1e-6 * found.moduli_std[name])
+        rows.append((_symbol(name, found), f"{1e-6 * was:.4g}", estimate_text(estimate)))
     return Table(
         caption="Moduli in N/mm², with one standard deviation",
         head=("modulus", "nominal", "identified"),
         rows=rows,
         numbers=(1, 2),
     )
+
+
+def _symbol(name: str, found: FrequencyModuli) -> str:
+    """Of a modulus, with the joint or the beams whose it is where there are several."""
+    kind, _, of = name.removesuffix("]").partition("[")
+    if len(found.model.joints) == 1:
+        of = ""
+    elif found.model.joints:
+        of = of.removesuffix(f", {found.preload}")
+    symbol = {"normal_modulus": "E′", "shear_modulus": "G′", "youngs_modulus": "E"}[kind]
+    return f"{symbol} of {of}" if of else symbol
 
 
 def frequency_table(found: FrequencyModuli) -> Table:
@@ -62,7 +74,7 @@ def errors_figure(found: FrequencyModuli) -> Figure:
     return error_bars(kinds, names, xlabel="mode", ylabel="model over measured, minus one, %")
 
 
-def moduli_page(found: FrequencyModuli, *, table: str) -> Page:
+def moduli_page(found: FrequencyModuli, *, table: str, warnings: Sequence[str] = ()) -> Page:
     """The report of one table's moduli; `table` is its file's name."""
     told = "; ".join(f"mode {m}: {e:+.2f} %" for m, e in zip(found.mode, found.error_percent, strict=True))
     shown = Picture(
@@ -70,6 +82,7 @@ def moduli_page(found: FrequencyModuli, *, table: str) -> Page:
         alt=f"Relative error of every frequency, as assumed and as identified. Identified: {told}.",
         caption="Relative errors of the natural frequencies.",
     )
+    joints = found.model.joints
     return Page(
         title="Identification of moduli from natural frequencies",
         answer=moduli_sentence(found),
@@ -81,11 +94,11 @@ def moduli_page(found: FrequencyModuli, *, table: str) -> Page:
             Section(
                 title="What was assumed",
                 items=[
-                    "The rig file is right in everything but the moduli of the layer.",
+                    f"The rig file is right in everything but the moduli of {'its joints' if joints else 'its beams'}.",
                     "The errors of the frequencies are independent, and as large as the table says.",
                 ],
             ),
-            Section(title="What is uncertain", items=_uncertain(found)),
+            Section(title="What is uncertain", items=_uncertain(found, warnings)),
         ],
     )
 
@@ -94,7 +107,7 @@ def _determined(found: FrequencyModuli) -> Section:
     rows = [
         (
             "; ".join(
-                f"{part:+.2f} log {name.partition('[')[0]}" for name, part in combination.items() if abs(part) > 0.15
+                f"{part:+.2f} log {_symbol(name, found)}" for name, part in combination.items() if abs(part) > 0.15
             ),
             f"{1 / std:.3g}",
             f"{100 * std:.2g} %",
@@ -111,8 +124,8 @@ def _determined(found: FrequencyModuli) -> Section:
     return Section(title="How well the data determine it", texts=[f"What is known {told}."], tables=[table])
 
 
-def _uncertain(found: FrequencyModuli) -> list[str]:
-    items = [text[0].upper() + text[1:] + "." for text in found.warnings]
+def _uncertain(found: FrequencyModuli, warnings: Sequence[str]) -> list[str]:
+    items = [text[0].upper() + text[1:] + "." for text in warnings]
     if any(std > OPEN for std, _ in found.directions()):
         items.append("The last of these combinations is open: the frequencies do not determine it.")
     if found.residual_factor > 2:
@@ -120,7 +133,8 @@ def _uncertain(found: FrequencyModuli) -> list[str]:
             f"The frequencies are met {found.residual_factor:.2g} times worse than their own uncertainty says: the "
             "model misses something, and the standard deviations are too small by about as much."
         )
-    if not found.fit.settled:
+    if not found.fit.solution.settled:
         items.append("The search ended before it came to rest.")
-    items.append("Natural frequencies say nothing of the joint's damping, nor of its nonlinear law.")
+    what = "a joint's damping, nor of its nonlinear law" if found.model.joints else "damping"
+    items.append(f"Natural frequencies say nothing of {what}.")
     return items

@@ -9,7 +9,7 @@ from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
 from twin.views.figures import bars, dressed, error_bars, legend, panels
 from twin.views.page import Page, Picture, Section, Table
-from twin.views.reports.diagnosis import ACCENT, causes_section
+from twin.views.reports.diagnosis import ACCENT, causes_section, excluded_section
 from twin.views.style import AFTER, BEFORE, MEASURED
 
 
@@ -34,6 +34,7 @@ def _sections(diagnosis: TableDiagnosis) -> Iterator[Section | None]:
         yield _frequencies(diagnosis, frequencies)
     if sweeps:
         yield _sweeps(diagnosis, sweeps)
+    yield excluded_section(diagnosis)
     if diagnosis.tried:
         yield Section(title="What was tried", tables=[tried_table(diagnosis)])
     if frequencies:
@@ -183,8 +184,8 @@ def tried_table(diagnosis: TableDiagnosis) -> Table:
         for model in diagnosis.tried[:12]
     ]
     return Table(
-        caption="Log evidence against naming nothing, what is assumed beforehand included",
-        head=("named", "log evidence", "chi² per degree of freedom", "rms error"),
+        caption="Log odds against naming nothing, what is assumed beforehand included",
+        head=("named", "log odds", "chi² per degree of freedom", "rms error"),
         rows=rows,
         numbers=(1, 2, 3),
     )
