@@ -125,6 +125,8 @@ class Ports:
     outer : ndarray, (p, n)
     normals, shears : tuple of ndarray, (r, n)
         Normal and shear strains of each joint's layer.
+    dampers : ndarray, (d, n)
+        Of the viscous dampers between places.
     modes : ndarray, (m, n)
         Damped modal coordinates.
     outputs, extra : slice
@@ -133,6 +135,7 @@ class Ports:
     outer: Real
     normals: tuple[Real, ...]
     shears: tuple[Real, ...]
+    dampers: Real
     modes: Real
     outputs: slice
     extra: slice
@@ -142,7 +145,7 @@ class Ports:
     @cached_property
     def rows(self) -> Real:
         """All of them."""
-        return np.vstack([self.outer, *self.normals, *self.shears, self.modes])
+        return np.vstack([self.outer, *self.normals, *self.shears, self.dampers, self.modes])
 
     @cached_property
     def normal(self) -> tuple[slice, ...]:
@@ -161,7 +164,7 @@ class Ports:
 
     @property
     def soft(self) -> slice:
-        """The ports whose stiffness base parameters change: the layers' strains."""
+        """The ports with stiffness that the modes of the reference structure lack: the layers' strains, the dampers."""
         return slice(len(self.outer), self.modal.start)
 
 
@@ -237,7 +240,7 @@ class LinearModel:
         return PortPairs.of(self.basis, p.rows, np.r_[p.soft, : len(p.outer)], outer=len(p.outer))
 
     def soft_stiffness(self, omega: Real, base: LinearParameters, dE: Complex | float, dG: Complex | float) -> Complex:
-        """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
+        """Dynamic stiffness (f, r) on the soft ports of the reference structure."""
         p = self.ports
         first = p.soft.start
         S = np.empty((len(omega), p.soft.stop - first), complex)
@@ -247,6 +250,7 @@ class LinearModel:
             by_joint = np.broadcast_to(moduli, (len(omega), len(parts)))
             for joint, part in enumerate(parts):
                 S[:, part.start - first : part.stop - first] = by_joint[:, joint, None]
+        S[:, S.shape[1] - len(p.dampers) :] = 1j * np.asarray(omega)[:, None]
         return S
 
     def output_field(
@@ -333,7 +337,8 @@ def build_linear_model(
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     strains = [layer_ports(joint) for joint in structure.joints]
     modes, none = basis.Phi[:, :DAMPED_MODES].T @ structure.M, slice(0, 0)
-    ports = Ports(modes[:0], tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains), modes, none, none)
+    layers = tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains)
+    ports = Ports(modes[:0], *layers, structure.B_C, modes, none, none)
     model = LinearModel(structure, basis, E, G, ports, ())
     return model.with_places(tuple(outputs), rig.drive_place)
 

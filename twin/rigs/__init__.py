@@ -3,7 +3,10 @@
 from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
 from twin.rigs.layout import (
     BeamPart,
+    Damper,
+    Dof,
     Layout,
+    Link,
     MatricesPart,
     Part,
     Place,
