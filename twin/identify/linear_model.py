@@ -5,6 +5,7 @@ Base parameters, which no experimenter knows well: the layer's E', G' and their 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -117,8 +118,8 @@ class Output:
 class Ports:
     """Row operators of the ports, and where each kind sits in the stack of all.
 
-    Outer ports come first: the drive, the outputs, extra ports, and what else a prediction looks at.  Inner ones, which
-    only sensitivities need, stand behind them.
+    Outer ports come first: the drives, the outputs, extra ports, and what else a prediction looks at.  Inner ones,
+    which only sensitivities need, stand behind them.
 
     Attributes
     ----------
@@ -189,11 +190,10 @@ class LinearModel:
         """The same model with further outer ports behind all others, rows (p, n)."""
         return replace(self, ports=replace(self.ports, outer=np.vstack([self.ports.outer, rows])))
 
-    def with_places(self, outputs: tuple[Output, ...], drive_place: Place) -> LinearModel:
+    def with_places(self, outputs: tuple[Output, ...], drives: Sequence[Place]) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
-        s = self.structure
-        outer = np.vstack([s.row(drive_place), *(s.row(output.place) for output in outputs)])
-        here, none = slice(1, len(outer)), slice(len(outer), len(outer))
+        outer = np.vstack([self.structure.row(place) for place in (*drives, *(output.place for output in outputs))])
+        here, none = slice(len(drives), len(outer)), slice(len(outer), len(outer))
         return replace(self, ports=replace(self.ports, outer=outer, outputs=here, extra=none), outputs=outputs)
 
     def receptance(
@@ -340,7 +340,7 @@ def build_linear_model(
     layers = tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains)
     ports = Ports(modes[:0], *layers, structure.B_C, modes, none, none)
     model = LinearModel(structure, basis, E, G, ports, ())
-    return model.with_places(tuple(outputs), rig.drive_place)
+    return model.with_places(tuple(outputs), [*rig.drives.values()])
 
 
 def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:

@@ -21,4 +21,4 @@ from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, 
 from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, load_rig, nominal_rig_file, parse_rig, save_rig
 from twin.rigs.structure_rig import StructureRig
-from twin.rigs.tables import Effect, LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Transducer
+from twin.rigs.tables import Effect, LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Shaker, Transducer

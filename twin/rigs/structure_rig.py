@@ -290,6 +290,22 @@ class StructureRig(Rig):
         return self.drive[0]
 
     @property
+    def drives(self) -> dict[str, Place]:
+        """Where a shaker may drive through a force cell, by name; the one that does comes first."""
+        return {drive.name: drive.place for drive in self.drive if drive.name in self.force_cells}
+
+    @property
+    def force_cells(self) -> dict[str, str]:
+        """Channels of the force cells by their drives' names."""
+        cells = {(s.part, s.at): s.channel for s in reversed(self.sensor) if s.quantity == "force"}
+        return {d.name: cells[d.part, d.at] for d in self.drive if (d.part, d.at) in cells}
+
+    def driven_by(self, drive: str | None) -> Self:
+        """The same rig with that drive first; InputError if it has none of that name with a force cell."""
+        rig = super().driven_by(drive)
+        return rig.model_copy(update={"drive": sorted(rig.drive, key=lambda one: drive not in (None, one.name))})
+
+    @property
     def drive_place(self) -> Place:
         """Where it drives, and in which direction."""
         return self.drive[0].place
