@@ -19,7 +19,7 @@ STEEL = {"width": 0.0254, "thickness": 0.00636, "youngs_modulus": 198e9, "densit
 LENGTH_m, NODES = 0.3, 21
 DRAWN = ("beam-clamped", "beam-hung", "matrices-clamped", "matrices-hung", "bars-in-space")
 """A beam without a joint, and the same as a plane part given by matrices, rows x, y and rz; two bolted bars in space,
-each triaxial sensor three channels, with a lump on one of them and a spring between them."""
+each triaxial sensor three channels, with a lump on one of them, a spring and a damper between them."""
 HIDDEN = {
     "beam-clamped": {"part": "bar", "position_m": 0.22, "mass_kg": 0.03},
     "beam-hung": {"part": "bar", "position_m": 0.22, "mass_kg": 0.03},
@@ -109,6 +109,7 @@ def _in_space() -> dict[str, Any]:
         }],
         "mass": [{"part": "upper", "at": 0.1, "mass": 0.01, "inertia": {"rx": 1e-6}}],
         "spring": [{"between": ["post", "upper"], "at": [0.1, 0.02], "stiffness": {"x": 500.0, "ry": 1.0}}],
+        "damper": [{"between": ["post", "upper"], "at": [0.1, 0.02], "damping": {"x": 0.2}}],
         "damping": {"modal_ratio": [0.01]},
         "drive": {**SHAKER, **place},
         "sensor": [

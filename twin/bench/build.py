@@ -231,6 +231,7 @@ def build(plan: Plan, *, drive: Literal["shaker", "force"]) -> Built:
         _seen(matrices, rig.place_of(name), i) if name in responses else None for name, i in plan.instruments.items()
     ]
     loads = [e.row for e in elements] + [drive_row, drive_load] + [row for row in channel_rows if row is not None]
+    loads += [matrices.pad(row) for row in matrices.structure.B_C]
     condensed = condense(
         matrices, E=[joint.E for joint in plan.joints], G=[joint.G for joint in plan.joints], loads=loads
     )
@@ -244,7 +245,8 @@ def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
         if joint.gradient:
             structure = structure.with_gradient(joint.gradient, joint=number)
     K_E, K_G = [joint.KE for joint in structure.joints], [joint.KG for joint in structure.joints]
-    matrices = Matrices(structure.M.copy(), structure.K0.copy(), K_E, K_G, np.zeros_like(structure.M), structure)
+    C = structure.B_C.T @ structure.B_C
+    matrices = Matrices(structure.M.copy(), structure.K0.copy(), K_E, K_G, C, structure)
     for change in plan.matrix_changes:
         change(matrices)
     K = with_layers(

@@ -32,6 +32,8 @@ def planned(
 ) -> Plan:
     """Plan a rig; parameters and errors as of :func:`twin.bench.open_bench`."""
     name = rig.preload_name(preload)
+    # A shaker that does not drive is taken off; its force cell stays on, and is not recorded.
+    idle = {cell for drive, cell in rig.force_cells.items() if cell != rig.force_sensor.channel}
     instruments = {
         s.channel: InstrumentChannel.of(
             s,
@@ -40,6 +42,7 @@ def planned(
             direction=direction_name(rig.place_of(s.channel).direction),
         )
         for s in rig.sensors
+        if s.channel not in idle
     }
     for monitor in monitors:
         if monitor not in MONITORS:

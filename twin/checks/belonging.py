@@ -42,9 +42,9 @@ def look_at_belonging(
     measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
     findings: list[Finding] = []
     for number, channel in enumerate(channels):
-        coherence = [float(np.median(one.coherence[:, number])) for one in noise]
+        coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in noise]
         if coherence and max(coherence) < UNRELATED:
-            found = f"median coherence {max(coherence):.2g}"
+            found = f"median coherence {max(0.0, *coherence):.2g} beyond chance"
             still = _is_still(noise, expected, number)
             findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found, still=still))
     for number, channel in enumerate((force, *channels), start=-1):
@@ -58,6 +58,12 @@ def look_at_belonging(
             still = channel != force and _is_still(sines, expected, number)
             findings.append(_finding(run, channel, "sines at the steps' frequencies", found, still=still))
     return findings
+
+
+def _beyond_chance(coherence: float, averages: int) -> float:
+    """What a median coherence says over what it is of two unrelated signals, 1 - 2^(-1 / (averages - 1))."""
+    chance = 1 - 0.5 ** (1 / max(averages - 1, 1))
+    return (coherence - chance) / (1 - chance)
 
 
 def _is_still(responses: Sequence[NoiseResponse | SineResponse], expected: ExpectedResponse, number: int) -> bool:

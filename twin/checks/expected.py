@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.linear_model import LinearModel, Output, build_linear_model
+from twin.identify.structural_modification import attach
 from twin.rigs import Rig
 
 __all__ = ["ExpectedResponse"]
@@ -56,5 +57,9 @@ class ExpectedResponse:
     def H(self, frequency_Hz: Array) -> Array:
         """Responses per force (f, o), in the channels' units."""
         ports, omega = self.model.ports, 2 * np.pi * frequency_Hz
-        rows = np.vstack([ports.rows[ports.drive], ports.rows[ports.outputs]])
-        return self.model.basis.receptance(rows, omega)[:, 1:, 0] * self.model.to_quantity(omega)
+        outputs = ports.rows[ports.outputs]
+        rows = np.vstack([ports.rows[ports.drive], outputs, ports.dampers])
+        dampers = slice(1 + len(outputs), len(rows))
+        viscous = np.repeat(1j * omega[:, None], dampers.stop - dampers.start, axis=1)
+        R = attach(self.model.basis.receptance(rows, omega), dampers, viscous)
+        return R[:, 1 : dampers.start, 0] * self.model.to_quantity(omega)

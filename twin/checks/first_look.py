@@ -30,7 +30,7 @@ from twin.checks.specimen import look_at_specimens
 from twin.checks.thresholds import SHAPE
 from twin.diagnose.signals import as_known
 from twin.identify.measured_data import common_preload, response_outputs
-from twin.identify.rig_channels import in_directions_of, own_channels, without_channels
+from twin.identify.rig_channels import drive_of, in_directions_of, own_channels, without_channels
 from twin.rigs import Rig
 
 __all__ = ["FirstLook", "first_look"]
@@ -144,11 +144,13 @@ def _against_model(
     force = rig.force_sensor.channel
     runs = [in_directions_of(run, runs[0], rig) for run in runs]
     channels = tuple(output.channel for output in outputs)
-    expected = ExpectedResponse.of(rig, outputs, preload)
+    by_drive = {drive: ExpectedResponse.of(rig.driven_by(drive), outputs, preload) for drive in rig.drives}
+    drives = [drive_of(run, rig) for run in runs]
     known = {str(effect.parameters.get("channel", "")) for effect in rig.effect}
     findings: list[Finding] = []
     responses, agreeing = [], []
-    for run in runs:
+    for run, drive in zip(runs, drives, strict=True):
+        expected = by_drive[drive]
         with working_on(run.path):
             noise = noise_responses(run, force=force, channels=channels)
             sines = sine_responses(run, force=force, channels=channels)
@@ -180,10 +182,15 @@ def _against_model(
     if not known.intersection(channels):
         findings += look_at_directions(agreeing, force=force, channels=channels)
     if not any(finding.action == "stopped" for finding in findings):
-        by_preload = {name: ExpectedResponse.of(rig, outputs, name) for name in rig.preloads if name != preload}
-        noises = [one for noise, _ in responses for one in noise]
-        findings += look_at_preload(noises, {preload: expected, **by_preload}, preload)
-        findings += look_at_specimens(responses[: len(learnt)], responses[len(learnt) :], expected)
+        for drive, expected in by_drive.items():
+            of_drive = [n for n, one in enumerate(drives) if one == drive]
+            first = [responses[n] for n in of_drive if n < len(learnt)]
+            second = [responses[n] for n in of_drive if n >= len(learnt)]
+            driven = rig.driven_by(drive)
+            others = {name: ExpectedResponse.of(driven, outputs, name) for name in rig.preloads if name != preload}
+            noises = [one for noise, _ in [*first, *second] for one in noise]
+            findings += look_at_preload(noises, {preload: expected, **others}, preload)
+            findings += look_at_specimens(first, second, expected)
     return findings
 
 

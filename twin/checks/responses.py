@@ -33,6 +33,8 @@ class NoiseResponse:
     H : ndarray, (f, o)
         Responses over the force, in the channels' units.
     coherence : ndarray, (f, o)
+    averages : int
+        Pieces that it is a mean of, half of one in the next.
     resonances_Hz : ndarray
         Peaks of all channels together.
     """
@@ -43,6 +45,7 @@ class NoiseResponse:
     frequency_Hz: Array
     H: Array
     coherence: Array
+    averages: int
     resonances_Hz: Array
 
 
@@ -83,6 +86,7 @@ def noise_responses(run: Run, *, force: str, channels: Sequence[str]) -> list[No
                 frequency_Hz=response.frequency_Hz[inside],
                 H=np.stack([response.H[name][inside] for name in channels], axis=1),
                 coherence=np.stack([response.coherence[name][inside] for name in channels], axis=1),
+                averages=response.averages,
                 resonances_Hz=resonances,
             )
         )

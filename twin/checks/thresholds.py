@@ -33,8 +33,8 @@ TORN = 3e-4
 settling 2e-5, and those whose log is late by a third of their length 1e-3 to 0.2."""
 
 UNRELATED = 0.3
-"""Median coherence below which two channels were not recorded together: chance makes 0.1 of ten averages, sound
-recordings are above 0.9."""
+"""Median coherence beyond chance below which two channels were not recorded together; sound recordings are above
+0.9."""
 NOT_A_SINE = 0.3
 """Share of a step's power at its frequency and the harmonics below which it shows no response; sound ones have 0.95."""
 

@@ -76,6 +76,7 @@ def command(
     if procedure is not None:
         attachments["procedure.toml"] = dump_procedure(procedure)
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
+        info |= {"drive": procedure.drive} if procedure.drive else {}
     refuse_existing(out, overwrite=overwrite)
     watch.check(overwrite=overwrite)
     branches = _branches(rig_name, preload, procedure) if watch.wanted else []
@@ -127,7 +128,8 @@ def _branches(rig_name: str | None, preload: str | None, procedure: Procedure | 
     if rig_name is None:
         return []
     with console.status("predicting the branches"):
-        return known_branches(load_rig(rig_name), preload, procedure)
+        rig = load_rig(rig_name)
+        return known_branches(rig.driven_by(procedure.drive) if procedure else rig, preload, procedure)
 
 
 def _about(

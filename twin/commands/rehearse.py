@@ -133,7 +133,8 @@ class _Job:
         from twin.rigs import load_rig
         from twin.rigs.preloads import known_preload
 
-        asked, rig = load_procedure(self.procedure), load_rig(self.rig)
+        asked = load_procedure(self.procedure)
+        rig = load_rig(self.rig).driven_by(asked.drive)
         preload = known_preload(rig, self.preload)
         return asked, rig, open_twin(
             rig, asked, preload=preload, seed=self.seed, source=self.rig, named=self.procedure

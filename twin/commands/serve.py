@@ -32,12 +32,15 @@ _NEWTON = re.compile(r"\d+(\.\d+)?N")
     help="Print the instruments' manual (SCPI commands, errors, frames, CAN messages), and leave.",
 )
 @click.option("--preload", metavar="NAME", help="State of the joint; the rig's first if left out.")
+@click.option("--drive", metavar="NAME", help="Which of the rig's drives is connected; the first if left out.")
 @click.option("--meter", metavar="auto|PATH|HOST:PORT", help="A slow SCPI meter of preload and temperature.")
 @address_options
 @causes_option
 @laws_option
 @json_option
-def command(rig_name: str, preload: str | None, seed: int, meter: str | None, **options: Any) -> None:
+def command(
+    rig_name: str, preload: str | None, drive: str | None, seed: int, meter: str | None, **options: Any
+) -> None:
     """Serve the virtual instruments of a rig over serial, TCP and CAN, until SIGINT or SIGTERM.
 
     Their addresses are printed as JSON lines when they are ready.
@@ -46,7 +49,7 @@ def command(rig_name: str, preload: str | None, seed: int, meter: str | None, **
     from twin.bench import open_bench
     from twin.rigs import known_preload, load_rig
 
-    rig = load_rig(rig_name)
+    rig = load_rig(rig_name).driven_by(drive)
     name = known_preload(rig, preload)
 
     def open_source() -> SampleSource:

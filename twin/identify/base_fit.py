@@ -89,7 +89,7 @@ def law_from_steps(
         return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws)
     steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
     omega = residual_model.clock(steps.complex_omega, time)
-    free = residual_model.receptance(omega, base, time, inner=False, points=True)
+    free = residual_model.receptance(omega, base, time, inner=False, points=True, drive=steps.drive)
     around = residual_model.surroundings(free, omega)
     E = residual_model.moduli[0][residual_model.points.joint]
     weights = residual_model.local.weights * np.concatenate([E, E])

@@ -56,6 +56,8 @@ class BinnedResponse:
         Mean square of the force within each bin, N^2.
     resonances_Hz : ndarray
         Where the response was taken to change fast.
+    drive : int
+        Number of the rig's drive.
     """
 
     run: str
@@ -68,6 +70,7 @@ class BinnedResponse:
     distortion: Real
     force_power: Real
     resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
+    drive: int = 0
 
     @property
     def omega(self) -> Real:

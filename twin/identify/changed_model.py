@@ -35,7 +35,8 @@ class ChangedModels:
             if output.channel in offset else output
             for output in outputs
         )  # fmt: skip
-        drive = layout.moved(self._rig.drive_place, modification.drive_offset_m)
+        first, *others = self._rig.drives.values()
+        drives = (layout.moved(first, modification.drive_offset_m), *others)
         structure = tuple(
             tuple(sorted(changed.items()))
             for changed in (
@@ -45,10 +46,10 @@ class ChangedModels:
                 modification.layer_gradient,
             )
         )
-        return self._placed(structure, moved, drive)
+        return self._placed(structure, moved, drives)
 
-    def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drive: Place) -> LinearModel:
-        return self._built(*structure).with_places(outputs, drive)
+    def _place(self, structure: StructureKey, outputs: tuple[Output, ...], drives: tuple[Place, ...]) -> LinearModel:
+        return self._built(*structure).with_places(outputs, drives)
 
 
 def _build(

@@ -165,12 +165,21 @@ class ForwardModel:
         return change / self.responses(R, omega)[:, :, None]
 
     def receptance(
-        self, omega: Array, base: LinearParameters, time_s: Array, *, inner: bool = True, points: bool = False
+        self,
+        omega: Array,
+        base: LinearParameters,
+        time_s: Array,
+        *,
+        inner: bool = True,
+        points: bool = False,
+        drive: Array | int = 0,
     ) -> Array:
         """Receptances between all ports without the joint's law, attachments included.
 
         Parameters
         ----------
+        drive
+            Number of the drive that acts, which stands at the first one's port then.
         inner
             Whether the ports that only sensitivities need are wanted.
         points
@@ -185,6 +194,11 @@ class ForwardModel:
             width = Z.shape[1]
             R = attach(R, slice(at, at + width), Z)
             at += width
+        first, acts = self.model.ports.drive, np.broadcast_to(drive, len(R))
+        for number in np.unique(acts[acts > 0]):
+            order = np.arange(R.shape[1])
+            order[[first, first + number]] = order[[first + number, first]]
+            R[acts == number] = R[acts == number][:, order[:, None], order]
         return R
 
     def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
@@ -206,7 +220,7 @@ class ForwardModel:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         omega = self.clock(omega, time)
-        return self.receptance(omega, baseline.base, time, inner=inner), omega
+        return self.receptance(omega, baseline.base, time, inner=inner, drive=data.drive), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.
@@ -235,7 +249,7 @@ class ForwardModel:
         """
         time = self.step_times
         omega = self.clock(self.evidence.steps.complex_omega, time)
-        free = self.receptance(omega, baseline.base, time, inner=inner, points=True)
+        free = self.receptance(omega, baseline.base, time, inner=inner, points=True, drive=self.evidence.steps.drive)
         around = self.surroundings(free, omega)
         if held is not None:
             # A model with further forces may be held to a balance without them: they come last.
@@ -349,7 +363,8 @@ class ForwardModel:
         """Receptances at a multiple of the drive frequency without the joint's law, and omega."""
         time = self.step_times
         omega = h * self.clock(self.evidence.steps.omega, time)
-        return self.receptance(omega, baseline.base, time, inner=inner, points=True), omega
+        drive = self.evidence.steps.drive
+        return self.receptance(omega, baseline.base, time, inner=inner, points=True, drive=drive), omega
 
     def at_harmonic(
         self, h: int, baseline: BaselineParameters, balance: Balance, *, inner: bool = False, free: Free | None = None
@@ -367,7 +382,8 @@ class ForwardModel:
         if 0 < h <= steps.force.shape[1]:
             known = np.isfinite(steps.force_variance[:, h - 1])
             force = np.where(known, steps.force[:, h - 1], 0.0)
-            shaker = np.where(known, 0.0, drive_stiffness(self.evidence.rig.shaker, omega))
+            stiffness = np.array([drive_stiffness(shaker, omega) for shaker in self.evidence.shakers])
+            shaker = np.where(known, 0.0, stiffness[steps.drive, np.arange(len(steps))])
             R = update_receptance(R, np.array([self.model.ports.drive]), shaker[:, None])
         return R, force * (h % 2), omega
 

@@ -95,8 +95,9 @@ def harmonic_fields(
     for h in orders:
         omega = h * first
         R = update_receptance(
-            residual_model.receptance(omega, baseline.base, time, inner=False, points=True), at, at_harmonic(springs, h)
-        )
+            residual_model.receptance(omega, baseline.base, time, inner=False, points=True, drive=steps.drive),
+            at, at_harmonic(springs, h),
+        )  # fmt: skip
         factor = model.to_quantity(omega) * residual_model.channel_factors(omega)[0]
         linear.append(residual_model.responses(R, omega) * steps.force[:, h - 1, None])
         push = softened * np.abs(opening) * np.exp(1j * h * np.angle(opening))

@@ -5,6 +5,7 @@ Base parameters, which no experimenter knows well: the layer's E', G' and their 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -117,14 +118,16 @@ class Output:
 class Ports:
     """Row operators of the ports, and where each kind sits in the stack of all.
 
-    Outer ports come first: the drive, the outputs, extra ports, and what else a prediction looks at.  Inner ones, which
-    only sensitivities need, stand behind them.
+    Outer ports come first: the drives, the outputs, extra ports, and what else a prediction looks at.  Inner ones,
+    which only sensitivities need, stand behind them.
 
     Attributes
     ----------
     outer : ndarray, (p, n)
     normals, shears : tuple of ndarray, (r, n)
         Normal and shear strains of each joint's layer.
+    dampers : ndarray, (d, n)
+        Of the viscous dampers between places.
     modes : ndarray, (m, n)
         Damped modal coordinates.
     outputs, extra : slice
@@ -133,6 +136,7 @@ class Ports:
     outer: Real
     normals: tuple[Real, ...]
     shears: tuple[Real, ...]
+    dampers: Real
     modes: Real
     outputs: slice
     extra: slice
@@ -142,7 +146,7 @@ class Ports:
     @cached_property
     def rows(self) -> Real:
         """All of them."""
-        return np.vstack([self.outer, *self.normals, *self.shears, self.modes])
+        return np.vstack([self.outer, *self.normals, *self.shears, self.dampers, self.modes])
 
     @cached_property
     def normal(self) -> tuple[slice, ...]:
@@ -161,7 +165,7 @@ class Ports:
 
     @property
     def soft(self) -> slice:
-        """The ports whose stiffness base parameters change: the layers' strains."""
+        """The ports with stiffness that the modes of the reference structure lack: the layers' strains, the dampers."""
         return slice(len(self.outer), self.modal.start)
 
 
@@ -186,11 +190,10 @@ class LinearModel:
         """The same model with further outer ports behind all others, rows (p, n)."""
         return replace(self, ports=replace(self.ports, outer=np.vstack([self.ports.outer, rows])))
 
-    def with_places(self, outputs: tuple[Output, ...], drive_place: Place) -> LinearModel:
+    def with_places(self, outputs: tuple[Output, ...], drives: Sequence[Place]) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
-        s = self.structure
-        outer = np.vstack([s.row(drive_place), *(s.row(output.place) for output in outputs)])
-        here, none = slice(1, len(outer)), slice(len(outer), len(outer))
+        outer = np.vstack([self.structure.row(place) for place in (*drives, *(output.place for output in outputs))])
+        here, none = slice(len(drives), len(outer)), slice(len(outer), len(outer))
         return replace(self, ports=replace(self.ports, outer=outer, outputs=here, extra=none), outputs=outputs)
 
     def receptance(
@@ -237,7 +240,7 @@ class LinearModel:
         return PortPairs.of(self.basis, p.rows, np.r_[p.soft, : len(p.outer)], outer=len(p.outer))
 
     def soft_stiffness(self, omega: Real, base: LinearParameters, dE: Complex | float, dG: Complex | float) -> Complex:
-        """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
+        """Dynamic stiffness (f, r) on the soft ports of the reference structure."""
         p = self.ports
         first = p.soft.start
         S = np.empty((len(omega), p.soft.stop - first), complex)
@@ -247,6 +250,7 @@ class LinearModel:
             by_joint = np.broadcast_to(moduli, (len(omega), len(parts)))
             for joint, part in enumerate(parts):
                 S[:, part.start - first : part.stop - first] = by_joint[:, joint, None]
+        S[:, S.shape[1] - len(p.dampers) :] = 1j * np.asarray(omega)[:, None]
         return S
 
     def output_field(
@@ -333,9 +337,10 @@ def build_linear_model(
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     strains = [layer_ports(joint) for joint in structure.joints]
     modes, none = basis.Phi[:, :DAMPED_MODES].T @ structure.M, slice(0, 0)
-    ports = Ports(modes[:0], tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains), modes, none, none)
+    layers = tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains)
+    ports = Ports(modes[:0], *layers, structure.B_C, modes, none, none)
     model = LinearModel(structure, basis, E, G, ports, ())
-    return model.with_places(tuple(outputs), rig.drive_place)
+    return model.with_places(tuple(outputs), [*rig.drives.values()])
 
 
 def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:

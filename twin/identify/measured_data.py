@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -20,11 +20,11 @@ from twin.identify.linear_fit import LinearFit, reduce_broadband
 from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
-from twin.identify.rig_channels import faces_against, in_directions_of
+from twin.identify.rig_channels import drive_of, faces_against, in_directions_of
 from twin.identify.settled import still_changing
 from twin.identify.sine_fit import Line, SteadyState, steady_states
 from twin.identify.spectrum import BroadbandRecord, broadband_records
-from twin.rigs import Place, Rig, nearest_preload, recorded_preload
+from twin.rigs import Place, Rig, Shaker, nearest_preload, recorded_preload
 
 __all__ = ["Known", "MeasuredData", "StepArrays", "common_preload", "gather_data", "response_outputs"]
 
@@ -45,7 +45,8 @@ class StepArrays:
 
     `amplitude_m` is the displacement amplitude at the reference channel; `growth` is the rate, 1/s, at which that
     channel's complex fundamental still changed within each measurement, over itself, and `growth_std` the standard
-    deviation of its real and of its imaginary part.
+    deviation of its real and of its imaginary part.  `drive` is the number of the rig's drive, that of the first if
+    left out.
     """
 
     omega: Array
@@ -58,6 +59,11 @@ class StepArrays:
     growth: Array
     growth_std: Array
     states: tuple[SteadyState, ...]
+    drive: Array = field(default_factory=lambda: np.zeros(0, int))
+
+    def __post_init__(self) -> None:
+        if not len(self.drive):
+            object.__setattr__(self, "drive", np.zeros(len(self.omega), int))
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -84,6 +90,7 @@ class StepArrays:
             self.growth[keep],
             self.growth_std[keep],
             picked,
+            self.drive[keep],
         )
 
 
@@ -181,6 +188,11 @@ class MeasuredData:
         """Where the shaker is known to drive."""
         return self.rig.layout().moved(self.rig.drive_place, self.known.drive_offset_m)
 
+    @cached_property
+    def shakers(self) -> tuple[Shaker, ...]:
+        """Of the rig's drives."""
+        return tuple(self.rig.driven_by(name).shaker for name in self.rig.drives)
+
     def place_of(self, channel: str) -> Place:
         """Where a response channel is known to measure."""
         nominal = next(output.place for output in self.outputs if output.channel == channel)
@@ -217,11 +229,19 @@ def gather_data(
     binned, fit = [], None
     used = [force, *(output.channel for output in outputs)]
     states: list[SteadyState] = []
+    drives = {run.path: [*rig.drives].index(drive_of(run, rig)) for run in runs}
+    sideways = any(rig.driven_by(name).shaker.stinger_lateral_stiffness for name in rig.drives)
+    if sideways and len({*drives.values()}) > 1:
+        reason = "another drive than the first run's, whose stinger holds the structure by stinger_lateral_stiffness"
+        other = next(run.path for run in runs if drives[run.path] != drives[first.path])
+        raise InputError(other, "metadata run", reason, "take the runs of each drive by themselves")
     for run in runs:
+        drive = drives[run.path]
+        own = model.with_places(outputs, [[*rig.drives.values()][drive]])
         with working_on(run.path):
             for record in broadband_records(run, channels=used):
-                data, fit = reduce_broadband(model, record, nominal, force=force)
-                binned.append(data)
+                data, fit = reduce_broadband(own, record, nominal, force=force)
+                binned.append(replace(data, drive=drive))
             states += steady_states(run, channels=used, lines=lines)
     if not binned and not states:
         raise InputError(
@@ -238,7 +258,9 @@ def gather_data(
         force=force,
         reference=reference,
         broadband=tuple(binned),
-        steps=_arrays(settled, force, outputs, reference),
+        steps=replace(
+            _arrays(settled, force, outputs, reference), drive=np.array([drives[state.run] for state in settled], int)
+        ),
         unsettled=tuple(state for state, moves in zip(states, changing, strict=True) if moves),
         linear=fit,
         runs=tuple(runs),

@@ -32,16 +32,11 @@ def rebinned(evidence: MeasuredData, modification: ModelModification, baseline: 
         def reference(omega: Array, data: BinnedResponse = data) -> Array:
             return _responses(residual_model, data, baseline, omega)
 
-        anew.append(
-            bin_broadband(
-                evidence.model,
-                record,
-                baseline.base,
-                force=evidence.force,
-                reference=reference,
-                resonances_Hz=data.resonances_Hz,
-            )
-        )
+        bins = bin_broadband(
+            evidence.model, record, baseline.base,
+            force=evidence.force, reference=reference, resonances_Hz=data.resonances_Hz,
+        )  # fmt: skip
+        anew.append(replace(bins, drive=data.drive))
     return replace(evidence, broadband=tuple(anew))
 
 

@@ -117,6 +117,7 @@ def rehearse_procedure(
 ) -> RehearsedProcedure:
     """Rehearse a procedure as :meth:`twin.lab.rig.LabRig.rehearse` does; `source` names the rig in errors."""
     asked = load_procedure(procedure) if isinstance(procedure, str | Path) else procedure
+    rig = rig.driven_by(asked.drive)
     name, named = known_preload(rig, preload), asked.procedure if procedure is asked else str(procedure)
 
     def bench() -> SampleSource:

@@ -22,6 +22,8 @@ class _Common(Table):
     limits: Limits = Limits()
     controller: Controller = Controller()
     target_channel: Name = "force"
+    drive: Name | None = None
+    """Which of the rig's drives is run; the first of its file if left out."""
 
 
 class _Sine(_Common):

@@ -63,8 +63,9 @@ class Session:
 
     @property
     def force_channel(self) -> Channel | None:
-        """The force cell, if there is one."""
-        return next((channel for channel in self.channels.values() if channel.quantity == "force"), None)
+        """The force cell, if there is one; of several the one that is held, or else the first."""
+        cells = [channel for channel in self.channels.values() if channel.quantity == "force"]
+        return min(cells, key=lambda channel: channel.name != self.stream.primary, default=None)
 
     @property
     def reference_channel(self) -> str:

@@ -52,7 +52,7 @@ class Stream:
     ) -> None:
         self._acquisition, self._recorder, self._limits = acquisition, recorder, dict(limits)
         self._device_of = {channel.name: channel.device for channel in acquisition.channels}
-        self._primary = self._device_of[primary]
+        self.primary, self._primary = primary, self._device_of[primary]
         self._blocks: dict[str, deque[SampleBlock]] = {device: deque() for device in self._device_of.values()}
         self._end_ns: dict[str, int] = dict.fromkeys(self._blocks, 0)
         self._noted: set[tuple[str, str]] = set()

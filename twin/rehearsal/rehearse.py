@@ -118,6 +118,7 @@ def rehearse(
         "stored": procedure.store,
         "rig": nominal.rig_name,
         "procedure": procedure.procedure,
+        **({"drive": procedure.drive} if procedure.drive else {}),
         **nominal.preload,
     }
     attachments: Mapping[str, bytes] = {"procedure.toml": dump_procedure(procedure)}

@@ -3,7 +3,10 @@
 from twin.rigs.lap_joint import Joint, LapJointRig, Sensor
 from twin.rigs.layout import (
     BeamPart,
+    Damper,
+    Dof,
     Layout,
+    Link,
     MatricesPart,
     Part,
     Place,
@@ -18,4 +21,4 @@ from twin.rigs.preloads import foreign_preload, known_preload, nearest_preload, 
 from twin.rigs.rig import Rig
 from twin.rigs.store import RIG_FILES, load_rig, nominal_rig_file, parse_rig, save_rig
 from twin.rigs.structure_rig import StructureRig
-from twin.rigs.tables import Effect, LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Transducer
+from twin.rigs.tables import Effect, LawOfRig, LawTable, LayerLawTable, NamedLaws, PointLaw, Preload, Shaker, Transducer

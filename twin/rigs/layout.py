@@ -123,13 +123,25 @@ class PointMass(Table):
     """About its own centre, kg m2."""
 
 
-class Spring(Table):
-    """Springs between two places, along the axes and about them; they have no length."""
+class Link(Table):
+    """What acts between two places, along the axes and about them; it has no length."""
 
     between: tuple[Name, Name]
     at: tuple[At, At]
+
+
+class Spring(Link):
+    """Springs between two places."""
+
     stiffness: dict[Dof, Positive] = Field(min_length=1)
     """N/m, and N m/rad of rotations."""
+
+
+class Damper(Link):
+    """Viscous dampers between two places."""
+
+    damping: dict[Dof, Positive] = Field(min_length=1)
+    """N s/m, and N m s/rad of rotations."""
 
 
 @dataclass(frozen=True)
@@ -212,6 +224,7 @@ class Layout:
     passable: bool = False
     masses: tuple[PointMass, ...] = ()
     springs: tuple[Spring, ...] = ()
+    dampers: tuple[Damper, ...] = ()
     folder: Path | None = field(default=None, compare=False)
 
     @property
@@ -227,8 +240,9 @@ class Layout:
 
     @property
     def attached(self) -> tuple[tuple[str, float], ...]:
-        """Part and place of every support, lump and end of a spring or a tie, but for ties of pairs of nodes."""
-        ends = [end for spring in self.springs for end in zip(spring.between, spring.at, strict=True)]
+        """Part and place of every support, lump and end of a link or a tie, but for ties of pairs of nodes."""
+        links = (*self.springs, *self.dampers)
+        ends = [end for link in links for end in zip(link.between, link.at, strict=True)]
         ends += [end for tie in self.ties if tie.at for end in zip(tie.between, tie.at, strict=True)]
         return (*((s.part, s.at) for s in self.supports), *((m.part, m.at) for m in self.masses), *ends)
 

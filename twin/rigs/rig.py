@@ -6,6 +6,7 @@ from typing import Self
 
 from pydantic import Field
 
+from recordings.errors import InputError
 from recordings.toml_input import Name, Table
 from twin.rigs.layout import Layout, Place, ThinLayer
 from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Preload, Shaker, Transducer
@@ -47,6 +48,29 @@ class Rig(Table, ABC):
     @abstractmethod
     def drive_place(self) -> Place:
         """Where it drives, and in which direction."""
+
+    @property
+    def drives(self) -> dict[str, Place]:
+        """Where a shaker may drive through a force cell, by name; the one that does comes first."""
+        return {"drive": self.drive_place}
+
+    @property
+    def force_cells(self) -> dict[str, str]:
+        """Channels of the force cells by their drives' names."""
+        return {"drive": self.force_sensor.channel}
+
+    def driven_by(self, drive: str | None) -> Self:
+        """The same rig with the shaker of that name driving; as it is for None.
+
+        Raises
+        ------
+        InputError
+            If it has none of that name with a force cell.
+        """
+        if drive not in (None, *self.force_cells):
+            has = f"the rig has {', '.join(self.force_cells)}"
+            raise InputError(self.name, "drive", f"no drive {drive!r} with a force cell", has)
+        return self
 
     @abstractmethod
     def place_of(self, channel: str) -> Place:

@@ -18,7 +18,10 @@ from recordings.toml_input import Name, Table
 from twin.rigs.layout import (
     At,
     BeamPart,
+    Damper,
+    Dof,
     Layout,
+    Link,
     MatricesPart,
     Part,
     Place,
@@ -85,6 +88,7 @@ class StructureRig(Rig):
     tie: list[Tie] = Field(default=[], max_length=100)
     mass: list[PointMass] = Field(default=[], max_length=100)
     spring: list[Spring] = Field(default=[], max_length=100)
+    damper: list[Damper] = Field(default=[], max_length=100)
     drive: list[PlacedDrive] = Field(min_length=1, max_length=16)
     sensor: list[PlacedSensor] = Field(min_length=1, max_length=64)
     _folder: Path | None = PrivateAttr(default=None)
@@ -112,10 +116,14 @@ class StructureRig(Rig):
         for number, mass in enumerate(self.mass):
             self._check_place(f"mass.{number}", mass.part, mass.at)
             self._check_moves(f"mass.{number}", mass.part, list(mass.inertia))
-        for number, spring in enumerate(self.spring):
-            for name, at in zip(spring.between, spring.at, strict=True):
-                self._check_place(f"spring.{number}", name, at)
-                self._check_moves(f"spring.{number}", name, list(spring.stiffness))
+        links: list[tuple[str, Link, dict[Dof, float]]] = [
+            (f"spring.{n}", spring, spring.stiffness) for n, spring in enumerate(self.spring)
+        ]
+        links += [(f"damper.{n}", damper, damper.damping) for n, damper in enumerate(self.damper)]
+        for where, link, acts in links:
+            for name, at in zip(link.between, link.at, strict=True):
+                self._check_place(where, name, at)
+                self._check_moves(where, name, list(acts))
         for drive in self.drive:
             self._check_place(f"drive {drive.name!r}", drive.part, drive.at)
             self._check_plane(f"drive {drive.name!r}", drive.place)
@@ -268,7 +276,7 @@ class StructureRig(Rig):
         stretches = tuple(Stretch(p.name, 0.0, p.length) for p in parts if isinstance(p, BeamPart))
         return Layout(
             tuple(parts), tuple(self.support), tuple(joints), tuple(self.tie), stretches,
-            masses=tuple(self.mass), springs=tuple(self.spring), folder=self._folder,
+            masses=tuple(self.mass), springs=tuple(self.spring), dampers=tuple(self.damper), folder=self._folder,
         )  # fmt: skip
 
     @property
@@ -280,6 +288,22 @@ class StructureRig(Rig):
     def shaker(self) -> PlacedDrive:
         """The one that drives, the first of several."""
         return self.drive[0]
+
+    @property
+    def drives(self) -> dict[str, Place]:
+        """Where a shaker may drive through a force cell, by name; the one that does comes first."""
+        return {drive.name: drive.place for drive in self.drive if drive.name in self.force_cells}
+
+    @property
+    def force_cells(self) -> dict[str, str]:
+        """Channels of the force cells by their drives' names."""
+        cells = {(s.part, s.at): s.channel for s in reversed(self.sensor) if s.quantity == "force"}
+        return {d.name: cells[d.part, d.at] for d in self.drive if (d.part, d.at) in cells}
+
+    def driven_by(self, drive: str | None) -> Self:
+        """The same rig with that drive first; InputError if it has none of that name with a force cell."""
+        rig = super().driven_by(drive)
+        return rig.model_copy(update={"drive": sorted(rig.drive, key=lambda one: drive not in (None, one.name))})
 
     @property
     def drive_place(self) -> Place:

@@ -1,9 +1,11 @@
 """Assembly of a structure from its layout: beams, reduced parts, supports, ties and the joints' layers."""
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.rigs import BeamPart, Layout, PointMass, Rig, Spring, Support, Tie
+from twin.rigs import BeamPart, Dof, Layout, Link, PointMass, Rig, Support, Tie
 from twin.structure.beam import beam_mass, beam_stiffness
 from twin.structure.constraints import free_coordinates
 from twin.structure.joint_operators import joint_operators
@@ -48,7 +50,11 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     for mass in layout.masses:
         _add_mass(M, mass, meshes[mass.part])
     for spring in layout.springs:
-        _add_spring(K0, spring, *(meshes[name] for name in spring.between))
+        for rate, row in _against(spring, spring.stiffness, meshes, size):
+            K0 += rate * np.outer(row, row)
+    dampers = [np.zeros((0, size))]
+    for damper in layout.dampers:
+        dampers += [np.sqrt(rate) * row[None] for rate, row in _against(damper, damper.damping, meshes, size)]
     constraints = [np.zeros((0, size))]
     for support in layout.supports:
         constraints.append(_fixed(support, meshes[support.part], size))
@@ -56,7 +62,8 @@ def assemble(rig: Rig, *, layout: Layout | None = None, sensor_masses: bool = Tr
     constraints += [_tied(tie, layout, meshes, size) for tie in layout.ties]
     basis, free = free_coordinates(np.vstack(constraints))
     joints = tuple(joint.over(basis) for joint in joint_operators(layout, layers, meshes, size))
-    structure = Structure(basis.T @ M @ basis, basis.T @ K0 @ basis, joints, layout, meshes, basis, free)
+    B_C = np.vstack(dampers) @ basis
+    structure = Structure(basis.T @ M @ basis, basis.T @ K0 @ basis, B_C, joints, layout, meshes, basis, free)
     if sensor_masses:
         for sensor in rig.sensors:
             structure = structure.with_mass_at(rig.place_of(sensor.channel), sensor.mass)
@@ -136,11 +143,15 @@ def _add_mass(M: Matrix, mass: PointMass, mesh: Mesh) -> None:
             M += inertia * np.outer(row, row)
 
 
-def _add_spring(K0: Matrix, spring: Spring, first: Mesh, second: Mesh) -> None:
-    for name, stiffness in spring.stiffness.items():
-        one, two = _row(first, spring.at[0], name, len(K0)), _row(second, spring.at[1], name, len(K0))
+def _against(
+    link: Link, rates: Mapping[Dof, float], meshes: Mapping[str, Mesh], size: int
+) -> Iterator[tuple[float, Matrix]]:
+    """Each rate of a link, with the row of the motion of its ends against each other."""
+    first, second = (meshes[name] for name in link.between)
+    for name, rate in rates.items():
+        one, two = _row(first, link.at[0], name, size), _row(second, link.at[1], name, size)
         if one is not None and two is not None:
-            K0 += stiffness * np.outer(two - one, two - one)
+            yield rate, two - one
 
 
 def _tied(tie: Tie, layout: Layout, meshes: dict[str, Mesh], size: int) -> Matrix:

@@ -178,7 +178,8 @@ def _largest_strains(m: ModelledRig) -> Array:
 
 
 def _places(rig: Rig):  # type: ignore[no-untyped-def]
-    yield "drive", rig.drive_place
+    for name, place in rig.drives.items():
+        yield "drive" if len(rig.drives) == 1 else f"drive {name!r}", place
     for sensor in rig.response_sensors:
         yield f"sensor {sensor.channel!r}", rig.place_of(sensor.channel)
 

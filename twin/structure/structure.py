@@ -90,6 +90,8 @@ class Structure:
     ----------
     M, K0 : ndarray, (n, n)
         Mass with the sensors' masses, and stiffness of the parts and supports without the joints.
+    B_C : ndarray, (d, n)
+        Rows of the viscous dampers between places, C = B_C' B_C; modal damping comes beside them.
     joints : tuple of JointOperators
         In the rig file's order.
     layout : Layout
@@ -104,6 +106,7 @@ class Structure:
 
     M: Matrix
     K0: Matrix
+    B_C: Matrix
     joints: tuple[JointOperators, ...]
     layout: Layout
     meshes: dict[str, BeamMesh | MatrixCoordinates]

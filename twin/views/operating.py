@@ -124,7 +124,8 @@ def operating_motions(
     looked += [rows for line in lines for rows in (line.opening, line.slip)]
     first = len(structural.step_model.ports.outer)
     structural.step_model = structural.step_model.with_points(np.vstack(looked))
-    R = structural.receptance(omega[rows], base, time_s, inner=False, points=True)
+    drive = evidence.steps.drive[rows]
+    R = structural.receptance(omega[rows], base, time_s, inner=False, points=True, drive=drive)
     R = update_receptance(R, structural.moving, balance.stiffness[rows])
     driven = R[:, :, structural.model.ports.drive] * force
     # What harmonics of the motion add is energy that goes to and fro between them and the fundamental, not a loop.

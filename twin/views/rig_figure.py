@@ -124,7 +124,7 @@ def _at(part: str, at: float) -> Place:
 def _looked_at(modelled: ModelledRig) -> list[tuple[Place, str]]:
     rig = modelled.rig
     sensors = [(rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
-    return [(rig.drive_place, DRIVE), *sensors]
+    return [*((place, DRIVE) for place in rig.drives.values()), *sensors]
 
 
 def _draw(axes: Any, points: Array, edges: Array, colour: str, *, flat: bool, width: float) -> None:

@@ -80,6 +80,8 @@ def test_symmetric_halves_have_the_frequencies_of_the_whole():
         ({"mass": [{"part": "b", "at": 0.1, "mass": 0.1, "inertia": {"rx": 1e-4}}]}, "moves along x and y and about z"),
         ({"spring": [{"between": ["b", "c"], "at": [0.1, 0.1], "stiffness": {"y": 1.0}}]}, "no part 'c'"),
         ({"spring": [{"between": ["b", "b"], "at": [0.1, 0.2], "stiffness": {"z": 1.0}}]}, "is a plane beam"),
+        ({"damper": [{"between": ["b", "c"], "at": [0.1, 0.1], "damping": {"y": 1.0}}]}, "damper.0: no part 'c'"),
+        ({"damper": [{"between": ["b", "b"], "at": [0.1, 0.2], "damping": {}}]}, "damper.0.damping"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(table, told):

@@ -12,7 +12,7 @@ class DriveMass(Cause):
     """The force that reaches the beam is the measured one less what accelerates this mass."""
 
     name = "drive-mass"
-    summary = "a mass sits between the force cell and the beam"
+    summary = "a mass sits between the force cell and the structure"
     labels = staticmethod(shaker_labels)
     numbers = (
         Parameter(name="mass_kg", scale=0.03, lower=-0.05, upper=0.5, null=0.0, starts=(0.005,), model_error=0.01),

@@ -1,4 +1,4 @@
-"""The stinger holds the beam at the drive point, and the force cell does not see it."""
+"""The stinger holds the structure at the drive point, and the force cell does not see it."""
 
 from collections.abc import Mapping
 
@@ -14,7 +14,7 @@ class StingerStiffness(Cause):
     """A spring to ground at the drive point, on the beam's side of the cell."""
 
     name = "stinger-stiffness"
-    summary = "the stinger's side stiffness holds the beam at the drive point"
+    summary = "the stinger's side stiffness holds the structure at the drive point"
     labels = staticmethod(shaker_labels)
     numbers = (
         Parameter(

@@ -91,7 +91,7 @@ def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place)
     """The last broadband run if a model were true, with an accelerometer more."""
     data = evidence.broadband[-1]
     outputs = (*evidence.outputs, Output(NEW, "acceleration", place))
-    model = evidence.model.with_places(outputs, evidence.drive_place)
+    model = evidence.model.with_places(outputs, [evidence.drive_place, *[*evidence.rig.drives.values()][1:]])
     more = replace(evidence.without_steps(), outputs=outputs, model=model, broadband=())
     residual_model = ResidualModel(more, modification_of(more, truth.hypotheses))
     R, omega = residual_model.broadband_receptance(data, truth.baseline, data.omega)

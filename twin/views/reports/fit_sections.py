@@ -80,9 +80,11 @@ def assumed_of_rig(evidence: MeasuredData) -> list[str]:
     """What every fit assumes: the rig file, the layer, the force and the noise."""
     rig, layout = evidence.rig, evidence.rig.layout()
     places = ", ".join(f"{o.channel} at {layout.told(o.place)}" for o in evidence.outputs)
+    acted = sorted({*evidence.steps.drive.tolist(), *(data.drive for data in evidence.broadband)}) or [0]
+    driven = " and ".join(layout.told([*rig.drives.values()][number]) for number in acted)
     effects = ", ".join(effect.cause for effect in rig.effect)
     return [
-        f"The rig file: {rig.sentence}, driven at {layout.told(rig.drive_place)}; {places}."
+        f"The rig file: {rig.sentence}, driven at {driven}; {places}."
         + (f" Its effects act: {effects}." if effects else ""),
         *(
             f"{'The joint' if len(rig.joints) == 1 else joint.name} is a thin layer of {joint.layer_elements} "

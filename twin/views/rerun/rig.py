@@ -41,7 +41,7 @@ def _draw(recording: rr.RecordingStream, modelled: ModelledRig) -> rrb.Horizonta
             rr.Points3D(joint.points, colors=[rgb(JOINT)], radii=0.008 * size), static=True,
         )  # fmt: skip
     rig = modelled.rig
-    marks = [("drive", rig.drive_place, DRIVE)]
+    marks = [(name, place, DRIVE) for name, place in rig.drives.items()]
     marks += [(sensor.channel, rig.place_of(sensor.channel), SENSOR) for sensor in rig.response_sensors]
     for name, place, colour in marks:
         arrow = rr.Arrows3D(
