@@ -67,6 +67,11 @@ class _HeldOutRuns(click.Command):
     "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
     show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
 )  # fmt: skip
+@click.option(
+    "--frequency-scatter", metavar="SHARE", type=click.FloatRange(min=0, max=0.1, max_open=True),
+    help="Of frequency responses: how natural frequencies scatter from one assembly to the next, as 0.003; by default "
+    "what the rig file says.",
+)  # fmt: skip
 @click.option("--thorough", is_flag=True, help="Fit more rivals, from more beginnings and for longer.")
 @overwrite_option
 @causes_option
@@ -79,6 +84,7 @@ def command(
     held_out: tuple[Path, ...],
     out: Path,
     time_limit_s: float,
+    frequency_scatter: float | None,
     thorough: bool,
     overwrite: bool,
     as_json: bool,
@@ -102,7 +108,8 @@ def command(
     rig = load_rig(rig_name)
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
-            runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s, thorough=thorough,
+            runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s,
+            frequency_scatter=frequency_scatter, thorough=thorough,
             processes=usual_processes(), report=begin,
         )  # fmt: skip
         data = found.save_model(folder)

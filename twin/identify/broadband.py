@@ -56,6 +56,8 @@ class BinnedResponse:
         Mean square of the force within each bin, N^2.
     resonances_Hz : ndarray
         Where the response was taken to change fast.
+    frequency_offset : ndarray, (m,), or float
+        Relative, of this run's natural frequencies from those that all runs have in common.
     """
 
     run: str
@@ -68,6 +70,7 @@ class BinnedResponse:
     distortion: Real
     force_power: Real
     resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
+    frequency_offset: Real | float = 0.0
 
     @property
     def omega(self) -> Real:

@@ -37,7 +37,7 @@ from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.slipping import RIPPLES
 from twin.structure import points_of_joints
 
-__all__ = ["AtHarmonic", "ForwardModel"]
+__all__ = ["AtHarmonic", "ForwardModel", "of_run"]
 
 Array = NDArray[Any]
 Free = tuple[Array, Array]
@@ -50,6 +50,14 @@ LEAST_LEFT = 0.01
 HARMONIC_TURNS, HARMONICS_SETTLED, LOSS_SETTLED = 16, 1e-6, 1e-4
 """Most turns of fundamentals and harmonics; the change of what the latter add to the former, over the law's largest
 stiffness, that ends them; and that below which the slips' loss, as harmonics meet it, changes no more."""
+
+
+def of_run(data: BinnedResponse, baseline: BaselineParameters) -> BaselineParameters:
+    """The unknowns with the natural frequencies as they were in one broadband run."""
+    base = baseline.base
+    return replace(
+        baseline, base=replace(base, frequency_discrepancy=base.frequency_discrepancy + data.frequency_offset)
+    )
 
 
 class ForwardModel:
@@ -206,7 +214,7 @@ class ForwardModel:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         omega = self.clock(omega, time)
-        return self.receptance(omega, baseline.base, time, inner=inner), omega
+        return self.receptance(omega, of_run(data, baseline).base, time, inner=inner), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.

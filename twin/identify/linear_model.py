@@ -324,4 +324,6 @@ def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters
     zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
     zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
     E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
-    return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, np.zeros(DAMPED_MODES))
+    offset = rig.natural_frequencies.offset[:DAMPED_MODES]
+    discrepancy = np.pad(np.asarray(offset, float), (0, DAMPED_MODES - len(offset)))
+    return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, discrepancy)

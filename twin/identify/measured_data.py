@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
+from recordings.quantities import quantity
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
@@ -102,6 +103,9 @@ class MeasuredData:
         Base parameters from the last broadband run alone.
     effects : tuple of Known
         Of the rig file; every prediction has them.
+    frequency_scatter : float
+        Relative standard deviation of what the natural frequencies are off by from one assembly of the rig to the next,
+        in the mean of the cases that were measured.
     begun_s : float, optional
         Time from which drifts count, on the recordings' time base; that of the first step of `runs` if left out.
     """
@@ -120,6 +124,7 @@ class MeasuredData:
     dropped: int = 0
     effects: tuple[Known, ...] = ()
     begun_s: float | None = None
+    frequency_scatter: float = 0.0
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
@@ -155,6 +160,16 @@ class MeasuredData:
         """The samples behind `broadband`, in its order."""
         used = [self.force, *self.channels]
         return [record for run in self.runs for record in broadband_records(run, channels=used)]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the files that this was reduced from."""
+        return tuple(dict.fromkeys([run.path for run in self.runs] or [data.run for data in self.broadband]))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Of the response channels."""
+        return {output.channel: quantity(output.quantity).unit for output in self.outputs}
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -293,6 +308,15 @@ def common_preload(runs: Sequence[Run], rig: Rig) -> str:
         reason = f"the runs differ in preload: {', '.join(found)}"
         raise InputError([*found.values()][1], "metadata run", reason, "take the runs of each preload by themselves")
     return next(iter(found), rig.preload_name(None))
+
+
+def no_steps(outputs: int) -> StepArrays:
+    """Steady states where no sine was measured."""
+    none = np.zeros(0)
+    force, response = np.zeros((0, HARMONICS), complex), np.zeros((0, outputs, HARMONICS), complex)
+    return StepArrays(
+        none, force, force.real, response, response.real, none, none, none + 0j, none, ()
+    )  # fmt: skip
 
 
 def _clock_error(states: list[SteadyState], force: str) -> float:

@@ -16,7 +16,7 @@ from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
-from twin.identify.forward_model import AtHarmonic, ForwardModel
+from twin.identify.forward_model import AtHarmonic, ForwardModel, of_run
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import nominal_parameters
@@ -78,7 +78,10 @@ class ResidualModel(ForwardModel):
         if linear is not None and self.errors.moduli < SOUND.moduli:
             # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
             nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
-        mean, base = base_prior(nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli)
+        mean, base = base_prior(
+            nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli,
+            scatter=self.evidence.frequency_scatter,
+        )  # fmt: skip
         precision = self.law_precision(baseline, self.errors.roughness)
         precision[: len(mean), : len(mean)] = base
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
@@ -150,7 +153,7 @@ class ResidualModel(ForwardModel):
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
         """D log response / d base parameters (b, o, u)."""
-        p, into = self.model.ports, self.driven(R, omega)
+        p, into, baseline = self.model.ports, self.driven(R, omega), of_run(data, baseline)
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         change = self._base_change(R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])

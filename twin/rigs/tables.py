@@ -371,6 +371,15 @@ class Drift(Table):
     """Relative loss of the layer's E'."""
 
 
+class NaturalFrequencies(Table):
+    """What the natural frequencies do beside the model of parts and joints: found by identification."""
+
+    offset: list[Annotated[float, Field(gt=-0.3, lt=0.3)]] = Field(default=[], max_length=50)
+    """Relative, of the first ones: measured over modelled, less one."""
+    scatter: Annotated[float, Field(ge=0, lt=0.1)] = 0.0
+    """Relative standard deviation of each from one assembly to the next."""
+
+
 class Measured(Table):
     """What was measured on the real rig at one preload."""
 
