@@ -33,6 +33,8 @@ class Effort:
     ----------
     rivals : int
         Most causes that are fitted in one turn.
+    labels : int
+        Most labels of each of them.
     beginnings : int
         Most places or thresholds from which each of them is begun: its likelihood may have several maxima.
     behind : float
@@ -45,13 +47,14 @@ class Effort:
     """
 
     rivals: int
+    labels: int
     beginnings: int
     behind: float
     worth_a_fit: float
 
 
-USUAL = Effort(rivals=6, beginnings=2, behind=4.0, worth_a_fit=0.2)
-THOROUGH = Effort(rivals=12, beginnings=4, behind=8.0, worth_a_fit=0.02)
+USUAL = Effort(rivals=6, labels=3, beginnings=2, behind=4.0, worth_a_fit=0.2)
+THOROUGH = Effort(rivals=12, labels=6, beginnings=4, behind=8.0, worth_a_fit=0.02)
 
 
 @dataclass(frozen=True)

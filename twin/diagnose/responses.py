@@ -46,8 +46,8 @@ def diagnose_responses(
     """
     begun = time.perf_counter()
     report("reducing the frequency responses")
-    evidence, told = gather_responses(files, rig, preload=preload, scatter=scatter)
-    evidence = with_effects(evidence, source=source)
+    found = gather_responses(files, rig, preload=preload, scatter=scatter)
+    evidence, told = with_effects(found.evidence, source=source), found.notes
     seen, unseeable = _by_force_level(evidence, causes)
     names = ", ".join(one.cause for one in unseeable)
     first = f"frequency responses alone have no force level and no time: linear causes only, not {names}"

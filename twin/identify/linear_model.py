@@ -96,12 +96,13 @@ class LinearParameters:
 
 @dataclass(frozen=True)
 class Output:
-    """A response channel: what it measures, where, and in which direction."""
+    """A response channel: what it measures, where, in which direction, and what it shows of each mode over that."""
 
     channel: str
     quantity: str
     place: Place
     sign: float = 1.0
+    modal_factor: tuple[float, ...] = ()
 
     def from_displacement(self, omega: Real) -> Complex:
         """Factor from what is read at its place, the displacement or the strain, to the channel's quantity."""
@@ -158,10 +159,20 @@ class LinearModel:
 
     def with_places(self, outputs: tuple[Output, ...], drive_place: Place) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
-        p, s = self.ports, self.structure
-        rows = np.vstack([p.rows[: p.drive], s.row(drive_place), *(s.row(output.place) for output in outputs)])
+        return self.with_outputs(outputs, self.structure.row(drive_place))
+
+    def with_outputs(self, outputs: tuple[Output, ...], drive: Real) -> LinearModel:
+        """The same with the row (n,) of the drive."""
+        p = self.ports
+        rows = np.vstack([p.rows[: p.drive], drive, *map(self._read_by, outputs)])
         ports = replace(p, rows=rows, outputs=slice(p.drive + 1, len(rows)), extra=slice(len(rows), len(rows)))
         return replace(self, ports=ports, outputs=outputs)
+
+    def _read_by(self, output: Output) -> Real:
+        """Row (n,) of what an output reads of the displacements."""
+        row, m = self.structure.row(output.place), len(output.modal_factor)
+        shown = (np.asarray(output.modal_factor) - 1) * (row @ self.basis.Phi[:, :m])
+        return np.asarray(row + shown @ self.ports.rows[self.ports.modal][:m])
 
     def receptance(
         self,

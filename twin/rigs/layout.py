@@ -117,6 +117,8 @@ class PointMass(Table):
 
     part: Name
     at: At
+    name: Name = ""
+    """By which answers call it; its part and place if left out."""
     mass: Mass
     """kg, in every direction in which the place moves."""
     inertia: dict[Literal["rx", "ry", "rz"], Positive] = Field(default={})

@@ -11,20 +11,55 @@ from numpy.typing import NDArray
 from recordings.errors import InputError
 from recordings.responses import Responses
 from twin.identify.broadband import BinnedResponse
-from twin.identify.linear_fit import LinearFit, follow_resonances, highest_Hz, on_the_resonances
-from twin.identify.linear_model import DAMPED_MODES, LinearModel, Output, build_linear_model
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear_fit import LinearFit, highest_Hz
+from twin.identify.linear_model import (
+    DAMPED_MODES,
+    LinearModel,
+    LinearParameters,
+    Output,
+    build_linear_model,
+    nominal_parameters,
+)
 from twin.identify.measured_data import MeasuredData, no_steps, reference_output
+from twin.identify.responses.following import Followed, follow
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched, match_responses
 from twin.identify.responses.reduction import reduce_responses
 from twin.rigs import Rig
 
-__all__ = ["Case", "gather_responses"]
+__all__ = ["Gathered", "gather_responses"]
 
 Real = NDArray[np.float64]
 LOWEST = 0.3
 """Of the band, over the first natural frequency: below it a structure that is held hardly answers."""
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What was measured of a state.
+
+    Attributes
+    ----------
+    evidence : MeasuredData
+    notes : tuple of str
+        What an engineer should know of the data.
+    factors : tuple of tuple of float
+        What each output shows of each mode over what its place says, see
+        :class:`~twin.identify.linear_model.Output`.
+    shown : ndarray of bool, (m,)
+        Which modes lie in the measured band.
+    scatter : float
+        Relative standard deviation of natural frequencies from case to case.
+    damping_std : ndarray, (m,)
+        Of the logarithms of the damping ratios.
+    """
+
+    evidence: MeasuredData
+    notes: tuple[str, ...]
+    factors: tuple[tuple[float, ...], ...]
+    shown: NDArray[np.bool_]
+    scatter: float
+    damping_std: Real
 
 
 @dataclass(frozen=True)
@@ -37,7 +72,7 @@ class Case:
 
 def gather_responses(
     files: Sequence[Responses], rig: Rig, *, preload: str | None = None, scatter: float | None = None
-) -> tuple[MeasuredData, tuple[str, ...]]:
+) -> Gathered:
     """Reduce frequency responses of one state, measured once or several times, against `rig`.
 
     Parameters
@@ -49,12 +84,6 @@ def gather_responses(
     scatter
         Relative standard deviation of a natural frequency from case to case; the rig file's, or that of the cases if
         they are enough, where it is not given.
-
-    Returns
-    -------
-    MeasuredData
-    tuple of str
-        What an engineer should know of the data.
 
     Raises
     ------
@@ -71,18 +100,21 @@ def gather_responses(
     fits = []
     for case in cases:
         data = reduce_responses(case.path, case.matched, channels, band_Hz=band)
-        start = on_the_resonances(model, nominal, data.resonances_Hz)
-        fits.append((data, follow_resonances(model, data, start, nominal)))
-    runs, common = _beside_each_other(fits, model)
+        fits.append((data, follow(model, data, nominal)))
+    runs, base, factors = _beside_each_other(fits)
+    chi2 = float(np.mean([fit.chi2_per_dof for _, fit in fits]))
     own = _scatter(runs, model)
     known = scatter if scatter is not None else rig.natural_frequencies.scatter or own or LIMITS.scatter
     told += _told_of_scatter(known, own if scatter is None and not rig.natural_frequencies.scatter else None, len(runs))
     evidence = MeasuredData(
         rig=rig, preload=preload, model=model, outputs=outputs, force=rig.force_sensor.channel,
-        reference=reference_output(model), broadband=runs, steps=no_steps(len(outputs)), unsettled=(), linear=common,
-        runs=(), begun_s=0.0, frequency_scatter=known / len(runs) ** 0.5,
+        reference=reference_output(model), broadband=runs, steps=no_steps(len(outputs)), unsettled=(), linear=LinearFit(base=base, covariance=np.zeros((0, 0)), chi2_per_dof=chi2, history=(), nominal=nominal),
+        runs=(), begun_s=0.0, frequency_scatter=float(np.hypot(known / len(runs) ** 0.5, rig.natural_frequencies.offset_std)),
     )  # fmt: skip
-    return evidence, told
+    first, last = max(run.frequency_Hz[0] for run in runs), min(run.frequency_Hz[-1] for run in runs)
+    shown_Hz = model.basis.omega[:DAMPED_MODES] / (2 * np.pi) * np.sqrt(1 + 2 * base.frequency_discrepancy)
+    std = np.mean([fit.damping_std for _, fit in fits], axis=0) / len(fits) ** 0.5
+    return Gathered(evidence, told, factors, (shown_Hz > first) & (shown_Hz < last), known, std)
 
 
 def _cases(files: Sequence[Responses], rig: Rig) -> tuple[list[Case], tuple[str, ...]]:
@@ -113,7 +145,7 @@ def _outputs(cases: Sequence[Case], rig: Rig) -> tuple[Output, ...]:
             reason = f"{sensor.channel} is measured as {' and as '.join(sorted(said))}"
             raise InputError(cases[-1].path, f"channel {sensor.channel}", reason, "export all cases alike")
         measured = next(iter(said), sensor.quantity)
-        outputs.append(Output(sensor.channel, measured, rig.place_of(sensor.channel)))
+        outputs.append(Output(sensor.channel, measured, rig.place_of(sensor.channel), 1.0, tuple(sensor.modal_factor)))
     if not outputs:
         raise InputError(cases[-1].path, "", "shares no response channel with the other files", "give them apart")
     return tuple(outputs)
@@ -124,15 +156,16 @@ def _quantity(case: Case, channel: str) -> str:
 
 
 def _beside_each_other(
-    fits: Sequence[tuple[BinnedResponse, LinearFit]], model: LinearModel
-) -> tuple[tuple[BinnedResponse, ...], LinearFit]:
-    """Each case with its natural frequencies' offsets from the mean of all; and the last case's fit at that mean."""
+    fits: Sequence[tuple[BinnedResponse, Followed]],
+) -> tuple[tuple[BinnedResponse, ...], LinearParameters, tuple[tuple[float, ...], ...]]:
+    """Each case with its natural frequencies' offsets from the mean of all; that mean, and that of modal factors."""
     offsets = np.array([fit.base.frequency_discrepancy for _, fit in fits])
     mean = offsets.mean(axis=0)
     runs = tuple(replace(data, frequency_offset=own - mean) for (data, _), own in zip(fits, offsets, strict=True))
-    last = fits[-1][1]
     zeta = np.exp(np.mean([np.log(fit.base.zeta) for _, fit in fits], axis=0))
-    return runs, replace(last, base=replace(last.base, frequency_discrepancy=mean, zeta=zeta))
+    factors = np.exp(np.mean([np.log(fit.factors) for _, fit in fits], axis=0))
+    base = replace(fits[-1][1].base, frequency_discrepancy=mean, zeta=zeta)
+    return runs, base, tuple(tuple(map(float, row)) for row in factors)
 
 
 def _scatter(runs: Sequence[BinnedResponse], model: LinearModel) -> float | None:
