@@ -24,6 +24,7 @@ from twin.commands.common.output import (
     write_json,
 )
 from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.scatter import scatter_option
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
@@ -67,11 +68,7 @@ class _HeldOutRuns(click.Command):
     "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
     show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
 )  # fmt: skip
-@click.option(
-    "--frequency-scatter", metavar="SHARE", type=click.FloatRange(min=0, max=0.1, max_open=True),
-    help="Of frequency responses: how natural frequencies scatter from one assembly to the next, as 0.003; by default "
-    "what the rig file says.",
-)  # fmt: skip
+@scatter_option
 @click.option("--thorough", is_flag=True, help="Fit more rivals, from more beginnings and for longer.")
 @overwrite_option
 @causes_option
@@ -91,7 +88,8 @@ def command(
 ) -> int:
     """Say what the model of RIG gets wrong about the measured RUNs.
 
-    RUNs are recordings (.mcap) or tables (.csv), not both at once.  A table of natural frequencies has the columns
+    RUNs are recordings (.mcap), frequency responses of one state (.uff, .unv, .npz, .csv) or tables (.csv), one kind
+    at a time.  Frequency responses have no force level: of these, linear causes only are named.  A table of natural frequencies has the columns
     mode, frequency_Hz, and may have std_Hz and preload; its RIG is a lap joint, or a beam alone such as
     composite-beam.  A table of sweeps that held their response has the columns level, frequency_Hz, force_N,
     acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the

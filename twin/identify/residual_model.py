@@ -199,8 +199,15 @@ class ResidualModel(ForwardModel):
             amplitude = self._by_amplitude(baseline, R, omega, balance)
             ratio = self._measured_over_predicted(R, omega)
         return Covariances(
-            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
-        )
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio,
+            tuple(self._dynamic_stiffness(of_run(data, baseline), data.omega) for data in self.evidence.broadband),
+        )  # fmt: skip
+
+    def _dynamic_stiffness(self, baseline: BaselineParameters, omega: Array) -> Array:
+        """Of each mode (f, m), over its stiffness."""
+        base = baseline.base
+        over = omega[:, None] / (self.model.basis.omega[: len(base.zeta)] * np.sqrt(1 + 2 * base.frequency_discrepancy))
+        return np.asarray(1 - over**2 + 2j * base.zeta * over)
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""

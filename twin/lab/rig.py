@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from twin.lab.identified_joint import Beside, IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
+    from twin.lab.identified_responses import IdentifiedResponses
     from twin.lab.predicted import PredictedResponse
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
@@ -156,8 +157,9 @@ class LabRig(Shown):
             return first_look(learnt, rig, held_out=kept, preload=preload)
 
     def identify(
-        self, runs: Runs, *, preload: str | None = None, beside: Beside | None = None, report: Report = _silent
-    ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
+        self, runs: Runs, *, preload: str | None = None, frequency_scatter: float | None = None,
+        beside: Beside | None = None, report: Report = _silent,
+    ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses:  # fmt: skip
         """Identify the rig's model.
 
         Recordings give the layer's moduli, the damping and the joint's law; a table of natural frequencies (.csv) the
@@ -166,9 +168,11 @@ class LabRig(Shown):
         Parameters
         ----------
         runs
-            Recordings, in memory or as files, or one table.
+            Recordings, in memory or as files, or one table, or frequency responses of one state (.uff, .npz, .csv).
         preload
             State of the joint; what the recordings name if not given.
+        frequency_scatter
+            Of frequency responses, as for :meth:`diagnose`.
         beside
             Another identification of recordings to report beside this one, such as the papers' own,
             :func:`studies.force_levels.with_polynomials`.
@@ -181,6 +185,16 @@ class LabRig(Shown):
         given, stages = _listed(runs), Stages(report)
         paths = [Path(run) for run in given if isinstance(run, str | Path)]
         with told_in_one_line(paths[0] if paths else self.source, stages):
+            if are_all_responses(paths):
+                from twin.lab.identified_responses import identify_responses
+
+                stages("following the resonances of the frequency responses")
+                rig = self._structure()
+                return identify_responses(
+                    paths, rig, preload=known_preload(rig, preload) if preload else None, scatter=frequency_scatter
+                )
+            if frequency_scatter is not None:
+                raise no_scatter()
             return self._identified(given, paths, preload, beside, stages)
 
     def _identified(
@@ -273,7 +287,7 @@ class LabRig(Shown):
                 )  # fmt: skip
             return DiagnosedRecordings(result)
         if frequency_scatter is not None:
-            raise InputError("--frequency-scatter", "", "belongs to frequency responses alone", "leave it out")
+            raise no_scatter()
         if _are_tables(paths):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
@@ -340,6 +354,11 @@ class LabRig(Shown):
         if not isinstance(self.file, Rig):
             raise no_structure(self.file.kind, self.source)
         return self.file
+
+
+def no_scatter() -> InputError:
+    """What is told where a scatter stands beside what is no frequency response."""
+    return InputError("--frequency-scatter", "", "belongs to frequency responses alone", "leave it out")
 
 
 def one_preload(preloads: Sequence[str], rig: Rig) -> str | None:

@@ -99,7 +99,10 @@ def gather_responses(
     band = (LOWEST * float(model.basis.omega[0]) / (2 * np.pi), highest_Hz(model))
     fits = []
     for case in cases:
-        data = reduce_responses(case.path, case.matched, channels, band_Hz=band)
+        data = replace(
+            reduce_responses(case.path, case.matched, channels, band_Hz=band),
+            shape_error=LIMITS.shape_again if all(output.modal_factor for output in outputs) else LIMITS.shape,
+        )
         fits.append((data, follow(model, data, nominal)))
     runs, base, factors = _beside_each_other(fits)
     chi2 = float(np.mean([fit.chi2_per_dof for _, fit in fits]))

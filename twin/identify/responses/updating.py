@@ -8,7 +8,7 @@ logarithms of stiffnesses, however sharp the resonances are.  What the numbers l
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,12 +60,17 @@ class UpdatedValue:
 
 @dataclass(frozen=True)
 class FrequencyPair:
-    """A measured natural frequency beside the model's, Hz."""
+    """A measured natural frequency beside the model's, Hz, and how alike their shapes are at the sensors.
+
+    The modal assurance criterion is None where one sensor measured: it has no shape.
+    """
 
     mode: int
     measured_Hz: float
     before_Hz: float
     after_Hz: float
+    mac_before: float | None
+    mac_after: float | None
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,17 @@ class Updated:
     values: tuple[UpdatedValue, ...]
     pairs: tuple[FrequencyPair, ...]
     damping: tuple[Estimate, ...]
+
+    def predicted(self, index: int) -> Array:
+        """Responses (b, o) of the updated model at the bins of one case."""
+        evidence, data = self.found.evidence, self.found.evidence.broadband[index]
+        assert evidence.linear is not None
+        outputs = tuple(
+            replace(output, modal_factor=row) for output, row in zip(evidence.outputs, self.found.factors, strict=True)
+        )
+        model, base = evidence.model.with_places(outputs, evidence.rig.drive_place), evidence.linear.base
+        base = replace(base, frequency_discrepancy=base.frequency_discrepancy + data.frequency_offset)
+        return np.asarray(model.response(model.receptance(data.omega, base), data.omega))
 
 
 def update_rig(
@@ -108,7 +124,10 @@ def update_rig(
     evidence = found.evidence
     assert evidence.linear is not None
     pairs = tuple(
-        FrequencyPair(int(mode) + 1, *(float(each.Hz[mode]) for each in (measured, before, after)))
+        FrequencyPair(
+            int(mode) + 1, *(float(each.Hz[mode]) for each in (measured, before, after)),
+            *(_mac(measured.constants[:, mode], each.constants[:, mode]) for each in (before, after)),
+        )
         for mode in np.flatnonzero(found.shown)
     )
     values = tuple(
@@ -138,6 +157,11 @@ def _with_rest(
     if isinstance(rig, StructureRig):
         update["sensor"] = [s.model_copy(update={"modal_factor": factors.get(s.channel, [])}) for s in rig.sensor]
     return rig.model_copy(update=update)
+
+
+def _mac(one: Array, other: Array) -> float | None:
+    """Modal assurance criterion (Allemang and Brown 1982)."""
+    return float((one @ other) ** 2 / ((one @ one) * (other @ other))) if len(one) > 1 else None
 
 
 @dataclass(frozen=True)
