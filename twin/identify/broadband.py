@@ -58,8 +58,6 @@ class BinnedResponse:
         Where the response was taken to change fast.
     frequency_offset : ndarray, (m,), or float
         Relative, of this run's natural frequencies from those that all runs have in common.
-    shape_error : float
-        Relative error of each mode's share in each response that a sound rig has.
     """
 
     run: str
@@ -73,7 +71,6 @@ class BinnedResponse:
     force_power: Real
     resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
     frequency_offset: Real | float = 0.0
-    shape_error: float = 0.0
 
     @property
     def omega(self) -> Real:

@@ -150,8 +150,6 @@ class Covariances:
         Number of that channel.
     ratio : ndarray, (s, o)
         Measured over predicted response, by which the steps' residuals are multiplied.
-    dynamic_stiffness : tuple of ndarray, (b, m)
-        Of each mode in the broadband runs, over its stiffness.
     """
 
     broadband: tuple[BinnedResponse, ...]
@@ -161,40 +159,23 @@ class Covariances:
     by_amplitude: Array
     reference: int
     ratio: Array
-    dynamic_stiffness: tuple[Array, ...]
 
     def shifts(self) -> tuple[tuple[Array, ...], Array]:
         """Changes of the residuals of broadband runs (b, o, k) and of steps (s, 2 o, k).
 
-        As all frequencies of one of the runs and sweeps shift by SHIFT, and as what a response shows of a mode is off,
-        alike in all runs.
+        As all frequencies of one of the k runs and sweeps shift by SHIFT.
         """
         sweeps = rows_by_sweep(self.steps.states)
-        count, shown = len(self.broadband) + len(sweeps), self._shown()
+        count = len(self.broadband) + len(sweeps)
         runs = []
         for number, by_stiffness in enumerate(self.broadband_by_stiffness):
             columns = np.zeros((*by_stiffness.shape[:2], count), complex)
             columns[:, :, number] = 2 * SHIFT * by_stiffness.sum(axis=2)
-            runs.append(np.dstack([columns, shown[number]]) if shown else columns)
-        steps = np.zeros((*self.ratio.shape, count + (shown[0].shape[2] if shown else 0)), complex)
+            runs.append(columns)
+        steps = np.zeros((*self.ratio.shape, count), complex)
         for number, rows in enumerate(sweeps.values(), len(self.broadband)):
             steps[rows, :, number] = 2 * SHIFT * self.ratio[rows] * self.by_stiffness[rows].sum(axis=2)
         return tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)
-
-    def _shown(self) -> list[Array]:
-        """Changes (b, o, o m) of the log responses of each run with what each of them shows of each mode."""
-        if not any(data.shape_error for data in self.broadband):
-            return []
-        found = []
-        for data, by_stiffness, dynamic in zip(
-            self.broadband, self.broadband_by_stiffness, self.dynamic_stiffness, strict=True
-        ):
-            share = -by_stiffness * dynamic[:, None, :]  # d log H / d log k = -(k / D) share of the mode
-            b, o, m = share.shape
-            own = np.zeros((b, o, o, m), complex)
-            own[:, np.arange(o), np.arange(o)] = data.shape_error * share
-            found.append(own.reshape(b, o, o * m))
-        return found
 
     def broadband_factors(self, errors: Discrepancy) -> tuple[Array, ...]:
         """Cholesky factors (b, o, o) of the covariance of each run's log responses."""

@@ -17,7 +17,7 @@ from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.extended_model import extended_model
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear_model import DAMPED_MODES, LinearParameters
 from twin.identify.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import UNCHANGED, ModelModification, NoiseMotion
@@ -197,7 +197,19 @@ class ForwardModel:
 
     def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
         """Predicted responses per force (b, o) at the bins of a broadband run, unit/N."""
-        return self.responses(*self.felt_receptance(data, baseline))
+        R, omega = self.felt_receptance(data, baseline, inner=len(baseline.shown) > 0)
+        H = self.responses(R, omega)
+        return H * np.exp(self.by_shown(R, omega) @ baseline.shown) if len(baseline.shown) else H
+
+    def by_shown(self, R: Array, omega: Array) -> Array:
+        """D log response (f, o, o m) / d log of what each of the outputs shows of each of the m damped modes."""
+        p, m = self.model.ports, DAMPED_MODES
+        motion = self.driven(R, omega)[:, p.modal]
+        place = p.rows[p.outputs] @ self.model.basis.Phi[:, :m]
+        outputs = len(place)
+        change = np.zeros((len(omega), outputs, outputs, m), complex)
+        change[:, np.arange(outputs), np.arange(outputs)] = motion[:, None] * place
+        return self.log_response_change(change.reshape(len(omega), outputs, -1), R, omega)
 
     def felt_receptance(
         self, data: BinnedResponse, baseline: BaselineParameters, *, inner: bool = False

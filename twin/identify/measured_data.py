@@ -18,7 +18,7 @@ from recordings.whereabouts import working_on
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
 from twin.identify.linear_fit import LinearFit, reduce_broadband
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear_model import DAMPED_MODES, LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import faces_against, in_directions_of
@@ -106,6 +106,8 @@ class MeasuredData:
     frequency_scatter : float
         Relative standard deviation of what the natural frequencies are off by from one assembly of the rig to the next,
         in the mean of the cases that were measured.
+    shape_error : float
+        Relative error of each mode's share in each response that a sound rig has; 0 where none is looked for.
     begun_s : float, optional
         Time from which drifts count, on the recordings' time base; that of the first step of `runs` if left out.
     """
@@ -125,6 +127,7 @@ class MeasuredData:
     effects: tuple[Known, ...] = ()
     begun_s: float | None = None
     frequency_scatter: float = 0.0
+    shape_error: float = 0.0
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
@@ -170,6 +173,11 @@ class MeasuredData:
     def units(self) -> dict[str, str]:
         """Of the response channels."""
         return {output.channel: quantity(output.quantity).unit for output in self.outputs}
+
+    @property
+    def as_modelled(self) -> Array:
+        """Logarithms of what each response shows of each mode over what the model says, to begin with."""
+        return np.zeros(len(self.outputs) * DAMPED_MODES if self.shape_error else 0)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -84,6 +84,8 @@ class ResidualModel(ForwardModel):
         )  # fmt: skip
         precision = self.law_precision(baseline, self.errors.roughness)
         precision[: len(mean), : len(mean)] = base
+        if len(baseline.shown):
+            precision[baseline.of_shown, baseline.of_shown] = np.eye(len(baseline.shown)) / self.evidence.shape_error**2
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
@@ -140,15 +142,22 @@ class ResidualModel(ForwardModel):
         self, index: int, baseline: BaselineParameters, factor: Array, sensitivities: bool
     ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
-        R, omega = self.felt_receptance(data, baseline, inner=sensitivities)
+        shows = len(baseline.shown) > 0
+        R, omega = self.felt_receptance(data, baseline, inner=sensitivities or shows)
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
         log_ratio = np.log(data.H / self.responses(R, omega))
+        if shows:
+            by_shown = self.by_shown(R, omega)
+            log_ratio = log_ratio - by_shown @ baseline.shown
         r, root = np.linalg.solve(factor, log_ratio[:, :, None]).ravel(), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
             J = np.linalg.solve(factor, self._broadband_change(data, baseline, R, omega)).reshape(len(r), -1)
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
+            if shows:
+                J = np.linalg.solve(factor, by_shown).reshape(len(r), -1)
+                jacobian[:, baseline.of_shown] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
@@ -199,15 +208,8 @@ class ResidualModel(ForwardModel):
             amplitude = self._by_amplitude(baseline, R, omega, balance)
             ratio = self._measured_over_predicted(R, omega)
         return Covariances(
-            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio,
-            tuple(self._dynamic_stiffness(of_run(data, baseline), data.omega) for data in self.evidence.broadband),
-        )  # fmt: skip
-
-    def _dynamic_stiffness(self, baseline: BaselineParameters, omega: Array) -> Array:
-        """Of each mode (f, m), over its stiffness."""
-        base = baseline.base
-        over = omega[:, None] / (self.model.basis.omega[: len(base.zeta)] * np.sqrt(1 + 2 * base.frequency_discrepancy))
-        return np.asarray(1 - over**2 + 2j * base.zeta * over)
+            self.evidence.broadband, tuple(runs), steps, stiffness, amplitude, self.evidence.reference, ratio
+        )
 
     def _by_amplitude(self, baseline: BaselineParameters, R: Array, omega: Array, balance: Balance) -> Array:
         """D log response (s, o) / d log amplitude of the reference channel: through the law and the local forces."""

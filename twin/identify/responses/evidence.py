@@ -99,10 +99,7 @@ def gather_responses(
     band = (LOWEST * float(model.basis.omega[0]) / (2 * np.pi), highest_Hz(model))
     fits = []
     for case in cases:
-        data = replace(
-            reduce_responses(case.path, case.matched, channels, band_Hz=band),
-            shape_error=LIMITS.shape_again if all(output.modal_factor for output in outputs) else LIMITS.shape,
-        )
+        data = reduce_responses(case.path, case.matched, channels, band_Hz=band)
         fits.append((data, follow(model, data, nominal)))
     runs, base, factors = _beside_each_other(fits)
     chi2 = float(np.mean([fit.chi2_per_dof for _, fit in fits]))
@@ -113,6 +110,7 @@ def gather_responses(
         rig=rig, preload=preload, model=model, outputs=outputs, force=rig.force_sensor.channel,
         reference=reference_output(model), broadband=runs, steps=no_steps(len(outputs)), unsettled=(), linear=LinearFit(base=base, covariance=np.zeros((0, 0)), chi2_per_dof=chi2, history=(), nominal=nominal),
         runs=(), begun_s=0.0, frequency_scatter=float(np.hypot(known / len(runs) ** 0.5, rig.natural_frequencies.offset_std)),
+        shape_error=LIMITS.shape_again if all(output.modal_factor for output in outputs) else LIMITS.shape,
     )  # fmt: skip
     first, last = max(run.frequency_Hz[0] for run in runs), min(run.frequency_Hz[-1] for run in runs)
     shown_Hz = model.basis.omega[:DAMPED_MODES] / (2 * np.pi) * np.sqrt(1 + 2 * base.frequency_discrepancy)

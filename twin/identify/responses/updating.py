@@ -217,11 +217,18 @@ def _fitted(
 
     lower = np.array([*(p.lower for p in parameters), *(gains - np.inf)])
     begun = np.maximum(np.concatenate([start, gains]), lower + 1e-3 * std)
+    step = 1e-3 * std
+
+    def slopes(x: Array) -> Array:
+        here = residual(x)
+        return np.column_stack([(residual(x + h * e) - here) / h for h, e in zip(step, np.eye(len(x)), strict=True)])
+
     # A mode's constant vanishes where a sensor sits on its node: such a one is no gross witness.
     solution = least_squares(
-        residual, begun, bounds=(lower, np.inf), x_scale=std, diff_step=1e-3, xtol=1e-5, loss="soft_l1", f_scale=2.0
-    )
-    covariance = np.linalg.inv(solution.jac.T @ solution.jac)
+        residual, begun, bounds=(lower, np.inf), jac=slopes, x_scale=std, xtol=1e-5, loss="soft_l1", f_scale=2.0
+    )  # fmt: skip
+    J = slopes(solution.x)
+    covariance = np.linalg.inv(J.T @ J)
     return solution.x[:count], covariance[:count, :count]
 
 
