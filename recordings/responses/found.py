@@ -106,7 +106,7 @@ def checked(
     place: str,
     *,
     frequency_Hz: Sequence[float] | NDArray[np.float64],
-    H: NDArray[np.complex128],
+    H: NDArray[np.complexfloating | np.floating],
     coherence: NDArray[np.float64] | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64] | None]:
     """The lines above 0 Hz in rising order.

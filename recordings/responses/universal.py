@@ -48,7 +48,10 @@ def read_universal(path: Path) -> Responses:
                 length, force = 1 / float(fields["length"]), 1 / float(fields["force"])
             elif kind in (15, 2411):
                 points = zip(*(np.asarray(fields[axis], float) * length for axis in "xyz"), strict=True)
-                nodes |= {int(n): (float(x), float(y), float(z)) for n, (x, y, z) in zip(fields["node_nums"], points)}
+                nodes |= {
+                    int(n): (float(x), float(y), float(z))
+                    for n, (x, y, z) in zip(fields["node_nums"], points, strict=True)
+                }
             elif kind == 55:
                 modes += _mode(fields)
             elif kind == 58 and fields["func_type"] == FREQUENCY_RESPONSE:
@@ -57,12 +60,9 @@ def read_universal(path: Path) -> Responses:
                 coherence[_ends(fields)] = np.asarray(fields["data"]).real
         except (ValueError, KeyError, ZeroDivisionError, OverflowError) as error:
             raise InputError(path, place, str(error) or "is damaged") from error
-    with_noise = [_with_coherence(path, one, fields, coherence) for one, fields in zip(found, _of_responses(sets))]
+    own = [one for one in sets if one["type"] == 58 and one["func_type"] == FREQUENCY_RESPONSE]
+    with_noise = [_with_coherence(path, one, fields, coherence) for one, fields in zip(found, own, strict=True)]
     return Responses(path=str(path), responses=tuple(with_noise), modes=tuple(modes), nodes=nodes)
-
-
-def _of_responses(sets: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [one for one in sets if one["type"] == 58 and one["func_type"] == FREQUENCY_RESPONSE]
 
 
 def _ends(fields: Mapping[str, Any]) -> tuple[object, ...]:
@@ -115,7 +115,7 @@ def _with_coherence(
     known = coherence.get(_ends(fields))
     if known is None:
         return one
-    x, H, own = checked(path, one.place, frequency_Hz=fields["x"], H=np.asarray(fields["data"]), coherence=known)
+    _, _, own = checked(path, one.place, frequency_Hz=fields["x"], H=np.asarray(fields["data"]), coherence=known)
     return FoundResponse(**{**vars(one), "coherence": own})
 
 

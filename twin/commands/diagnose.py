@@ -89,11 +89,11 @@ def command(
     """Say what the model of RIG gets wrong about the measured RUNs.
 
     RUNs are recordings (.mcap), frequency responses of one state (.uff, .unv, .npz, .csv) or tables (.csv), one kind
-    at a time.  Frequency responses have no force level: of these, linear causes only are named.  A table of natural frequencies has the columns
-    mode, frequency_Hz, and may have std_Hz and preload; its RIG is a lap joint, or a beam alone such as
-    composite-beam.  A table of sweeps that held their response has the columns level, frequency_Hz, force_N,
-    acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the
-    name and the channel's are taken.
+    at a time.  Frequency responses have no force level: of these, linear causes only are named.  A table of natural
+    frequencies has the columns mode, frequency_Hz, and may have std_Hz and preload; its RIG is a lap joint, or a beam
+    alone such as composite-beam.  A table of sweeps that held their response has the columns level, frequency_Hz,
+    force_N, acceleration_m_per_s2 (or velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss,
+    only the name and the channel's are taken.
 
     What RIG says is not found again: with the extended.toml of an earlier diagnosis only what is new is.
 

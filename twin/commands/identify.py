@@ -98,7 +98,9 @@ def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
         raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
 
 
-def _write(model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses, out: Path, page: Path | None) -> None:
+def _write(
+    model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses, out: Path, page: Path | None
+) -> None:
     """Both files appear, or neither."""
     with whole_files(out, page) as (part, page_part):
         assert part is not None

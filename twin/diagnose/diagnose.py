@@ -180,7 +180,9 @@ def diagnose_evidence(
             with time_limit(time.monotonic() + time.perf_counter() - begun):  # as long again as the search took
                 next_test = plan_next_test(evidence.runs, search.evidence, models, model, out, report=report)
     causes_named = named_causes(search, posterior, findings, verdict)
-    acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in evidence.rig.effect}
+    acting = {cause.cause for cause in causes_named if cause.in_model} | {
+        effect.cause for effect in evidence.rig.effect
+    }
     if acting & set(DRIFTS) and _waits_left_out(evidence.runs):
         notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
     left = still_left = _misfit(evidence, search.base, search.base_harmonics, search.stages[0].tolerances)

@@ -1,4 +1,4 @@
-"""A rig's mass and stiffness matrices for other programs, with a table of whose rows they are: the inverse of an import.
+"""A rig's mass and stiffness matrices for other programs, with a table of whose rows they are.
 
 The sensors' masses are in the mass, joints in the stiffness at their moduli of one preload.
 """
@@ -56,12 +56,14 @@ def write_matrices(
         refuse_existing(path, overwrite=overwrite)
     structure, moduli = assemble(rig), rig.moduli(preload)
     if structure.reductions:
-        part = structure.reductions[0].part.name
+        reduced = structure.reductions[0].part.name
         raise InputError(
-            rig.name, f"part {part}", "was reduced when it was loaded: its rows belong to no node",
+            rig.name, f"part {reduced}", "was reduced when it was loaded: its rows belong to no node",
             "its own matrices are the files that the rig file names",
         )  # fmt: skip
-    K = structure.stiffness(*(np.array([getattr(m, name) for m in moduli]) for name in ("normal_modulus", "shear_modulus")))
+    K = structure.stiffness(
+        *(np.array([getattr(m, name) for m in moduli]) for name in ("normal_modulus", "shear_modulus"))
+    )
     with ExitStack() as files:
         parts = [files.enter_context(whole_file(path)) for path in (mass, stiffness, nodes)]
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):

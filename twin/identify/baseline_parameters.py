@@ -34,14 +34,12 @@ class BaselineParameters:
     @cached_property
     def blocks(self) -> Blocks:
         """Of :attr:`vector`."""
-        return self.base.blocks(self.base.joints) + Blocks(
-            tuple(
-                block
-                for joint, law in enumerate(self.laws)
-                for block in ((_softening(joint), len(law.softening)), (_loss(joint), len(law.loss)))
-            )
-            + (("shown", len(self.shown)),)
-        )
+        laws = [
+            block
+            for joint, law in enumerate(self.laws)
+            for block in ((_softening(joint), len(law.softening)), (_loss(joint), len(law.loss)))
+        ]
+        return self.base.blocks(self.base.joints) + Blocks((*laws, ("shown", len(self.shown))))
 
     @property
     def vector(self) -> Array:

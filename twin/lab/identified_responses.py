@@ -12,8 +12,14 @@ from twin.identify.responses.updating import Updated, update_rig
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs import Rig
 from twin.views.page import Page
-from twin.views.reports.updated import pairs_table, responses_figure, updated_page, updated_sentence, values_table
-from twin.views.reports.updated import damping_table
+from twin.views.reports.updated import (
+    damping_table,
+    pairs_table,
+    responses_figure,
+    updated_page,
+    updated_sentence,
+    values_table,
+)
 from twin.views.table import Table
 
 
@@ -57,11 +63,16 @@ class IdentifiedResponses(IdentifiedModel):
         return {
             "preload": found.found.evidence.preload,
             "linear": {
-                **{one.name: {**asdict(one.after), "before": one.before.value, "told": one.told} for one in found.values},
+                **{
+                    one.name: {**asdict(one.after), "before": one.before.value, "told": one.told}
+                    for one in found.values
+                },
                 "modal_damping": [asdict(one) for one in found.damping],
             },
             "nonlinear": {},
-            "residual_percent": {f"mode {pair.mode}": 100 * (pair.after_Hz / pair.measured_Hz - 1) for pair in found.pairs},
+            "residual_percent": {
+                f"mode {pair.mode}": 100 * (pair.after_Hz / pair.measured_Hz - 1) for pair in found.pairs
+            },
             "modes": [asdict(pair) for pair in found.pairs],
             "frequency_scatter": found.found.scatter,
             "assumed": list(self.assumed),

@@ -8,7 +8,17 @@ from pydantic import Field
 
 from recordings.toml_input import Name, Table
 from twin.rigs.layout import Layout, Place, ThinLayer
-from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, NaturalFrequencies, Preload, Shaker, Transducer
+from twin.rigs.tables import (
+    Acquisition,
+    Damping,
+    Drift,
+    Effect,
+    Measured,
+    NaturalFrequencies,
+    Preload,
+    Shaker,
+    Transducer,
+)
 
 
 class Rig(Table, ABC):

@@ -1,4 +1,4 @@
-"""A mass nobody told the model of, or one of the listed ones that is lighter or gone: a cable clamp, a magnet left on."""
+"""A mass nobody told the model of, a cable clamp, a magnet left on; or a listed one that is lighter or gone."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,6 +9,8 @@ from twin.identify.model_modification import ModelModification, point_mass
 from twin.rigs import BeamPart, Place, PointMass, Rig
 
 MODEL_ERROR = 0.002
+UNLISTED = 0.05
+"""Mass, kg, that a model without lumps may have too much."""
 
 
 class AddedMass(Cause):
@@ -26,8 +28,9 @@ class AddedMass(Cause):
         """Mass and where it sits; of a listed one up to all that it has, at its place."""
         if "mass" not in label:
             mass = Parameter(
-                name="mass_kg", scale=0.02, lower=-0.05, upper=0.5, null=0.0, starts=(0.004,), model_error=MODEL_ERROR
-            )
+                name="mass_kg", scale=0.02, lower=-_missing(evidence.rig), upper=0.5, null=0.0, starts=(0.004,),
+                model_error=MODEL_ERROR,
+            )  # fmt: skip
             return (mass, *position(evidence, label))
         listed = _listed(evidence.rig)[label["mass"]]
         whole, beam = listed.mass, isinstance(evidence.rig.layout().part(listed.part), BeamPart)
@@ -50,6 +53,11 @@ class AddedMass(Cause):
             place = place_at(evidence, label, values)
         directions = len(evidence.model.structure.translations(place))
         return ModelModification(attachments=(point_mass(place, values["mass_kg"], directions=directions),))
+
+
+def _missing(rig: Rig) -> float:
+    """What may be missing anywhere, kg: where the rig file lists its lumps, no more than a sensor weighs."""
+    return max(sensor.mass for sensor in rig.sensors) if rig.layout().masses else UNLISTED
 
 
 def _listed(rig: Rig) -> dict[str, PointMass]:

@@ -15,6 +15,7 @@ class BeamModulus(Cause):
 
     name = "beam-modulus"
     summary = "a beam is softer or stiffer than its material data say"
+
     def labels(self, evidence: MeasuredData) -> Sequence[Mapping[str, str]]:
         """Any beam."""
         return tuple({"beam": beam.name} for beam in evidence.rig.layout().beams)

@@ -106,10 +106,12 @@ def gather_responses(
     own = _scatter(runs, model)
     known = scatter if scatter is not None else rig.natural_frequencies.scatter or own or LIMITS.scatter
     told += _told_of_scatter(known, own if scatter is None and not rig.natural_frequencies.scatter else None, len(runs))
+    start = LinearFit(base=base, covariance=np.zeros((0, 0)), chi2_per_dof=chi2, history=(), nominal=nominal)
     evidence = MeasuredData(
         rig=rig, preload=preload, model=model, outputs=outputs, force=rig.force_sensor.channel,
-        reference=reference_output(model), broadband=runs, steps=no_steps(len(outputs)), unsettled=(), linear=LinearFit(base=base, covariance=np.zeros((0, 0)), chi2_per_dof=chi2, history=(), nominal=nominal),
-        runs=(), begun_s=0.0, frequency_scatter=float(np.hypot(known / len(runs) ** 0.5, rig.natural_frequencies.offset_std)),
+        reference=reference_output(model), broadband=runs, steps=no_steps(len(outputs)), unsettled=(), linear=start,
+        runs=(), begun_s=0.0,
+        frequency_scatter=float(np.hypot(known / len(runs) ** 0.5, rig.natural_frequencies.offset_std)),
         shape_error=LIMITS.shape_again if all(output.modal_factor for output in outputs) else LIMITS.shape,
     )  # fmt: skip
     first, last = max(run.frequency_Hz[0] for run in runs), min(run.frequency_Hz[-1] for run in runs)

@@ -94,9 +94,7 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
             return root * np.concatenate([r.real, r.imag]), root * np.vstack([J.real, J.imag])
 
         mean = np.concatenate([start.vector[columns], np.log(known).ravel()])
-        solution = minimise(
-            evaluate, x, mean=mean, precision=np.diag(1 / size**2), iterations=30, largest_step=largest
-        )
+        solution = minimise(evaluate, x, mean=mean, precision=np.diag(1 / size**2), iterations=30, largest_step=largest)
         x = solution.x
     assert solution is not None
     _, base = parts(x)

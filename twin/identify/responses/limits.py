@@ -25,7 +25,7 @@ class Limits:
     shape: float = 0.05
     """Relative error of each mode's share in each response that a sound rig has: places to a millimetre or two,
     sensors that lean and load, a mesh's own; the part of it that no parameter of the model explains."""
-    shape_again: float = 0.01
+    shape_again: float = 0.015
     """The same where the rig file says what the sensor was identified to show: mounted once more."""
     scatter: float = 5e-4
     """Least relative scatter of natural frequencies from one assembly to the next: two kelvin, and the same torque."""

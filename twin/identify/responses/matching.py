@@ -1,4 +1,4 @@
-"""Which of the rig's sensors a measured response belongs to: by name, by place and direction, or because it is alone."""
+"""Which of the rig's sensors a measured response belongs to: by name, by place and direction, or as the only one."""
 
 from __future__ import annotations
 

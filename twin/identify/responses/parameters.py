@@ -50,16 +50,24 @@ def parameters_of(rig: Rig, preload: str) -> tuple[UpdatedParameter, ...]:
     found: list[UpdatedParameter] = []
 
     def factor(name: str, unit: str, value: float, std: float, apply: Callable[[Rig, float], Rig]) -> None:
-        found.append(
-            UpdatedParameter(
-                name, unit, 0.0, std, -math.inf, lambda x: value * math.exp(x), lambda r, x: apply(r, value * math.exp(x))
-            )
-        )
+        def told(x: float) -> float:
+            return value * math.exp(x)
+
+        def applied(rig: Rig, x: float) -> Rig:
+            return apply(rig, told(x))
+
+        found.append(UpdatedParameter(name, unit, 0.0, std, -math.inf, told, applied))
 
     if isinstance(rig, StructureRig):
         for number, part in enumerate(rig.part):
             if isinstance(part, BeamPart):
-                factor(f"youngs_modulus {part.name}", "N/m2", part.youngs_modulus, MODULUS, _of("part", number, "youngs_modulus"))
+                factor(
+                    f"youngs_modulus {part.name}",
+                    "N/m2",
+                    part.youngs_modulus,
+                    MODULUS,
+                    _of("part", number, "youngs_modulus"),
+                )
                 factor(f"density {part.name}", "kg/m3", part.density, DENSITY, _of("part", number, "density"))
         for number, support in enumerate(rig.support):
             for dof, value in support.stiffness.items():
@@ -67,13 +75,7 @@ def parameters_of(rig: Rig, preload: str) -> tuple[UpdatedParameter, ...]:
                 factor(name, "N/m" if len(dof) == 1 else "Nm/rad", value, SPRING, _spring("support", number, dof))
             beam = rig.layout().part(support.part)
             if "rz" in support.fix and isinstance(beam, BeamPart):
-                unit = beam.length / (beam.youngs_modulus * beam.second_moment)
-                found.append(
-                    UpdatedParameter(
-                        f"clamp {support.part}", "rad/Nm", 0.0, CLAMP, 0.0, lambda x, u=unit: x * u,
-                        lambda r, x, n=number, u=unit: _clamped(r, n, x * u if x > LEAST_CLAMP else 0.0),
-                    )
-                )  # fmt: skip
+                found.append(_clamp(number, beam))
         for number, spring in enumerate(rig.spring):
             for dof, value in spring.stiffness.items():
                 name = f"spring {spring.between[0]} {spring.between[1]} {dof}"
@@ -90,9 +92,7 @@ def _changed(items: Sequence[Any], number: int, update: dict[str, Any]) -> list[
 
 
 def _of(table: str, number: int, field: str) -> Callable[[Rig, float], Rig]:
-    return lambda rig, value: rig.model_copy(
-        update={table: _changed(getattr(rig, table), number, {field: value})}
-    )
+    return lambda rig, value: rig.model_copy(update={table: _changed(getattr(rig, table), number, {field: value})})
 
 
 def _spring(table: str, number: int, dof: str) -> Callable[[Rig, float], Rig]:
@@ -102,6 +102,16 @@ def _spring(table: str, number: int, dof: str) -> Callable[[Rig, float], Rig]:
         return rig.model_copy(update={table: _changed(items, number, update)})
 
     return apply
+
+
+def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
+    """How much a support that holds a beam's rotation turns, over the beam's own L / EI."""
+    unit = beam.length / (beam.youngs_modulus * beam.second_moment)
+
+    def apply(rig: Rig, x: float) -> Rig:
+        return _clamped(rig, number, x * unit if x > LEAST_CLAMP else 0.0)
+
+    return UpdatedParameter(f"clamp {beam.name}", "rad/Nm", 0.0, CLAMP, 0.0, lambda x: x * unit, apply)
 
 
 def _clamped(rig: Rig, number: int, rad_per_Nm: float) -> Rig:

@@ -1,8 +1,8 @@
 """Lines of measured frequency responses with their noise, put together in bins that are narrow near resonances.
 
-The noise of a line is its coherence's, var |H| / |H|^2 = (1 - g2) / (2 n g2) with n averages (Bendat and Piersol, Random
-Data, 4th ed., table 9.6), or, where no coherence is given or nobody says n, what a ratio of polynomials leaves that is
-fitted to the line and its neighbours (the local rational method, McKelvey and Guerin 2012).
+The noise of a line is its coherence's, var |H| / |H|^2 = (1 - g2) / (2 n g2) with n averages (Bendat and Piersol,
+Random Data, 4th ed., table 9.6), or, where no coherence is given or nobody says n, what a ratio of polynomials leaves
+that is fitted to the line and its neighbours (the local rational method, McKelvey and Guerin 2012).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 
 from recordings.errors import InputError
 from recordings.responses import FoundResponse
-from twin.identify.broadband import BIN_SHARE, HALF_WIDTH_Hz, BinnedResponse
+from twin.identify.broadband import BIN_SHARE, BinnedResponse, HALF_WIDTH_Hz
 from twin.identify.responses.limits import LIMITS
 from twin.identify.responses.matching import Matched
 

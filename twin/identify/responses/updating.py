@@ -125,7 +125,8 @@ def update_rig(
     assert evidence.linear is not None
     pairs = tuple(
         FrequencyPair(
-            int(mode) + 1, *(float(each.Hz[mode]) for each in (measured, before, after)),
+            int(mode) + 1,
+            *(float(each.Hz[mode]) for each in (measured, before, after)),
             *(_mac(measured.constants[:, mode], each.constants[:, mode]) for each in (before, after)),
         )
         for mode in np.flatnonzero(found.shown)
@@ -205,7 +206,10 @@ def _fitted(
     """Coordinates of the parameters (p,) and their covariance (p, p), beside a gain of each response."""
     evidence, measured, shown, count = found.evidence, _measured(found), found.shown, len(parameters)
     gains = np.zeros(len(evidence.outputs))
-    mean, std = (np.array([*(getattr(p, name) for p in parameters), *rest]) for name, rest in (("start", gains), ("std", gains + GAIN)))
+    mean, std = (
+        np.array([*(getattr(p, name) for p in parameters), *rest])
+        for name, rest in (("start", gains), ("std", gains + GAIN))
+    )
     error = np.hypot(evidence.frequency_scatter, MODEL)
 
     def residual(x: Array) -> Array:

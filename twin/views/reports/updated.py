@@ -1,4 +1,4 @@
-"""The report of a rig updated to frequency responses: what they tell, pairs of modes, measured and modelled responses."""
+"""The report of a rig updated to frequency responses: what they tell, pairs of modes, responses."""
 
 from collections.abc import Sequence
 
@@ -103,7 +103,9 @@ def updated_page(found: Updated) -> Page:
         facts=f"Rig {found.rig.name}; {', '.join(evidence.sources)}.",
         sections=[
             Section(title="What was updated", tables=values),
-            Section(title="Measured and modelled", tables=[pairs_table(found), damping_table(found)], pictures=pictures),
+            Section(
+                title="Measured and modelled", tables=[pairs_table(found), damping_table(found)], pictures=pictures
+            ),
             Section(title="What is uncertain", items=_uncertain(found)),
         ],
     )
@@ -113,6 +115,8 @@ def _uncertain(found: Updated) -> Sequence[str]:
     hardly = [one.name for one in found.values if not one.told]
     items = [f"{', '.join(hardly)}: rather assumed than measured."] if hardly else []
     items += [f"{note[0].upper()}{note[1:]}." for note in found.found.notes]
-    items.append("What these numbers leave of natural frequencies and of what sensors show of each mode is in the model.")
+    items.append(
+        "What these numbers leave of natural frequencies and of what sensors show of each mode is in the model."
+    )
     items.append("Frequency responses have no force level: nothing is said of a joint's nonlinear law.")
     return items

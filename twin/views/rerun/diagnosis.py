@@ -180,7 +180,11 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
                 f"/broadband/{i}/{channel}",
                 f"{channel}, broadband",
                 Axis("frequency, Hz", x_range),
-                Axis.over(f"|{channel} / force|, {unit_text(evidence.units[channel])}/N", [measured, *sizes.values()], log=True),
+                Axis.over(
+                    f"|{channel} / force|, {unit_text(evidence.units[channel])}/N",
+                    [measured, *sizes.values()],
+                    log=True,
+                ),
             )
             for kind, size in sizes.items():
                 chart.line(kind, data.frequency_Hz, size, KIND[kind], dashed=kind == "before")

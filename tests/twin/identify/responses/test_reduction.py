@@ -48,7 +48,9 @@ def test_coherence_without_averages_is_scaled_by_the_neighbours():
 
 
 def test_bins_follow_the_response_and_say_their_noise():
-    data = reduce_responses("a", [Matched("a", -1.0, found(-noisy(np.random.default_rng(3), 0.02)))], ["a"], band_Hz=(20, 300))
+    data = reduce_responses(
+        "a", [Matched("a", -1.0, found(-noisy(np.random.default_rng(3), 0.02)))], ["a"], band_Hz=(20, 300)
+    )
     left = np.log(data.H[:, 0] / oscillators(data.frequency_Hz))
     std = np.sqrt(data.relative_covariance[:, 0, 0].real)
     assert len(data.H) < 0.4 * len(F)
