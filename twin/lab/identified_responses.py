@@ -7,7 +7,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from recordings.errors import InputError
 from recordings.responses import read_responses
+from twin.identify.responses.modal_tables import update_to_modes
 from twin.identify.responses.updating import Updated, update_rig
 from twin.lab.model_result import IdentifiedModel
 from twin.rigs import Rig
@@ -42,7 +44,7 @@ class IdentifiedResponses(IdentifiedModel):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What to know beside it."""
-        return self.found.found.notes
+        return self.found.notes
 
     def tables(self) -> Sequence[Table]:
         """Numbers before and after, pairs of frequencies with MAC, damping."""
@@ -61,20 +63,20 @@ class IdentifiedResponses(IdentifiedModel):
         """As ``twin identify --json`` prints it, without the model file's name."""
         found = self.found
         return {
-            "preload": found.found.evidence.preload,
+            "preload": found.preload,
             "linear": {
                 **{
                     one.name: {**asdict(one.after), "before": one.before.value, "told": one.told}
                     for one in found.values
                 },
-                "modal_damping": [asdict(one) for one in found.damping],
+                "modal_damping": [asdict(one) for one in found.damping.values()],
             },
             "nonlinear": {},
             "residual_percent": {
                 f"mode {pair.mode}": 100 * (pair.after_Hz / pair.measured_Hz - 1) for pair in found.pairs
             },
             "modes": [asdict(pair) for pair in found.pairs],
-            "frequency_scatter": found.found.scatter,
+            "frequency_scatter": found.scatter,
             "assumed": list(self.assumed),
             "warnings": list(self.warnings),
         }
@@ -90,6 +92,10 @@ def identify_responses(
     InputError
         As :func:`~twin.identify.responses.gather_responses`.
     """
-    return IdentifiedResponses(
-        found=update_rig([read_responses(path) for path in paths], rig, preload=preload, scatter=scatter)
-    )
+    files = [read_responses(path) for path in paths]
+    tables = [file for file in files if not file.responses]
+    if tables and len(files) > 1:
+        raise InputError(tables[0].path, "", "has modes and no responses: it is taken by itself", "give it alone")
+    if tables:
+        return IdentifiedResponses(found=update_to_modes(tables[0], rig, preload=preload, scatter=scatter))
+    return IdentifiedResponses(found=update_rig(files, rig, preload=preload, scatter=scatter))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from twin.rigs import BeamPart, Preload, Rig, StructureRig, Support
+from twin.rigs import BeamPart, Preload, Rig, StructureRig
 
 __all__ = ["UpdatedParameter", "parameters_of"]
 
@@ -116,11 +116,10 @@ def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
 
 def _clamped(rig: Rig, number: int, rad_per_Nm: float) -> Rig:
     assert isinstance(rig, StructureRig)
-    support: Support = rig.support[number]
     if not rad_per_Nm:
         return rig
-    update = {"fix": [d for d in support.fix if d != "rz"], "stiffness": {**support.stiffness, "rz": 1 / rad_per_Nm}}
-    return rig.model_copy(update={"support": _changed(rig.support, number, update)})
+    supports = [s.yielding(rad_per_Nm) if n == number else s for n, s in enumerate(rig.support)]
+    return rig.model_copy(update={"support": supports})
 
 
 def _joint(preload: str, number: int, field: str) -> Callable[[Rig, float], Rig]:

@@ -58,16 +58,13 @@ def _mac(value: float | None) -> str:
 
 def damping_table(found: Updated) -> Table:
     """Damping ratios of the modes that show."""
-    rows = [
-        (str(pair.mode), estimate_text(Estimate(100 * one.value, 100 * one.std)))
-        for pair in found.pairs
-        for one in [found.damping[pair.mode - 1]]
-    ]
+    rows = [(str(mode), estimate_text(Estimate(100 * one.value, 100 * one.std))) for mode, one in found.damping.items()]
     return Table(caption="Damping ratios, per cent", head=("mode", "ratio"), rows=rows, numbers=(0, 1))
 
 
 def responses_figure(found: Updated, index: int = 0) -> Figure:
     """Measured and modelled responses of one case."""
+    assert found.found is not None
     evidence = found.found.evidence
     data = evidence.broadband[index]
     figure = Drawing(figsize=(7.2, 3.2), layout="constrained")
@@ -88,19 +85,22 @@ def responses_figure(found: Updated, index: int = 0) -> Figure:
 
 def updated_page(found: Updated) -> Page:
     """The report."""
-    evidence = found.found.evidence
-    pictures = [
-        Picture(
-            draw=lambda: responses_figure(found),
-            alt="Measured frequency responses and those of the updated model.",
-            caption=f"Responses of {evidence.broadband[0].run}, in bins, and the updated model's.",
-        )
-    ]
+    pictures = (
+        [
+            Picture(
+                draw=lambda: responses_figure(found),
+                alt="Measured frequency responses and those of the updated model.",
+                caption="Responses of the first case, in bins, and the updated model's.",
+            )
+        ]
+        if found.found is not None
+        else []
+    )
     values = [values_table(found)] if found.values else []
     return Page(
         title="A rig updated to frequency responses",
         answer=updated_sentence(found),
-        facts=f"Rig {found.rig.name}; {', '.join(evidence.sources)}.",
+        facts=f"Rig {found.rig.name}; {', '.join(found.sources)}.",
         sections=[
             Section(title="What was updated", tables=values),
             Section(
@@ -114,7 +114,7 @@ def updated_page(found: Updated) -> Page:
 def _uncertain(found: Updated) -> Sequence[str]:
     hardly = [one.name for one in found.values if not one.told]
     items = [f"{', '.join(hardly)}: rather assumed than measured."] if hardly else []
-    items += [f"{note[0].upper()}{note[1:]}." for note in found.found.notes]
+    items += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
     items.append(
         "What these numbers leave of natural frequencies and of what sensors show of each mode is in the model."
     )
