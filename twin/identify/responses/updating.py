@@ -144,12 +144,10 @@ def update_rig(
         )
         for mode in np.flatnonzero(found.shown)
     )
-    offsets = np.where(found.shown, evidence.linear.base.frequency_discrepancy, 0.0)
-    factors = {
-        output.channel: [float(factor) if shown else 1.0 for factor, shown in zip(row, found.shown, strict=True)]
-        for output, row in zip(evidence.outputs, found.factors, strict=True)
-    }
-    kept = with_rest(updated, offsets.tolist(), factors, found.scatter, evidence.frequency_scatter)
+    # Of a mode above the band, too: what its flank does within is in the responses.
+    offsets = evidence.linear.base.frequency_discrepancy.tolist()
+    factors = {output.channel: list(row) for output, row in zip(evidence.outputs, found.factors, strict=True)}
+    kept = with_rest(updated, offsets, factors, found.scatter, evidence.frequency_scatter)
     ratios = zip(evidence.linear.base.zeta, found.damping_std, found.shown, strict=True)
     zeta = {
         mode: Estimate(float(value), float(value * std)) for mode, (value, std, shown) in enumerate(ratios, 1) if shown
