@@ -256,7 +256,7 @@ def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
     added = np.zeros(len(modes.omega))
     added[:rigid] = (2 * np.pi * SUSPENSION_Hz) ** 2
     off = modes.omega[rigid:][: len(plan.frequency_errors)]
-    added[rigid : rigid + len(off)] = off**2 * ((1 + plan.frequency_errors[: len(off)]) ** 2 - 1)
+    added[rigid : rigid + len(off)] = 2 * off**2 * plan.frequency_errors[: len(off)]
     matrices.K0 += held @ (added[:, None] * held.T)
     return matrices, rigid
 

@@ -134,7 +134,7 @@ class Plan:
     clock_error
         Relative error of the converter's clock.
     frequency_errors
-        Relative, of the first natural frequencies that are not of rigid motions.
+        Relative, of the first natural frequencies that are not of rigid motions: half of those of modal stiffnesses.
     matrix_changes, element_makers
         Called in order with the matrices.
     """

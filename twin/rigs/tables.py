@@ -378,7 +378,7 @@ class NaturalFrequencies(Table):
     """What the natural frequencies do beside the model of parts and joints: found by identification."""
 
     offset: list[Annotated[float, Field(gt=-0.3, lt=0.3)]] = Field(default=[], max_length=50)
-    """Relative, of the first ones: measured over modelled, less one."""
+    """Relative, of the first ones: measured over modelled, less one; half of what the modal stiffness is off by."""
     offset_std: NonNegative = 0.0
     """Of each offset, from the cases that it was identified on."""
     scatter: Annotated[float, Field(ge=0, lt=0.1)] = 0.0
