@@ -20,6 +20,7 @@ from twin.identify.linear_model import Output, build_linear_model, nominal_param
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import HARMONICS, MeasuredData, StepArrays
 from twin.identify.residual_model import ResidualModel
+from twin.identify.whitening import Whitening
 from twin.rigs import load_rig
 from twin.structure import layer_points
 
@@ -46,7 +47,7 @@ def gauss_newton_three_modes() -> Measured:
     found = free.local.balance(baseline.laws, evidence.steps.omega, free.surroundings(receptance, evidence.steps.omega))
     outputs = len(evidence.channels)
     factor = np.broadcast_to(np.eye(2 * outputs), (len(evidence.steps), 2 * outputs, 2 * outputs))
-    held = Linearisation((), np.array(factor), found, None, baseline, None)
+    held = Linearisation((), Whitening(np.array(factor)), found, None, baseline, None)
     residual_model = ResidualModel(evidence, held=held)
     # Residuals are those of measured over predicted: with the forces that are predicted, changes are of logarithms.
     R, omega, _ = residual_model.step_receptance(baseline, inner=False, held=found)

@@ -95,5 +95,5 @@ def _per_output(layer: LayerResponse, dE: Array, dG: Array, output: int) -> _Per
     strains, outputs = layer.by_drive(dE, dG)
     receptance = outputs[:, output]
     # The ports' common factor from strain to metres cancels in the comparison.
-    opening, slip = (np.linalg.norm(strains[:, part], axis=1) for part in (p.normal[0], p.shear[0]))
+    opening, slip = (np.linalg.norm(part, axis=1) for part in np.split(strains, [len(p.normals[0])], axis=1))
     return _PerOutput(receptance, opening / np.abs(receptance), slip / np.abs(receptance))

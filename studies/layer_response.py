@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.linear_model import LinearParameters
-from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
+from twin.identify.structural_modification import update_receptance
 
 __all__ = ["LayerResponse", "layer_response"]
 
@@ -66,18 +66,14 @@ class LayerResponse:
         R, into = self._updated(dE, dG)
         p = self.residual_model.model.ports
         H = self.residual_model.responses(R, self.omega)
-        drive, outputs = into[:, :, 0], into[:, :, 1 : 1 + p.outputs.stop - p.outputs.start]
-        receptance = R[:, p.outputs, p.drive]
-        by_E = -np.einsum("fn,fno->fo", drive[:, p.normal[0]], outputs[:, p.normal[0]]) / receptance
-        by_G = -np.einsum("fn,fno->fo", drive[:, p.shear[0]], outputs[:, p.shear[0]]) / receptance
+        product = -into[:, :, [p.drive]] * into[:, :, p.outputs] / R[:, None, p.outputs, p.drive]
+        by_E, by_G = (part.sum(axis=1) for part in np.split(product, [len(p.normals[0])], axis=1))
         return H, by_E, by_G
 
     def with_moduli(self, dE: Array, dG: Array) -> Array:
         """Receptances (f, p, p) between all ports with these changes of the moduli, (f,)."""
         p = self.residual_model.model.ports
-        S = np.empty((len(self.omega), p.soft.stop), complex)
-        S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
-        return update_receptance(self.R, slice(0, p.soft.stop), S)
+        return update_receptance(self.R, p.soft, self._soft_stiffness(dE, dG))
 
     def by_drive(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """The layer's strains (f, r), normal ones first, and the outputs' displacements (f, o) per drive force."""
@@ -85,14 +81,17 @@ class LayerResponse:
         p = self.residual_model.model.ports
         return into[:, :, 0], R[:, p.outputs, p.drive]
 
+    def _soft_stiffness(self, dE: Array, dG: Array) -> Array:
+        """Changes of the moduli as stiffness (f, r) on the layer's strains."""
+        p = self.residual_model.model.ports
+        parts = ((dE, p.normals[0]), (dG, p.shears[0]))
+        return np.hstack([np.repeat(np.reshape(change, (-1, 1)), len(rows), axis=1) for change, rows in parts])
+
     def _updated(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """Receptances among drive, outputs and extra ports (others are left zero), and those from there to strains."""
         p = self.residual_model.model.ports
-        count = len(self.omega)
-        S = np.empty((count, p.soft.stop), complex)
-        S[:, p.normal[0]], S[:, p.shear[0]] = np.reshape(dE, (-1, 1)), np.reshape(dG, (-1, 1))
-        layer, rest = slice(0, p.soft.stop), slice(p.drive, len(p.rows))
-        A = np.eye(p.soft.stop) + self.R[:, layer, layer] * S[:, None, :]
+        S, layer, rest = self._soft_stiffness(dE, dG), p.soft, slice(0, p.soft.start)
+        A = np.eye(S.shape[1]) + self.R[:, layer, layer] * S[:, None, :]
         into = np.linalg.solve(A, self.R[:, layer, rest])
         R = np.zeros_like(self.R)
         R[:, rest, rest] = self.R[:, rest, rest] - self.R[:, rest, layer] @ (S[:, :, None] * into)

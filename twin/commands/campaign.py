@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -25,7 +26,7 @@ from twin.commands.common.output import (
 from twin.commands.common.own_code import causes_option, laws_option
 
 if TYPE_CHECKING:
-    from twin.campaign import CampaignSummary, CasePlan, CaseResult, CauseRow
+    from twin.campaign import CampaignSummary, CasePlan, CaseResult, CauseRow, RuleCalibration
     from twin.rigs import Rig
     from twin.views.table import Table
 
@@ -49,6 +50,10 @@ SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png
 )  # fmt: skip
 @click.option("--modes", default=1, show_default=True, type=click.IntRange(1, 3), help="Sweep about the first so many.")
 @click.option("--pairs", default=0, show_default=True, type=click.IntRange(0), help="Cases with two causes at once.")
+@click.option(
+    "--calibrate", "calibrated", is_flag=True,
+    help="Learn the numbers behind the probabilities from every other seed, and judge them on those between.",
+)  # fmt: skip
 @click.option("--workers", type=click.IntRange(1), help="Local processes; one for each core if left out.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler to use instead, such as tcp://host:8786.")
 @click.option("--keep", is_flag=True, help="Keep the recordings, some 40 MB a case.")
@@ -64,6 +69,7 @@ def command(
     strengths: tuple[float, ...],
     modes: int,
     pairs: int,
+    calibrated: bool,
     workers: int | None,
     scheduler: str | None,
     keep: bool,
@@ -121,7 +127,10 @@ def command(
             raise InputError(out, "", f"cannot be written: {error.strerror or error}", "name another --out") from error
     summary = summarise(results)
     by_rig = {rig.name: summarise([r for r in results if r.rig == rig.name]) for rig in rigs}
+    calibration = _calibration(results) if calibrated else None
     data = summary.to_dict() | {"by_rig": {name: list(one.to_dict()["rows"]) for name, one in by_rig.items()}}
+    if calibration is not None:
+        data["rule"] = calibration.to_dict()
     with staged_folder(out, results=(SUMMARY, CONFUSION, DETECTION), overwrite=True) as folder:
         write_json(data, folder / SUMMARY)
         confusion_figure(summary).savefig(folder / CONFUSION, dpi=110, facecolor="white")
@@ -130,7 +139,44 @@ def command(
         print_json(data)
     else:
         print_tables(*_tables(summary, by_rig if len(by_rig) > 1 else {}), to=console)
+        if calibration is not None:
+            print_tables(_rule_table(calibration), to=console)
         say(f"written: {out / SUMMARY}, {out / CONFUSION}, {out / DETECTION}")
+
+
+def _calibration(results: Sequence[CaseResult]) -> RuleCalibration | None:
+    """The calibration, or None where that is told to be impossible."""
+    from twin.campaign import calibrate
+
+    try:
+        return calibrate(results)
+    except ValueError as error:
+        say(f"not calibrated: {error}; give more --seeds")
+        return None
+
+
+def _rule_table(calibration: RuleCalibration) -> Table:
+    from twin.identify.error_model import SOUND, SPREAD
+    from twin.views.table import Table
+
+    numbers = (calibration.in_use, calibration.learnt)
+    judged = (calibration.in_use_judged, calibration.learnt_judged)
+    rows = [
+        ("temperature", *(f"{each.temperature:.2f}" for each in numbers)),
+        ("odds of a cause", *(f"{math.exp(each.log_odds_of_a_cause):.2g}" for each in numbers)),
+        ("odds of something unknown", *(f"{math.exp(each.log_odds_of_unknown):.2g}" for each in numbers)),
+        ("probability of the truth", *(f"{each.of_the_truth:.3f}" for each in judged)),
+        ("truth in the set of 95 %", *(f"{each.in_set_95:.3f}" for each in judged)),
+        ("size of that set", *(f"{each.set_size:g}" for each in judged)),
+        ("calibration error", *(f"{each.calibration_error:.3f}" for each in judged)),
+    ]
+    if calibration.model_error is not None:
+        median, factor = calibration.model_error
+        in_use = f"{SOUND.steps.stiffness:.1e}, factor {math.exp(SPREAD):.1f}"
+        rows.append(("model error of clean rigs", in_use, f"{median:.1e}, factor {factor:.1f}"))
+    judged_on = f"judged on {calibration.in_use_judged.cases} cases"
+    caption = f"The rule: learnt from {calibration.learnt_from} cases, {judged_on}"
+    return Table(caption=caption, head=("", "in use", "learnt"), rows=rows, numbers=(1, 2))
 
 
 def _line(result: CaseResult) -> str:

@@ -69,6 +69,10 @@ class _HeldOutRuns(click.Command):
     show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
 )  # fmt: skip
 @scatter_option
+@click.option(
+    "--exclude", metavar="CAUSE", multiple=True,
+    help="A cause that the next test is to show or to exclude, at the size at which it could hide now.",
+)  # fmt: skip
 @click.option("--thorough", is_flag=True, help="Fit more rivals, from more beginnings and for longer.")
 @overwrite_option
 @causes_option
@@ -82,6 +86,7 @@ def command(
     out: Path,
     time_limit_s: float,
     frequency_scatter: float | None,
+    exclude: tuple[str, ...],
     thorough: bool,
     overwrite: bool,
     as_json: bool,
@@ -107,8 +112,8 @@ def command(
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
             runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s,
-            frequency_scatter=frequency_scatter, thorough=thorough,
-            processes=usual_processes(), report=begin,
+            frequency_scatter=frequency_scatter, thorough=thorough, exclude=exclude, processes=usual_processes(),
+            report=begin,
         )  # fmt: skip
         data = found.save_model(folder)
         write_json(data, folder / RESULT)

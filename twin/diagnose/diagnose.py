@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.errors import InputError
 from recordings.run import Run
 from twin.diagnose.cause import Cause
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.exclusion import Exclusion, exclusion_limits
+from twin.diagnose.exclusion import LIMIT_95, Exclusion, exclusion_limits, hidden_at_limit
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.missing import find_missing_force
@@ -22,7 +23,7 @@ from twin.diagnose.models import CAUSES, DRIFTS
 from twin.diagnose.next_test import plan_next_test
 from twin.diagnose.racing import THOROUGH, USUAL
 from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
-from twin.diagnose.search import Report, search_causes
+from twin.diagnose.search import Report, Search, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
 from twin.diagnose.sound_data import SoundData, sound_data
@@ -74,6 +75,7 @@ def diagnose(
     causes: Mapping[str, Cause] = CAUSES,
     most: int = 3,
     thorough: bool = False,
+    exclude: Sequence[str] = (),
     report: Report = lambda text: None,
 ) -> Diagnosis:
     """Say what a rig's model gets wrong.
@@ -96,12 +98,16 @@ def diagnose(
         What may be named, apart from what the samples themselves show.
     thorough
         Whether more rivals are fitted, from more beginnings and for longer.
+    exclude
+        Causes that the next test is to show or to exclude, at the largest size at which they could hide now.
 
     Raises
     ------
     InputError
-        As :func:`~twin.diagnose.sound_data.sound_data`.
+        As :func:`~twin.diagnose.sound_data.sound_data`; if a cause to exclude is none of those that are fitted.
     """
+    if unknown := sorted(set(exclude) - set(causes)):
+        raise InputError("--exclude", unknown[0], "is no cause that is fitted", f"name one of {', '.join(causes)}")
     begun = time.perf_counter()
     asked_for = preload is not None
     preload = preload or common_preload([*runs, *held_out], rig)
@@ -129,7 +135,7 @@ def diagnose(
         notes += beyond
     return diagnose_evidence(
         replace(sound, evidence=evidence, findings=tuple(findings)), HeldOut(unseen, held_out, aside), causes=causes,
-        out=out, notes=notes, most=most, thorough=thorough, begun=begun, report=report,
+        out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
     )  # fmt: skip
 
 
@@ -143,6 +149,7 @@ def diagnose_evidence(
     begun: float,
     most: int = 3,
     thorough: bool = False,
+    exclude: Sequence[str] = (),
     unseeable: Sequence[Exclusion] = (),
     report: Report = lambda text: None,
 ) -> Diagnosis:
@@ -175,10 +182,12 @@ def diagnose_evidence(
         extended = "extended.toml"
         model = updated_rig_file(evidence, replace(search, model=after))
         save_rig(model, out / extended)
-        if verdict == "ambiguous" and evidence.runs and not time_is_up():
-            models = (search.model, *rivals_of(posterior))
+        rivals = rivals_of(posterior) if verdict == "ambiguous" else ()
+        best = search.model if rivals else after
+        rivals += tuple(_hidden(search, best, name) for name in exclude if name not in best.name.split(" + "))
+        if evidence.runs and rivals and verdict != "unknown" and not time_is_up():
             with time_limit(time.monotonic() + time.perf_counter() - begun):  # as long again as the search took
-                next_test = plan_next_test(evidence.runs, search.evidence, models, model, out, report=report)
+                next_test = plan_next_test(evidence.runs, search.evidence, (best, *rivals), model, out, report=report)
     causes_named = named_causes(search, posterior, findings, verdict)
     acting = {cause.cause for cause in causes_named if cause.in_model} | {
         effect.cause for effect in evidence.rig.effect
@@ -209,8 +218,18 @@ def diagnose_evidence(
         extended_model=extended,
         missing_force=missing,
         set_95=posterior.set_95,
+        hypotheses=posterior.weighed,
         excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *unseeable),
     )
+
+
+def _hidden(search: Search, model: FittedModel, name: str) -> FittedModel:
+    """The model with a cause as large as it could be without having been seen."""
+    hidden = hidden_at_limit(search.evidence, search.stages[-1].scores, name)
+    if hidden is None:
+        raise InputError("--exclude", name, "has no size that data could limit", "name another cause")
+    less_likely = model.log_evidence - LIMIT_95**2 / 2
+    return replace(model, hypotheses=(*model.hypotheses, hidden), log_evidence=less_likely)
 
 
 def _gain(
@@ -236,7 +255,7 @@ def _gain(
 def _of_a_sound_rig(unseen: MeasuredData, model: FittedModel) -> NDArray[Any]:
     """Relative errors (s o,) of the fundamentals that noise and a sound rig's model error make."""
     residual_model = ResidualModel(unseen, modification_of(unseen, model.hypotheses))
-    factor = residual_model.covariances(model.baseline).step_factor(SOUND.steps)
+    factor = residual_model.covariances(model.baseline).of_steps(SOUND.steps).factor
     variance = np.sum(factor**2, axis=2)
     return np.asarray(np.sqrt(variance.reshape(len(factor), 2, -1).sum(axis=1)).ravel())
 

@@ -1,15 +1,19 @@
 """What the data rule out: the largest size of each cause that a rig with these recordings could hide."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from twin.diagnose.cause import strengths_of
+from twin.diagnose.cause import Parameter, strengths_of
+from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.places import told_place
 from twin.diagnose.score import Score
 from twin.identify.measured_data import MeasuredData
+
+LIMIT_95 = 1.645
+"""Standard deviations below which 95 % of a normal distribution lie."""
 
 
 @dataclass(frozen=True)
@@ -34,23 +38,64 @@ class Exclusion:
 
 def exclusion_limits(evidence: MeasuredData, scores: Sequence[Score]) -> tuple[Exclusion, ...]:
     """The limit of every scored cause at the place where it hides best; the tightest first, by the usual size."""
-    largest: dict[str, tuple[float, Exclusion]] = {}
+    found = sorted(_largest(evidence, scores).values(), key=lambda hidden: hidden.share)
+    return tuple(hidden.told(evidence) for hidden in found)
+
+
+def hidden_at_limit(evidence: MeasuredData, scores: Sequence[Score], cause: str) -> CauseHypothesis | None:
+    """A cause where it hides best, of the largest size it may have there; of its usual one if the data limit it not."""
+    hidden = _largest(evidence, scores).get(cause)
+    return None if hidden is None else hidden.hypothesis
+
+
+@dataclass(frozen=True)
+class _Hidden:
+    """What a cause could be without being seen.
+
+    Attributes
+    ----------
+    limit : float
+        Of its first strength, away from no effect; infinite where any size the parameter may have could hide.
+    share : float
+        The limit over the usual size.
+    """
+
+    score: Score
+    main: Parameter
+    limit: float
+
+    @property
+    def share(self) -> float:
+        return self.limit / self.main.scale
+
+    @property
+    def hypothesis(self) -> CauseHypothesis:
+        main, own = self.main, self.score.hypothesis
+        away = self.limit if np.isfinite(self.limit) else main.scale
+        return replace(own, values={**own.values, main.name: main.null + (away if main.upper > main.null else -away)})
+
+    def told(self, evidence: MeasuredData) -> Exclusion:
+        own = self.score.hypothesis
+        locations = {p.name for p in own.cause.parameters(evidence, own.label) if p.is_location}
+        values = {name: value for name, value in own.values.items() if name in locations}
+        where, _, _ = told_place(evidence, own.label, values, {})
+        limit = self.limit if np.isfinite(self.limit) else None
+        return Exclusion(own.cause.name, self.main.name, limit, {**own.label, **where})
+
+
+def _largest(evidence: MeasuredData, scores: Sequence[Score]) -> dict[str, _Hidden]:
+    """Each cause where it hides best."""
+    largest: dict[str, _Hidden] = {}
     for score in scores:
         hypothesis, name = score.hypothesis, score.hypothesis.cause.name
-        parameters = hypothesis.cause.parameters(evidence, hypothesis.label)
-        strengths = strengths_of(parameters)
+        strengths = strengths_of(hypothesis.cause.parameters(evidence, hypothesis.label))
         if not strengths:
             continue
         main = strengths[0]
         rising, falling = main.upper > main.null, main.lower < main.null
         size = abs(score.size) if rising and falling else max(score.size if rising else -score.size, 0.0)
-        largest_size = max(main.upper - main.null, main.null - main.lower)
-        limit = size + 1.645 * score.std  # 95 % of a normal distribution lie below 1.645 standard deviations
-        share = limit / main.scale if limit < largest_size else np.inf
-        if name in largest and share <= largest[name][0]:
-            continue
-        values = {p.name: hypothesis.values[p.name] for p in parameters if p.is_location}
-        where, _, _ = told_place(evidence, hypothesis.label, values, {})
-        told = limit if np.isfinite(share) else None
-        largest[name] = share, Exclusion(name, main.name, told, {**hypothesis.label, **where})
-    return tuple(exclusion for _, exclusion in sorted(largest.values(), key=lambda item: item[0]))
+        limit = size + LIMIT_95 * score.std
+        hidden = _Hidden(score, main, limit if limit < max(main.upper - main.null, main.null - main.lower) else np.inf)
+        if name not in largest or hidden.share > largest[name].share:
+            largest[name] = hidden
+    return largest

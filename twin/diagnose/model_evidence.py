@@ -8,6 +8,7 @@ where it is largest, with what sound rigs need as its prior (type-II maximum lik
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,11 @@ from scipy.optimize import minimize, minimize_scalar
 
 from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, FittedModel, fit_model
 from twin.identify.baseline_parameters import BaselineParameters
-from twin.identify.error_model import SOUND, Covariances, Discrepancy, ErrorModel, log_determinant, log_prior
+from twin.identify.error_model import SOUND, Covariances, Discrepancy, ErrorModel, log_prior
 from twin.identify.gauss_newton import not_held_back
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.whitening import HarmonicResiduals, Whitening
 
 __all__ = ["Tolerances", "fit_with_errors", "infer_errors", "unexplained"]
 
@@ -47,12 +48,20 @@ class _Linearised:
 
     columns: Array
 
-    def gram(self, factor: Array) -> Array:
-        """Their products (1 + n, 1 + n) with covariances whose Cholesky factors these are."""
-        white = np.linalg.solve(factor, self.columns).reshape(-1, self.columns.shape[2])
-        if not np.iscomplexobj(white):
-            return np.asarray(white.T @ white)
-        return np.asarray(2 * (white.real.T @ white.real + white.imag.T @ white.imag))
+    @cached_property
+    def _felt(self) -> tuple[Array, Array]:
+        """Columns that are not zero, as broadband runs' are for all of the joints' laws; and which."""
+        felt = np.flatnonzero(np.any(self.columns != 0, axis=(0, 1)))
+        return np.ascontiguousarray(self.columns[..., felt]), felt
+
+    def gram(self, whitening: Whitening) -> Array:
+        """Their products (1 + n, 1 + n) with other covariances."""
+        columns, felt = self._felt
+        white = whitening.columns(columns)
+        both = np.vstack([white.real, white.imag]) if np.iscomplexobj(white) else white
+        found = np.zeros((self.columns.shape[2],) * 2)
+        found[np.ix_(felt, felt)] = (2 if both is not white else 1) * (both.T @ both)
+        return found
 
 
 @dataclass(frozen=True)
@@ -92,11 +101,11 @@ class Tolerances:
         """The directions as columns (r, k) of a whitened residual."""
         where = dict(blocks)
         columns = np.zeros((max(part.stop for part in where.values()), self.rest.shape[1]))
-        for number, (factor, run) in enumerate(zip(held.broadband_factors, self.broadband, strict=True)):
-            white = np.sqrt(2) * np.linalg.solve(factor, run).reshape(-1, run.shape[2])
+        for number, (whitening, run) in enumerate(zip(held.broadband, self.broadband, strict=True)):
+            white = np.sqrt(2) * whitening.columns(run)
             columns[where[f"broadband {number}"]] = np.vstack([white.real, white.imag])
         if "steps" in where:
-            columns[where["steps"]] = np.linalg.solve(held.step_factor, self.steps).reshape(-1, self.steps.shape[2])
+            columns[where["steps"]] = held.steps.columns(self.steps)
         if "harmonics" in where:
             columns[where["harmonics"]] = self.rest
         return columns
@@ -104,14 +113,13 @@ class Tolerances:
 
 def _unwhitened(rows: Array, blocks: dict[str, slice], held: Linearisation) -> tuple[tuple[Array, ...], Array, Array]:
     """Columns of rows (r, k) of a whitened residual: of broadband runs, of steps, and the whitened rest."""
-    k, broadband = rows.shape[1], []
-    for number, factor in enumerate(held.broadband_factors):
+    broadband = []
+    for number, whitening in enumerate(held.broadband):
         real, imaginary = np.split(rows[blocks[f"broadband {number}"]], 2)
-        white = (real + 1j * imaginary) / np.sqrt(2)
-        broadband.append(factor @ white.reshape(*factor.shape[:2], k))
+        broadband.append(whitening.undone((real + 1j * imaginary) / np.sqrt(2)))
     steps = rows[blocks["steps"]] if "steps" in blocks else rows[:0]
     rest = rows[blocks["harmonics"]] if "harmonics" in blocks else rows[:0]
-    return tuple(broadband), held.step_factor @ steps.reshape(*held.step_factor.shape[:2], k), rest
+    return tuple(broadband), held.steps.undone(steps), rest
 
 
 class _Marginal:
@@ -151,13 +159,11 @@ class _Marginal:
         if key not in self._known:
             gram, determinant = np.zeros_like(self._rest), 0.0
             if kind == "steps" and len(self._steps.columns):
-                factor = self._made_of.step_factor(errors.steps)
-                gram, determinant = self._steps.gram(factor), log_determinant(factor)
+                whitening = self._made_of.of_steps(errors.steps)
+                gram, determinant = self._steps.gram(whitening), whitening.log_determinant()
             elif kind == "broadband":
-                for block, factor in zip(
-                    self._broadband, self._made_of.broadband_factors(errors.broadband), strict=True
-                ):
-                    gram, determinant = gram + block.gram(factor), determinant + 2 * log_determinant(factor)
+                for block, whitening in zip(self._broadband, self._made_of.of_broadband(errors.broadband), strict=True):
+                    gram, determinant = gram + block.gram(whitening), determinant + 2 * whitening.log_determinant()
             self._known[key] = gram, determinant
         return self._known[key]
 

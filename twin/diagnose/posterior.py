@@ -7,6 +7,7 @@ rigs, ``unknown`` the best model with errors of any size.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +19,7 @@ __all__ = [
     "LOG_ODDS_OF_UNKNOWN",
     "SURE",
     "TEMPERATURE",
+    "Weighed",
     "log_weight",
     "probabilities",
     "smallest_set",
@@ -30,6 +32,28 @@ LOG_ODDS_OF_UNKNOWN = float(np.log(0.03))
 TEMPERATURE = 3.0
 """Factor by which differences of log evidence overstate what they say, since models are approximate."""
 SURE = 0.95
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A hypothesis with what its probability is made of.
+
+    Attributes
+    ----------
+    name : str
+        Of its causes, or ``none`` or ``unknown``.
+    causes : int
+        How many it has.
+    log_evidence : float
+        Up to a constant that all hypotheses about the same data share.
+    log_prior : float
+        Prior odds of its causes and, for ``unknown``, those of something on no list.
+    """
+
+    name: str
+    causes: int
+    log_evidence: float
+    log_prior: float
 
 
 def log_weight(evidence: MeasuredData, model: FittedModel) -> float:

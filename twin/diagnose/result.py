@@ -7,6 +7,7 @@ from typing import Any, Literal
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.exclusion import Exclusion
 from twin.diagnose.missing import MissingForce
+from twin.diagnose.posterior import Weighed
 from twin.diagnose.search import Search
 from twin.diagnose.shortfall import explains, shortfall, told_with
 from twin.identify.error_model import SOUND
@@ -156,6 +157,7 @@ class Diagnosis:
     missing_force: MissingForce | None = None
     set_95: tuple[str, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
+    hypotheses: tuple[Weighed, ...] = ()
 
     @property
     def shortfall(self) -> str:
@@ -205,6 +207,7 @@ class Diagnosis:
             **answer_dict(self.verdict, self.sentence, self.misfit, self.causes),
             "set_95": list(self.set_95),
             "excluded": [asdict(limit) for limit in self.excluded],
+            "hypotheses": [asdict(hypothesis) for hypothesis in self.hypotheses],
             "model_error": {
                 "inferred": self.search.model.errors.steps.stiffness,
                 "sound": SOUND.steps.stiffness,

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from twin.diagnose.attachment_signatures import AttachmentSignatures
 from twin.diagnose.cause import Cause, Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, difference_step, modification_of
 from twin.diagnose.model_evidence import Tolerances
@@ -25,7 +26,8 @@ from twin.identify.base_fit import baseline_bounds
 from twin.identify.gauss_newton import not_held_back
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
-from twin.identify.residual_model import ResidualModel
+from twin.identify.model_modification import ModelModification
+from twin.identify.residual_model import Prediction, ResidualModel
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 
@@ -94,7 +96,7 @@ def score_causes(
     # The priors are sound rigs': a cause gains by explaining what a loose fit put down to natural frequencies.
     residual_model = ResidualModel(evidence, modification, harmonics, held=held)
     prediction = residual_model.evaluate(model.baseline)
-    common = (evidence, harmonics, model, held, prediction.residual)
+    common = (evidence, harmonics, model, held, prediction)
     found = parallel_map(_signatures_of, common, [(cause,) for cause in causes.values()])
     signatures = [signature for each in found for signature in each]
     tolerated = [signature.tolerated for signature in signatures if signature.strengths]
@@ -138,16 +140,17 @@ def _signatures_of(
     harmonics: HarmonicResiduals | None,
     model: FittedModel,
     held: Linearisation,
-    residual: Array,
+    prediction: Prediction,
     cause: Cause,
 ) -> list[_Signature]:
     """Signatures of every label and starting place of one cause."""
+    without = modification_of(evidence, model.hypotheses)
 
-    def left_by(label: Mapping[str, str], values: dict[str, float]) -> Array:
-        modification = modification_of(evidence, (*model.hypotheses, CauseHypothesis(cause, label, values, {})))
-        changed = ResidualModel(evidence, modification, harmonics, held=held)
+    def left_by(modification: ModelModification) -> Array:
+        changed = ResidualModel(evidence, without.merged(modification), harmonics, held=held)
         return changed.evaluate(model.baseline, sensitivities=False).residual
 
+    small = AttachmentSignatures(ResidualModel(evidence, without, harmonics, held=held), prediction, left_by)
     found: list[_Signature] = []
     for label in cause.labels(evidence):
         if time_is_up():
@@ -157,17 +160,18 @@ def _signatures_of(
         count = int(np.prod([len(p.starts) for p in parameters if p.is_threshold]))
         for start in _starts(parameters):
             if not strengths:
-                columns = left_by(label, start)[:, None]
+                columns = left_by(cause.modification(evidence, label, start))[:, None]
             else:
                 # A structure made anew differs a little from the assumed one, without any effect in it.
                 remakes = cause.modification(evidence, label, start).changes_structure
                 none = {**start, **{p.name: p.null for p in strengths}}
-                before = left_by(label, none) if remakes else residual
-                columns = np.empty((len(residual), len(strengths)))
+                before = left_by(cause.modification(evidence, label, none)) if remakes else None
+                columns = np.empty((len(prediction.residual), len(strengths)))
                 for k, p in enumerate(strengths):
                     step = _small_step(p, start[p.name] - p.null, remakes=remakes)
-                    after = left_by(label, {**none, p.name: p.null + step})
-                    columns[:, k] = (before - after) * p.scale / step
+                    little = cause.modification(evidence, label, {**none, p.name: p.null + step})
+                    change = small.change_by(little) if before is None else before - left_by(little)
+                    columns[:, k] = change * p.scale / step
             if np.isfinite(columns).all():
                 found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))
     return found

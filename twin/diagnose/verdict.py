@@ -6,7 +6,7 @@ import numpy as np
 
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.places import told_place
-from twin.diagnose.posterior import LOG_ODDS_OF_UNKNOWN, TEMPERATURE, log_weight, probabilities, smallest_set
+from twin.diagnose.posterior import LOG_ODDS_OF_UNKNOWN, TEMPERATURE, Weighed, log_weight, probabilities, smallest_set
 from twin.diagnose.result import Estimate, NamedCause, Verdict
 from twin.diagnose.search import Search
 from twin.diagnose.signals import Finding, Sidebands
@@ -29,11 +29,14 @@ class Posterior:
     probability : ndarray, (m,)
     unknown : float
         Of something that is on no list.
+    weighed : tuple of Weighed
+        What the probabilities are made of, in no order; empty where the time did not allow for any.
     """
 
     models: tuple[FittedModel, ...]
     probability: np.ndarray
     unknown: float
+    weighed: tuple[Weighed, ...] = ()
 
     @property
     def set_95(self) -> tuple[str, ...]:
@@ -66,7 +69,15 @@ def posterior_of(search: Search, sidebands: Sidebands | None = None) -> Posterio
         unknown += sidebands.log_bayes / TEMPERATURE
     *each, of_unknown = probabilities([*weights, unknown])
     order = np.argsort(each)[::-1]
-    return Posterior(tuple(models[i] for i in order), np.asarray(each)[order], float(of_unknown))
+    evidences = [model.log_evidence for model in models]
+    evidences.append(stage.unknown + (sidebands.log_bayes if sidebands is not None else 0.0))
+    weighed = tuple(
+        Weighed(name, len(model.hypotheses), log_evidence, weight - log_evidence / TEMPERATURE)
+        for name, model, log_evidence, weight in zip(
+            [*(model.name for model in models), "unknown"], [*models, best], evidences, [*weights, unknown], strict=True
+        )
+    )
+    return Posterior(tuple(models[i] for i in order), np.asarray(each)[order], float(of_unknown), weighed)
 
 
 def decide(posterior: Posterior, findings: list[Finding]) -> Verdict:

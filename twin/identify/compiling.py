@@ -6,9 +6,9 @@ from twin.identify.joint_law import LayerLaw
 from twin.identify.local_forces import LocalForces, Surroundings
 from twin.identify.model_modification import NonlinearForce
 from twin.identify.opening_harmonics import ODD, Openings, balance_openings
-from twin.identify.receptance import ModalBasis, update_receptance
+from twin.identify.receptance import ModalBasis
 from twin.identify.slipping import slipping_harmonics
-from twin.identify.structural_modification import PortPairs
+from twin.identify.structural_modification import PortPairs, update_receptance
 
 
 def compile_kernels() -> None:
@@ -27,7 +27,7 @@ def compile_kernels() -> None:
     )
     LocalForces((spring,), np.ones((1, 2)), np.zeros(1, int)).balance([law], one, _surroundings(3))
     basis = ModalBasis(one, one, point, point, point)
-    PortPairs.of(basis, point, np.zeros(1, int)).receptance(basis, one, point + 0j, inner=True)
+    PortPairs.of(basis, point, np.zeros(1, int), outer=1).receptance(basis, one, point + 0j, inner=True)
     update_receptance(np.ones((1, 1, 1), complex), np.zeros(1, int), point + 0j)
     slipping_harmonics(one, 1.0, 1.0, np.zeros(3, complex))
 

@@ -18,6 +18,7 @@ from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_fit import FREQUENCY_STD, MODULI_STD
 from twin.identify.measured_data import StepArrays
 from twin.identify.sweeps import rows_by_sweep
+from twin.identify.whitening import Whitening
 
 Array = NDArray[Any]
 
@@ -177,16 +178,16 @@ class Covariances:
             steps[rows, :, number] = 2 * SHIFT * self.ratio[rows] * self.by_stiffness[rows].sum(axis=2)
         return tuple(runs), np.concatenate([steps.real, steps.imag], axis=1)
 
-    def broadband_factors(self, errors: Discrepancy) -> tuple[Array, ...]:
-        """Cholesky factors (b, o, o) of the covariance of each run's log responses."""
+    def of_broadband(self, errors: Discrepancy) -> tuple[Whitening, ...]:
+        """Of each run's log responses (b, o)."""
         found = []
         for data, by_stiffness in zip(self.broadband, self.broadband_by_stiffness, strict=True):
             ratio = (errors.ratio * data.depth[:, :, None]) ** 2 * np.eye(by_stiffness.shape[1])
-            found.append(np.linalg.cholesky(data.relative_covariance + ratio + _outer(by_stiffness, errors.stiffness)))
+            found.append(Whitening.of(data.relative_covariance + ratio + _outer(by_stiffness, errors.stiffness)))
         return tuple(found)
 
-    def step_factor(self, errors: Discrepancy) -> Array:
-        """Cholesky factors (s, 2 o, 2 o) of the covariance of the steps' residuals, real parts above imaginary ones."""
+    def of_steps(self, errors: Discrepancy) -> Whitening:
+        """Of the steps' residuals (s, 2 o), real parts above imaginary ones."""
         steps, outputs = self.steps, self.ratio.shape[1]
         own = steps.response_variance[:, :, 0] / np.abs(steps.response[:, :, 0]) ** 2
         through = np.tile(np.eye(2 * outputs), (len(steps), 1, 1))
@@ -200,7 +201,7 @@ class Covariances:
         shared = shared + _outer(by_growth * steps.growth_std[:, None, None], np.sqrt(2.0))  # of each of its two parts
         covariance = noise + _real(shared + errors.ratio**2 * np.eye(outputs)) / 2
         turn = _real(self.ratio[:, :, None] * np.eye(outputs))
-        return np.asarray(np.linalg.cholesky(turn @ covariance @ np.swapaxes(turn, 1, 2)))
+        return Whitening.of(turn @ covariance @ np.swapaxes(turn, 1, 2))
 
 
 def _outer(columns: Array, size: float) -> Array:
@@ -210,8 +211,3 @@ def _outer(columns: Array, size: float) -> Array:
 def _real(values: Array) -> Array:
     """Complex matrices (f, o, o) as they act on real parts above imaginary ones."""
     return np.block([[values.real, -values.imag], [values.imag, values.real]])
-
-
-def log_determinant(factor: Array) -> float:
-    """Log determinant of covariances from their Cholesky factors (f, n, n)."""
-    return float(2 * np.log(np.einsum("fii->fi", factor).real).sum())

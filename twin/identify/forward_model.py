@@ -32,9 +32,9 @@ from twin.identify.opening_harmonics import (
     has_harmonics,
     loss_among_harmonics,
 )
-from twin.identify.receptance import attach, update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.slipping import RIPPLES
+from twin.identify.structural_modification import attach, update_receptance
 from twin.structure import points_of_joints
 
 __all__ = ["AtHarmonic", "ForwardModel", "of_run"]
@@ -90,9 +90,9 @@ class ForwardModel:
         self.layer_elements = tuple(joint.layer_elements for joint in evidence.rig.joints)
         self.points = points_of_joints(self.model.structure, self.layer_elements)
         self.step_model = self.model.with_points(self.points.rows)
-        count = len(self.model.ports.rows)
+        count = len(self.model.ports.outer)
         forces = np.arange(count)[self.nonlinear_ports]
-        self.moving = np.concatenate([np.arange(count, len(self.step_model.ports.rows)), forces])
+        self.moving = np.concatenate([np.arange(count, len(self.step_model.ports.outer)), forces])
         self.moduli = (self.model.reference_E, self.model.reference_G)
         joints = [joint.name for joint in self.model.structure.joints]
         factors = np.array([self.modification.moduli_factor.get(name, UNCHANGED) for name in joints])

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.measured_data import HARMONICS
 from twin.identify.opening_harmonics import at_harmonic
-from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.structural_modification import update_receptance
+from twin.identify.whitening import HarmonicResiduals, Whitening
 
 Array = NDArray[Any]
 
@@ -56,7 +56,7 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
     return HarmonicResiduals(
         orders,
         residual,
-        np.linalg.cholesky(covariance),
+        Whitening.of(covariance),
         field,
         residual_model.model.structure,
     )

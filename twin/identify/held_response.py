@@ -27,9 +27,9 @@ from twin.identify.opening_harmonics import (
     has_harmonics,
     loss_among_harmonics,
 )
-from twin.identify.receptance import update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.slipping import RIPPLES
+from twin.identify.structural_modification import update_receptance
 
 __all__ = ["HeldRig", "HeldStates"]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,24 +116,54 @@ class Output:
 
 @dataclass(frozen=True)
 class Ports:
-    """Row operators of the ports, stacked, and where each kind sits in the stack.
+    """Row operators of the ports, and where each kind sits in the stack of all.
 
-    Order: normal strains of the layers, joint by joint, their shear strains, damped modal coordinates, drive, outputs,
-    extra ports.
+    Outer ports come first: the drive, the outputs, extra ports, and what else a prediction looks at.  Inner ones, which
+    only sensitivities need, stand behind them.
+
+    Attributes
+    ----------
+    outer : ndarray, (p, n)
+    normals, shears : tuple of ndarray, (r, n)
+        Normal and shear strains of each joint's layer.
+    modes : ndarray, (m, n)
+        Damped modal coordinates.
+    outputs, extra : slice
     """
 
-    rows: Real
-    normal: tuple[slice, ...]
-    shear: tuple[slice, ...]
-    modal: slice
-    drive: int
+    outer: Real
+    normals: tuple[Real, ...]
+    shears: tuple[Real, ...]
+    modes: Real
     outputs: slice
     extra: slice
+
+    drive: ClassVar[int] = 0
+
+    @cached_property
+    def rows(self) -> Real:
+        """All of them."""
+        return np.vstack([self.outer, *self.normals, *self.shears, self.modes])
+
+    @cached_property
+    def normal(self) -> tuple[slice, ...]:
+        """Where each joint's normal strains are."""
+        return _one_after_another(self.normals, len(self.outer))
+
+    @cached_property
+    def shear(self) -> tuple[slice, ...]:
+        """Where its shear strains are."""
+        return _one_after_another(self.shears, len(self.outer) + sum(map(len, self.normals)))
+
+    @property
+    def modal(self) -> slice:
+        """Where the modal coordinates are."""
+        return slice(len(self.rows) - len(self.modes), len(self.rows))
 
     @property
     def soft(self) -> slice:
         """The ports whose stiffness base parameters change: the layers' strains."""
-        return slice(0, self.modal.start)
+        return slice(len(self.outer), self.modal.start)
 
 
 @dataclass(frozen=True)
@@ -148,14 +178,14 @@ class LinearModel:
     outputs: tuple[Output, ...]
 
     def with_ports(self, rows: Real) -> LinearModel:
-        """The same model with further ports, rows (p, n)."""
-        stacked = np.vstack([self.ports.rows[: self.ports.extra.start], rows])
-        extra = slice(self.ports.extra.start, len(stacked))
-        return replace(self, ports=replace(self.ports, rows=stacked, extra=extra))
+        """The same model with other extra ports, rows (p, n)."""
+        p = self.ports
+        outer = np.vstack([p.outer[: p.extra.start], rows])
+        return replace(self, ports=replace(p, outer=outer, extra=slice(p.extra.start, len(outer))))
 
     def with_points(self, rows: Real) -> LinearModel:
-        """The same model with further ports behind all others, rows (p, n)."""
-        return replace(self, ports=replace(self.ports, rows=np.vstack([self.ports.rows, rows])))
+        """The same model with further outer ports behind all others, rows (p, n)."""
+        return replace(self, ports=replace(self.ports, outer=np.vstack([self.ports.outer, rows])))
 
     def with_places(self, outputs: tuple[Output, ...], drive_place: Place) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
@@ -163,16 +193,15 @@ class LinearModel:
 
     def with_outputs(self, outputs: tuple[Output, ...], drive: Real) -> LinearModel:
         """The same with the row (n,) of the drive."""
-        p = self.ports
-        rows = np.vstack([p.rows[: p.drive], drive, *map(self._read_by, outputs)])
-        ports = replace(p, rows=rows, outputs=slice(p.drive + 1, len(rows)), extra=slice(len(rows), len(rows)))
-        return replace(self, ports=ports, outputs=outputs)
+        outer = np.vstack([drive, *map(self._read_by, outputs)])
+        here, none = slice(1, len(outer)), slice(len(outer), len(outer))
+        return replace(self, ports=replace(self.ports, outer=outer, outputs=here, extra=none), outputs=outputs)
 
     def _read_by(self, output: Output) -> Real:
         """Row (n,) of what an output reads of the displacements."""
         row, m = self.structure.row(output.place), len(output.modal_factor)
         shown = (np.asarray(output.modal_factor) - 1) * (row @ self.basis.Phi[:, :m])
-        return np.asarray(row + shown @ self.ports.rows[self.ports.modal][:m])
+        return np.asarray(row + shown @ self.ports.modes[:m])
 
     def receptance(
         self,
@@ -192,15 +221,15 @@ class LinearModel:
         dE, dG : (f or 1, j)
             Changes of E', G' beyond E (1 + j loss_E), G (1 + j loss_G), of each joint.
         inner
-            Whether the layer's strains and the modal coordinates are wanted as well, which only sensitivities need;
-            NaN without.
+            Whether inner ports are wanted as well.
         modal
             Whether the modal coordinates are wanted among these, which only sensitivities to their damping and
-            frequency discrepancy need; those to the moduli alone come a good deal faster without.
+            frequency discrepancy need; those to the moduli alone come a good deal faster without.  NaN without.
 
         Returns
         -------
         ndarray, (f, p, p)
+            Of the outer ports alone without inner ones.
         """
         basis = self.basis.with_damping(base.zeta, base.frequency_discrepancy)
         pairs = self._all_pairs if inner and modal else self._outer_pairs
@@ -208,24 +237,26 @@ class LinearModel:
 
     @cached_property
     def _all_pairs(self) -> PortPairs:
-        return PortPairs.of(self.basis, self.ports.rows, np.arange(len(self.ports.rows)))
+        p = self.ports
+        return PortPairs.of(self.basis, p.rows, np.r_[p.soft, : len(p.outer), p.modal], outer=len(p.outer))
 
     @cached_property
     def _outer_pairs(self) -> PortPairs:
         """Without the modal coordinates, which nothing is attached to."""
-        count, soft = len(self.ports.rows), self.ports.soft.stop
-        return PortPairs.of(self.basis, self.ports.rows, np.r_[:soft, self.ports.drive : count])
+        p = self.ports
+        return PortPairs.of(self.basis, p.rows, np.r_[p.soft, : len(p.outer)], outer=len(p.outer))
 
     def soft_stiffness(self, omega: Real, base: LinearParameters, dE: Complex | float, dG: Complex | float) -> Complex:
         """Stiffness (f, r) that the base parameters add on the soft ports of the reference structure."""
         p = self.ports
-        S = np.empty((len(omega), p.soft.stop), complex)
+        first = p.soft.start
+        S = np.empty((len(omega), p.soft.stop - first), complex)
         for parts, moduli in (
             (p.normal, base.complex_E - self.reference_E + dE), (p.shear, base.complex_G - self.reference_G + dG)
         ):  # fmt: skip
             by_joint = np.broadcast_to(moduli, (len(omega), len(parts)))
             for joint, part in enumerate(parts):
-                S[:, part] = by_joint[:, joint, None]
+                S[:, part.start - first : part.stop - first] = by_joint[:, joint, None]
         return S
 
     def output_field(
@@ -241,7 +272,7 @@ class LinearModel:
             and the complex stiffness on them.
         """
         p, basis = self.ports, self.basis.with_damping(base.zeta, base.frequency_discrepancy)
-        held = np.concatenate([np.arange(p.soft.stop), at])
+        held = np.r_[p.soft, at]
         outputs = np.arange(len(p.rows))[p.outputs]
         rows = p.rows[np.concatenate([held, outputs])]
         R = basis.receptance(rows, omega)
@@ -311,22 +342,16 @@ def build_linear_model(
     K = structure.stiffness(E, G)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     strains = [layer_ports(joint) for joint in structure.joints]
-    normal, a = _one_after_another([QE for QE, _ in strains], 0)
-    shear, b = _one_after_another([QG for _, QG in strains], a)
-    modal = basis.Phi[:, :DAMPED_MODES].T @ structure.M
-    layers = [*(QE for QE, _ in strains), *(QG for _, QG in strains)]
-    rows = np.vstack([*layers, modal, structure.row(rig.drive_place)])
-    c = b + DAMPED_MODES
-    none = slice(c + 1, c + 1)
-    ports = Ports(rows, normal, shear, slice(b, c), c, outputs=none, extra=none)
+    modes, none = basis.Phi[:, :DAMPED_MODES].T @ structure.M, slice(0, 0)
+    ports = Ports(modes[:0], tuple(QE for QE, _ in strains), tuple(QG for _, QG in strains), modes, none, none)
     model = LinearModel(structure, basis, E, G, ports, ())
     return model.with_places(tuple(outputs), rig.drive_place)
 
 
-def _one_after_another(rows: list[Real], first: int) -> tuple[tuple[slice, ...], int]:
-    """Where each block of rows is in a stack, from `first` on; and where the next one would be."""
+def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:
+    """Where each block of rows is in a stack, from `first` on."""
     ends = first + np.cumsum([0, *(len(block) for block in rows)])
-    return tuple(slice(int(a), int(b)) for a, b in pairwise(ends)), int(ends[-1])
+    return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
 
 
 def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:

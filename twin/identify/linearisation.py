@@ -12,6 +12,7 @@ from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.error_model import Covariances
 from twin.identify.opening_harmonics import OpeningBalance, Openings
+from twin.identify.whitening import Whitening
 
 __all__ = ["Linearisation", "LostContact", "with_more"]
 
@@ -43,10 +44,10 @@ class Linearisation:
 
     Attributes
     ----------
-    broadband_factors : tuple of ndarray, (b, o, o)
-        Cholesky factors of each broadband run's covariance,
-    step_factor : ndarray, (s, 2 o, 2 o)
-        and of the steps'.
+    broadband : tuple of Whitening, (b, o, o)
+        Of each broadband run's log responses,
+    steps : Whitening, (s, 2 o, 2 o)
+        and of the steps, real parts above imaginary ones.
     balance : Balance
         Of the moving ports: where to begin, and what harmonics add.
     lost : LostContact or None
@@ -56,11 +57,11 @@ class Linearisation:
     by_unknowns : ndarray, (s, p, u), or None
         and the derivative by each unknown of what the harmonics add to the openings' stiffness.
     made_of : Covariances or None
-        What the factors came from; none where they were given.
+        What the covariances came from; none where they were given.
     """
 
-    broadband_factors: tuple[Array, ...]
-    step_factor: Array
+    broadband: tuple[Whitening, ...]
+    steps: Whitening
     balance: Balance | None
     lost: LostContact | None
     baseline: BaselineParameters

@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -108,51 +107,6 @@ def layer_ports(joint: JointOperators) -> tuple[Real, Real]:
     return _compress(joint.B_E), _compress(joint.B_G)
 
 
-def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -> Complex:
-    """Receptances after adding stiffness S (f, r) on some `ports`, one diagonal for each frequency.
-
-    Parameters
-    ----------
-    R : ndarray, (f, p, p)
-        Symmetric.
-    """
-    out = np.array(R, complex)
-    _eliminate(out, np.arange(R.shape[1])[ports], np.ascontiguousarray(S, complex))
-    return out
-
-
-@numba.njit(cache=True, nogil=True)
-def _eliminate(R: Complex, ports: Real, S: Complex) -> None:
-    """Add the springs one after the other: each is an update of rank one, R - s r r' / (1 + s r_kk), in place.
-
-    Only below the diagonal, then mirrored.
-    """
-    count = R.shape[1]
-    column = np.empty(count, R.dtype)
-    for f in range(R.shape[0]):
-        A = R[f]
-        for k in range(len(ports)):
-            port, spring = ports[k], S[f, k]
-            if spring == 0:
-                continue
-            for i in range(count):
-                column[i] = A[i, port] if i >= port else A[port, i]
-            own = 1.0 / (1.0 + spring * column[port])
-            for i in range(count):
-                if i != port:
-                    scaled = spring * own * column[i]
-                    for j in range(i + 1):
-                        A[i, j] -= scaled * column[j]
-            # Not by difference: a stiff spring leaves little.
-            for i in range(port):
-                A[port, i] = own * column[i]
-            for i in range(port, count):
-                A[i, port] = own * column[i]
-        for i in range(count):
-            for j in range(i):
-                A[j, i] = A[i, j]
-
-
 def _compress(B: Real) -> Real:
     _, singular, Vt = np.linalg.svd(B, full_matrices=False)
     rank = int(np.sum(singular > 1e-9 * singular[0]))
@@ -162,12 +116,3 @@ def _compress(B: Real) -> Real:
 def _extend(zeta: Real, count: int) -> Real:
     zeta = np.asarray(zeta, float)[:count]
     return np.concatenate([zeta, np.full(count - len(zeta), zeta[-1])])
-
-
-def attach(R: Complex, ports: slice, Z: Complex) -> Complex:
-    """Receptances after attaching dynamic stiffness Z, (f, p) or (f, p, p), to `ports`."""
-    if Z.ndim == 2:
-        return update_receptance(R, ports, Z)
-    A = np.eye(Z.shape[1]) + R[:, ports, ports] @ Z
-    T = Z @ np.linalg.solve(A, np.broadcast_to(np.eye(Z.shape[1]), A.shape))
-    return R - R[:, :, ports] @ T @ R[:, ports, :]

@@ -19,12 +19,12 @@ from twin.identify.error_model import SOUND, Covariances, ErrorModel
 from twin.identify.forward_model import AtHarmonic, ForwardModel, of_run
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
-from twin.identify.linear_model import nominal_parameters
+from twin.identify.linear_model import LinearModel, nominal_parameters
 from twin.identify.linearisation import Linearisation, LostContact, with_more
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
-from twin.identify.whitening import HarmonicResiduals
+from twin.identify.whitening import HarmonicResiduals, Whitening
 
 Array = NDArray[Any]
 
@@ -117,14 +117,14 @@ class ResidualModel(ForwardModel):
     def _blocks(self, baseline: BaselineParameters, sensitivities: bool) -> list[tuple[str, tuple[Array, Array]]]:
         held = self._held or self.linearisation(baseline, sensitivities=sensitivities)
         out = [
-            (f"broadband {i}", self._broadband(i, baseline, factor, sensitivities))
-            for i, factor in enumerate(held.broadband_factors)
+            (f"broadband {i}", self._broadband(i, baseline, whitening, sensitivities))
+            for i, whitening in enumerate(held.broadband)
         ]
         if len(self.evidence.steps):
             near = self.balance_at(held, baseline)
             R, omega, balance = self.step_receptance(baseline, inner=sensitivities, held=near)
             change = self._step_changes(baseline, R, omega, balance, held) if sensitivities else None
-            out.append(("steps", self._steps(baseline, R, omega, held.step_factor, change)))
+            out.append(("steps", self._steps(baseline, R, omega, held.steps, change)))
             if self.harmonics is not None:
                 out.append(("harmonics", self._harmonics(baseline, R, balance, change)))
         return out
@@ -139,7 +139,7 @@ class ResidualModel(ForwardModel):
         return with_more(balance, now.more - lost.balance.more)
 
     def _broadband(
-        self, index: int, baseline: BaselineParameters, factor: Array, sensitivities: bool
+        self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
     ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
         shows = len(baseline.shown) > 0
@@ -149,14 +149,14 @@ class ResidualModel(ForwardModel):
         if shows:
             by_shown = self.by_shown(R, omega)
             log_ratio = log_ratio - by_shown @ baseline.shown
-        r, root = np.linalg.solve(factor, log_ratio[:, :, None]).ravel(), np.sqrt(2.0)
+        r, root = whitening(log_ratio), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
-            J = np.linalg.solve(factor, self._broadband_change(data, baseline, R, omega)).reshape(len(r), -1)
+            J = whitening.columns(self._broadband_change(data, baseline, R, omega))
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
             if shows:
-                J = np.linalg.solve(factor, by_shown).reshape(len(r), -1)
+                J = whitening.columns(by_shown)
                 jacobian[:, baseline.of_shown] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
@@ -164,21 +164,25 @@ class ResidualModel(ForwardModel):
         """D log response / d base parameters (b, o, u)."""
         p, into, baseline = self.model.ports, self.driven(R, omega), of_run(data, baseline)
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
-        change = self._base_change(R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
+        change = self._base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
 
     def _steps(
-        self, baseline: BaselineParameters, R: Array, omega: Array, factor: Array, change: tuple[Array, Array] | None
+        self,
+        baseline: BaselineParameters,
+        R: Array,
+        omega: Array,
+        whitening: Whitening,
+        change: tuple[Array, Array] | None,
     ) -> tuple[Array, Array]:
         """Residuals of the inverse response, which is nearly linear in every stiffness, times the measured one."""
         ratio = self._measured_over_predicted(R, omega)
         r = ratio - 1
-        white = np.linalg.solve(factor, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0].ravel()
+        white = whitening(np.concatenate([r.real, r.imag], axis=1))
         if change is None:
             return white, np.zeros((len(white), len(baseline.vector)))
         J = ratio[:, :, None] * change[0]
-        J = np.concatenate([J.real, J.imag], axis=1)
-        return white, np.linalg.solve(factor, J).reshape(len(white), -1)
+        return white, whitening.columns(np.concatenate([J.real, J.imag], axis=1))
 
     def _measured_over_predicted(self, R: Array, omega: Array) -> Array:
         steps = self.evidence.steps
@@ -223,12 +227,12 @@ class ResidualModel(ForwardModel):
         """What a fit that begins at these unknowns may hold; without sensitivities, what residuals at these need."""
         state = self._step_state(baseline)
         made_of = self._covariances(baseline, state)
-        factors = made_of.broadband_factors(self.errors.broadband), made_of.step_factor(self.errors.steps)
+        white = made_of.of_broadband(self.errors.broadband), made_of.of_steps(self.errors.steps)
         if state is None:
-            return Linearisation(*factors, None, None, baseline, None, made_of)
+            return Linearisation(*white, None, None, baseline, None, made_of)
         found = state[2]
         by_unknowns, lost = self._harmonics_by_unknowns(baseline, found) if sensitivities else (None, None)
-        return Linearisation(*factors, found, lost, baseline, by_unknowns, made_of)
+        return Linearisation(*white, found, lost, baseline, by_unknowns, made_of)
 
     def _harmonics_by_unknowns(
         self, baseline: BaselineParameters, found: Balance
@@ -249,7 +253,7 @@ class ResidualModel(ForwardModel):
             by_force = np.einsum("spq,sq->sp", R[:, :, opening], harmonics.force[:, order])
             by_force += np.einsum("spq,sq->sp", R[:, :, self.nonlinear_ports], own_forces[order])
             into = R[:, :, drive] * force[:, None] - by_force
-            change = self._base_change(R, omega, baseline, self.step_times, opening, into)
+            change = self._base_change(self.step_model, R, omega, baseline, self.step_times, opening, into)
             moved[:, order, :, : change.shape[2]] = change
             for joint, by_loss in enumerate(lossier):
                 own = slip[self.local.of_joint(joint)]
@@ -329,10 +333,17 @@ class ResidualModel(ForwardModel):
         return -np.asarray(np.einsum("shop,sphu->shou", at, forces[:, :, self.harmonics.orders - 1]))
 
     def _base_change(
-        self, R: Array, omega: Array, baseline: BaselineParameters, time_s: Array, ports: Array, into: Array
+        self,
+        model: LinearModel,
+        R: Array,
+        omega: Array,
+        baseline: BaselineParameters,
+        time_s: Array,
+        ports: Array,
+        into: Array,
     ) -> Array:
         """D displacement / d base parameters (f, q, b): the extension's factors on the moduli are factors on theirs."""
-        change = self.model.displacement_sensitivity(R, omega, baseline.base, ports, into)
+        change = model.displacement_sensitivity(R, omega, baseline.base, ports, into)
         more_E, more_G = self.moduli_factors
         left = self.normal_left(time_s)
         blocks = baseline.base.blocks(baseline.base.joints)
@@ -347,7 +358,7 @@ class ResidualModel(ForwardModel):
         """D log / d unknowns of the measured responses (s, o, u), and of the motion at the moving ports (s, n, u)."""
         p, into, moving = self.model.ports, self.driven(R, omega), self.moving
         ports = np.concatenate([np.arange(R.shape[1])[p.outputs], moving])
-        change = self._base_change(R, omega, baseline, self.step_times, ports, into)
+        change = self._base_change(self.step_model, R, omega, baseline, self.step_times, ports, into)
         change = np.pad(change, [(0, 0), (0, 0), (0, len(baseline.blocks) - change.shape[2])])
         outputs = len(self.evidence.channels)
         response = self.log_response_change(change[:, :outputs], R, omega)

@@ -1,8 +1,9 @@
-"""Receptances of a rig whose layer has other moduli than its modes were computed with, in one compiled pass.
+"""Receptances of a rig with more stiffness at some of its ports (structural modification), in compiled passes.
 
-The modal sum over pairs of ports and the springs that the layer gains or loses (see :mod:`twin.identify.receptance`)
-are done for a few frequencies side by side, one in each lane of the vector registers, so that their matrices never
-leave the processor's cache.  Springs that are not asked for afterwards drop out of the matrix as they are put in.
+Springs are put in for a few frequencies side by side, one in each lane of the vector registers, so that their matrices
+never leave the processor's cache: where the layer has other moduli than its modes were computed with, together with the
+modal sum over pairs of ports (see :mod:`twin.identify.receptance`).  Springs that are not asked for afterwards drop out
+of the matrix as they are put in.
 """
 
 from __future__ import annotations
@@ -31,22 +32,23 @@ class PortPairs:
         modes, and its part that grows with omega^2.
     places : ndarray, (p,)
         Which ports of the stack they are; the softened ones come first.
-    stack : int
-        Number of all ports.
+    outer, stack : int
+        Number of ports in the stack that are wanted at the least, its first ones, and of all.
     """
 
     terms: Real
     places: NDArray[np.intp]
+    outer: int
     stack: int
 
     @classmethod
-    def of(cls, basis: ModalBasis, rows: Real, places: NDArray[np.intp]) -> PortPairs:
-        """Pairs of the ports at `places` in the stack of `rows`."""
+    def of(cls, basis: ModalBasis, rows: Real, places: NDArray[np.intp], *, outer: int) -> PortPairs:
+        """Pairs of the ports at `places` in the stack of `rows`, of which so many are outer ones."""
         some = rows[places]
         P = some @ basis.Phi
         below = np.tril_indices(len(some))
         statics = [(some @ F @ some.T)[below] for F in (basis.flexibility, basis.flexibility2)]
-        return cls(np.column_stack([P[below[0]] * P[below[1]], *statics]), places, len(rows))
+        return cls(np.column_stack([P[below[0]] * P[below[1]], *statics]), places, outer, len(rows))
 
     def receptance(self, basis: ModalBasis, omega: Real, S: Complex, *, inner: bool) -> Complex:
         """Receptances with stiffness S (f, r) on the first r of the ports, those that are softened.
@@ -56,22 +58,46 @@ class PortPairs:
         basis
             Frequencies and damping of the modes; the shapes are those of :attr:`terms`.
         inner
-            Whether receptances of the softened ports are wanted, too; NaN without.
+            Whether receptances of the softened ports, and of those behind them, are wanted, too.
 
         Returns
         -------
-        ndarray, (f, stack, stack)
+        ndarray, (f, stack, stack) or (f, outer, outer)
             NaN between ports that are not among :attr:`places`.
         """
-        out = np.empty((len(omega), self.stack, self.stack), complex)
+        count = self.stack if inner else self.outer
+        out = np.empty((len(omega), count, count), complex)
         springs = np.ascontiguousarray(S, complex)
         first = 0 if inner else S.shape[1]
         _receptance(out, np.asarray(omega, complex), basis.omega, basis.zeta, self.terms, springs, self.places, first)
         return out
 
 
+def update_receptance(R: Complex, ports: slice | NDArray[np.intp], S: Complex) -> Complex:
+    """Receptances after adding stiffness S (f, r) on some `ports`, one diagonal for each frequency.
+
+    Parameters
+    ----------
+    R : ndarray, (f, p, p)
+        Symmetric.
+    """
+    out = np.empty(R.shape, complex)
+    at = np.arange(R.shape[1])[ports]
+    _update(out, np.ascontiguousarray(R, complex), at, np.ascontiguousarray(S, complex))
+    return out
+
+
+def attach(R: Complex, ports: slice, Z: Complex) -> Complex:
+    """Receptances after attaching dynamic stiffness Z, (f, p) or (f, p, p), to `ports`."""
+    if Z.ndim == 2:
+        return update_receptance(R, ports, Z)
+    A = np.eye(Z.shape[1]) + R[:, ports, ports] @ Z
+    T = Z @ np.linalg.solve(A, np.broadcast_to(np.eye(Z.shape[1]), A.shape))
+    return R - R[:, :, ports] @ T @ R[:, ports, :]
+
+
 FASTER = {"reassoc", "contract", "arcp", "nsz"}
-LANES = 32
+LANES = 16
 """Frequencies side by side: enough to fill vectors, few enough for the cache."""
 
 
@@ -96,10 +122,10 @@ def _receptance(
         _factors(factors, w, omega_r, zeta)
         np.dot(terms, factors, R)
         for k in range(springs):
-            _put_in(R, spring, k, 0 if first == 0 else k + 1, column, scaled)
+            _put_in(R, spring[k], k, 0 if first == 0 else k + 1, column, scaled)
         for n in range(min(LANES, last + 1 - begin)):
             matrix = out[begin + n]
-            if first > 0 or count < len(matrix):
+            if count - first < len(matrix):
                 matrix[:] = np.nan
             for i in range(first, count):
                 row = i * (i + 1) // 2
@@ -107,6 +133,30 @@ def _receptance(
                     value = complex(R[row + j, n], R[row + j, LANES + n])
                     matrix[places[i], places[j]] = value
                     matrix[places[j], places[i]] = value
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
+def _update(out: Complex, free: Complex, ports: Any, S: Complex) -> None:
+    """Fill in `out` with the receptances `free` after springs at `ports`, a few frequencies at a time."""
+    count, springs, last = free.shape[1], len(ports), len(free) - 1
+    R, spring = np.empty((count * (count + 1) // 2, 2 * LANES)), np.empty((springs, 2 * LANES))
+    column, scaled = np.empty((count, 2 * LANES)), np.empty((count, 2 * LANES))
+    for begin in range(0, len(free), LANES):
+        for n in range(LANES):
+            f = min(begin + n, last)
+            for k in range(springs):
+                spring[k, n], spring[k, LANES + n] = S[f, k].real, S[f, k].imag
+            for i in range(count):
+                for j in range(i + 1):
+                    t = i * (i + 1) // 2 + j
+                    R[t, n], R[t, LANES + n] = free[f, i, j].real, free[f, i, j].imag
+        for k in range(springs):
+            _put_in(R, spring[k], ports[k], 0, column, scaled)
+        for n in range(min(LANES, last + 1 - begin)):
+            for i in range(count):
+                for j in range(i + 1):
+                    t = i * (i + 1) // 2 + j
+                    out[begin + n, i, j] = out[begin + n, j, i] = complex(R[t, n], R[t, LANES + n])
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
@@ -131,16 +181,16 @@ def _factors(factors: Real, w: Real, omega_r: Real, zeta: Real) -> None:
 
 @numba.njit(cache=True, error_model="numpy", nogil=True, fastmath=FASTER)
 def _put_in(R: Real, spring: Real, k: int, first: int, column: Real, scaled: Real) -> None:
-    """Put in one spring, at port k: R - c s/(1 + s R_kk) c^T with its column c; only ports from `first` on are kept up.
+    """Put in one spring at port k: R - c s/(1 + s R_kk) c^T with its column c; only ports from `first` on are kept up.
 
-    `first` is 0 or k + 1; `column` and `scaled`, (p, 2 LANES), are room to work in.
+    `spring` is (2 LANES,), `first` 0 or k + 1; `column` and `scaled`, (p, 2 LANES), are room to work in.
     """
     L = LANES
     own = k * (k + 1) // 2 + k
     for n in range(L):
         # 1 / (1 + s R_kk)
-        a = 1.0 + spring[k, n] * R[own, n] - spring[k, L + n] * R[own, L + n]
-        b = spring[k, n] * R[own, L + n] + spring[k, L + n] * R[own, n]
+        a = 1.0 + spring[n] * R[own, n] - spring[L + n] * R[own, L + n]
+        b = spring[n] * R[own, L + n] + spring[L + n] * R[own, n]
         square = 1.0 / (a * a + b * b)
         scaled[k, n], scaled[k, L + n] = a * square, -b * square
     for i in range(first, len(column)):
@@ -151,8 +201,8 @@ def _put_in(R: Real, spring: Real, k: int, first: int, column: Real, scaled: Rea
         if i == k:
             continue
         for n in range(L):
-            u = spring[k, n] * scaled[k, n] - spring[k, L + n] * scaled[k, L + n]
-            v = spring[k, n] * scaled[k, L + n] + spring[k, L + n] * scaled[k, n]
+            u = spring[n] * scaled[k, n] - spring[L + n] * scaled[k, L + n]
+            v = spring[n] * scaled[k, L + n] + spring[L + n] * scaled[k, n]
             scaled[i, n] = u * column[i, n] - v * column[i, L + n]
             scaled[i, L + n] = u * column[i, L + n] + v * column[i, n]
         row = i * (i + 1) // 2

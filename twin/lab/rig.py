@@ -233,6 +233,7 @@ class LabRig(Shown):
         frequency_scatter: float | None = None,
         time_limit_s: float = float("inf"),
         thorough: bool = False,
+        exclude: Sequence[str] = (),
         processes: int = 1,
         report: Report = _silent,
     ) -> DiagnosedRecordings | DiagnosedTables:
@@ -255,6 +256,8 @@ class LabRig(Shown):
             After which fits end where they are, and the answer says so.
         thorough
             Whether more rivals are fitted to recordings, from more beginnings and for longer.
+        exclude
+            Causes that the next procedure is to show or to exclude, at the size at which they could hide now.
         processes
             How many fit causes to recordings side by side.  With more than one a script must guard its main part by
             ``if __name__ == "__main__"``.
@@ -274,6 +277,8 @@ class LabRig(Shown):
             if kept:
                 reason = "nothing is held out of frequency responses: there is no gain at other force levels"
                 raise InputError("--held-out", "", reason, "give them with the others, or by themselves")
+            if exclude:
+                raise InputError("--exclude", "", "the next test is planned from recordings alone", "leave it out")
             from twin.diagnose import diagnose_responses, in_processes
             from twin.identify.time_limit import time_limit
             from twin.lab.diagnosed import DiagnosedRecordings
@@ -313,7 +318,7 @@ class LabRig(Shown):
         with told_in_one_line(blamed, stages), in_processes(processes), time_limit(end_s):
             result = diagnose(
                 looked.runs, rig, preload=asked_for, held_out=looked.held_out, source=self.source,
-                out=None if out is None else Path(out), thorough=thorough, report=stages,
+                out=None if out is None else Path(out), thorough=thorough, exclude=exclude, report=stages,
             )  # fmt: skip
         return DiagnosedRecordings(result, looked.findings)
 

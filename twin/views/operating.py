@@ -12,8 +12,8 @@ from twin.identify.forward_model import ForwardModel
 from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
+from twin.identify.structural_modification import update_receptance
 from twin.identify.sweeps import rows_by_sweep
 from twin.structure import drawn_parts, layer_lines
 from twin.views.curves import Fitted, modelled_by, sensor_places
@@ -122,7 +122,7 @@ def operating_motions(
     drawn, lines = [*drawn_parts(s), sensor_places(evidence, s)], layer_lines(s)
     looked = [*(part.rows.reshape(-1, len(s.M)) for part in drawn)]
     looked += [rows for line in lines for rows in (line.opening, line.slip)]
-    first = len(structural.step_model.ports.rows)
+    first = len(structural.step_model.ports.outer)
     structural.step_model = structural.step_model.with_points(np.vstack(looked))
     R = structural.receptance(omega[rows], base, time_s, inner=False, points=True)
     R = update_receptance(R, structural.moving, balance.stiffness[rows])

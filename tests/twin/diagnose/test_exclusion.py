@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from recordings import read_run
-from twin.diagnose.exclusion import exclusion_limits
+from twin.diagnose.exclusion import exclusion_limits, hidden_at_limit
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.models import CAUSES
 from twin.diagnose.score import Score
@@ -65,3 +65,12 @@ def test_the_tightest_limit_comes_first_by_the_usual_size_of_its_cause(evidence)
     sign = score("channel-polarity", 0.0, np.inf, {"channel": "acc1"})
     limits = exclusion_limits(evidence, [mass(0.0, np.inf), sign, mass(0.0, 1e-3), gain])
     assert [limit.cause for limit in limits] == ["channel-gain", "added-mass"]
+
+
+def test_what_could_hide_is_as_large_as_the_limit_says_and_of_its_usual_size_without_one(evidence):
+    tight = hidden_at_limit(evidence, [mass(0.0, 1e-6, 0.42), mass(0.0, 8e-5, 0.05)], "added-mass")
+    assert tight.values == pytest.approx({"mass_kg": Z_95 * 8e-5, "position_m": 0.05})
+    loose = hidden_at_limit(evidence, [mass(0.0, np.inf, 0.01)], "added-mass")
+    usual = {p.name: p.scale for p in CAUSES["added-mass"].parameters(evidence, {})}
+    assert loose.values["mass_kg"] == usual["mass_kg"]
+    assert hidden_at_limit(evidence, [mass(0.0, 1e-6)], "channel-gain") is None

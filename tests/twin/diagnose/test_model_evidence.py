@@ -13,7 +13,7 @@ from twin.diagnose.model_evidence import Tolerances, infer_errors
 from twin.diagnose.models import CAUSES
 from twin.identify import error_model
 from twin.identify.base_fit import starting_baseline
-from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, log_determinant, log_prior
+from twin.identify.error_model import SOUND, Discrepancy, ErrorModel, log_prior
 from twin.identify.measured_data import gather_data
 from twin.identify.model_modification import ModelModification
 from twin.identify.residual_model import ResidualModel
@@ -60,11 +60,11 @@ def drawn(measured, baseline):
     def drawn(errors, seed):
         rng = np.random.default_rng(seed)
         made_of = ResidualModel(exact).covariances(baseline)
-        (factor,) = made_of.broadband_factors(errors.broadband)
+        (white,) = made_of.of_broadband(errors.broadband)
         z = rng.standard_normal((*of_bins.shape, 2)) @ np.array([1, 1j]) / np.sqrt(2)
-        bins = np.exp(factor @ z[:, :, None])[:, :, 0]
+        bins = np.exp(white.factor @ z[:, :, None])[:, :, 0]
         z = rng.standard_normal((len(steps), 2 * of_steps.shape[1], 1))
-        real, imaginary = np.split((made_of.step_factor(errors.steps) @ z)[:, :, 0], 2, axis=1)
+        real, imaginary = np.split((made_of.of_steps(errors.steps).factor @ z)[:, :, 0], 2, axis=1)
         return having(bins, 1 + real + 1j * imaginary)
 
     return drawn
@@ -93,8 +93,8 @@ def oracle(problem):
     shifts = shifts.whitened(problem.blocks, problem.held)
     covariance = np.eye(len(r)) + J @ np.linalg.solve(problem.precision, J.T) + shifts @ shifts.T
     # A complex number of a broadband run is two real ones.
-    noise = 2 * sum(map(log_determinant, made_of.broadband_factors(problem.errors.broadband)))
-    noise += log_determinant(made_of.step_factor(problem.errors.steps))
+    noise = 2 * sum(white.log_determinant() for white in made_of.of_broadband(problem.errors.broadband))
+    noise += made_of.of_steps(problem.errors.steps).log_determinant()
     return -0.5 * (data @ np.linalg.solve(covariance, data) + np.linalg.slogdet(covariance)[1] + noise)
 
 

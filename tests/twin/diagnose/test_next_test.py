@@ -17,7 +17,7 @@ from twin.diagnose.next_test.predicted_data import Imagined, predict_test_data
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.sensor_place import best_sensor_place
-from twin.diagnose.next_test.separation import enough, separation
+from twin.diagnose.next_test.separation import enough, least_promise, separation
 from twin.diagnose.posterior import TEMPERATURE
 from twin.identify.base_fit import fit_base
 from twin.identify.measured_data import gather_data
@@ -152,6 +152,17 @@ def test_no_test_parts_a_model_from_itself(learnt, believe, plain):
     ):
         predicted_data = predict_test_data(learnt[1], model, proposal)
         assert separation(predicted_data, model) < 1e-3
+
+
+def test_a_model_within_another_is_told_from_it_by_the_larger_ones_data_alone(learnt, believe, plain):
+    """Whatever the smaller one makes the larger one fits as well: to exclude a cause is to know what it would do."""
+    hidden = CauseHypothesis(CAUSES["viscous-damper"], {}, {"damping_Ns_per_m": 0.5, "position_m": 0.42}, {})
+    larger = replace(plain, hypotheses=(*plain.hypotheses, hidden), log_evidence=-1.35)
+    proposal = noise(propose(*learnt, plain, drifting=False))[0]
+    data = [predict_test_data(learnt[1], truth, proposal) for truth in (plain, larger)]
+    promise = least_promise(plain, [larger], data, margin=NEEDED_LOG_EVIDENCE)
+    assert promise.separation == separation(data[1], plain) > 1.0
+    assert promise.needed == enough(NEEDED_LOG_EVIDENCE + 1.35 / TEMPERATURE)
 
 
 def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe, plain):

@@ -82,8 +82,8 @@ def test_other_ports_change_nothing_about_the_first_ones(steel_model, other_base
     rows = np.array([steel_model.structure.deflection(0.2), slope(steel_model.structure, 0.4)])
     more = steel_model.with_ports(rows)
     R, plain = more.receptance(OMEGA, other_base), steel_model.receptance(OMEGA, other_base)
-    count = plain.shape[1]
+    count = len(steel_model.ports.outer)
     assert more.ports.extra == slice(count, count + 2)
-    np.testing.assert_allclose(R[:, :count, :count], plain, rtol=1e-12)
+    np.testing.assert_allclose(R[:, :count, :count], plain[:, :count, :count], rtol=1e-12)
     replaced = more.with_ports(rows[:1])
     assert replaced.ports.extra == slice(count, count + 1)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from receptance_numpy import update_receptance_numpy
 
-from twin.identify.receptance import layer_ports, lowest_modes_basis, update_receptance
+from twin.identify.receptance import layer_ports, lowest_modes_basis
+from twin.identify.structural_modification import update_receptance
 from twin.structure import layer_points
 
 TWINS = (update_receptance, update_receptance_numpy)
@@ -59,9 +60,8 @@ def test_compiled_and_plain_agree_on_the_rigs_layer(steel_model, other_base, sha
     """Over the whole range of stiffness that a joint may lose or gain, at a resonance and away from it."""
     ports = steel_model.ports
     R = steel_model.basis.receptance(ports.rows, OMEGA)
-    S = np.empty((len(OMEGA), ports.soft.stop), complex)
-    S[:, ports.normal[0]] = share * other_base.E * (1 + 0.01j)
-    S[:, ports.shear[0]] = 1e8 + 2e8j
+    normal, shear = (np.ones((len(OMEGA), len(parts[0]))) for parts in (ports.normals, ports.shears))
+    S = np.hstack([share * other_base.E * (1 + 0.01j) * normal, (1e8 + 2e8j) * shear])
     compiled, plain = (update(R, ports.soft, S) for update in TWINS)
     size = np.max(np.abs(plain), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(compiled / size, plain / size, atol=1e-10)
@@ -104,7 +104,7 @@ def test_field_is_the_displacement_of_every_degree_of_freedom(steel_model, steel
     points = layer_points(steel_model.structure, 3)
     springs = points.weights * np.array([-1e8, -2e8, -5e7, 3e8j, 1e7j, 2e8j])
     model = steel_model.with_points(points.rows)
-    at = np.arange(len(steel_model.ports.rows), len(model.ports.rows))
+    at = np.arange(len(steel_model.ports.outer), len(model.ports.outer))
     field = model.output_field(OMEGA, other_base, dE, dG, at=at, springs=np.tile(springs, (len(OMEGA), 1)))
     held = points.rows.T @ (springs[:, None] * points.rows)
     dense = steel_dense.field(steel_model.ports.rows[steel_model.ports.outputs], OMEGA, other_base, dE, dG, held)

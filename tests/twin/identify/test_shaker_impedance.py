@@ -5,8 +5,8 @@ import pytest
 
 from twin.bench import open_bench
 from twin.identify.linear_model import Output, build_linear_model, nominal_parameters
-from twin.identify.receptance import update_receptance
 from twin.identify.shaker_impedance import drive_stiffness
+from twin.identify.structural_modification import update_receptance
 from twin.rigs import load_rig
 from twin.structure import layer_points
 
@@ -32,7 +32,7 @@ def test_a_silent_shaker_is_a_spring_at_the_drive_point(changes):
         by[drive] = -bench.built.rig(0.0, 51200.0).transfer(FREQUENCY_Hz)[:, :3, 1:4]
     expected = by["shaker"] - by["force"]
     model = build_linear_model(rig, [Output("acc2", "acceleration", rig.place_of("acc2"))])
-    at, points = len(model.ports.rows), layer_points(model.structure, 3)
+    at, points = len(model.ports.outer), layer_points(model.structure, 3)
     free = model.with_points(points.opening).receptance(OMEGA, nominal_parameters(rig), inner=False)
     held = update_receptance(free, np.array([model.ports.drive]), drive_stiffness(rig.drive, OMEGA)[:, None])
     size = np.max(np.abs(expected), axis=(1, 2), keepdims=True)

@@ -11,10 +11,12 @@ OMEGA = 2 * np.pi * np.array([5.0, 26.4, 100.0, 157.0, 300.0, 471.0, 700.0, 895.
 
 def springs(model, base, share):
     """Stiffness (f, r) on the layer's strains: a share of E' with little loss, and a G' that is mostly loss."""
-    S = np.empty((len(OMEGA), model.ports.soft.stop), complex)
-    S[:, model.ports.normal[0]] = share * base.E * (1 + 0.01j)
-    S[:, model.ports.shear[0]] = 1e8 + 2e8j
-    return S
+    normal, shear = (np.ones((len(OMEGA), len(parts[0]))) for parts in (model.ports.normals, model.ports.shears))
+    return np.hstack([share * base.E * (1 + 0.01j) * normal, (1e8 + 2e8j) * shear])
+
+
+def softened_first(ports):
+    return np.vstack([*ports.normals, *ports.shears, ports.outer, ports.modes])
 
 
 def relative(found, expected):
@@ -24,29 +26,27 @@ def relative(found, expected):
 @pytest.mark.parametrize("share", [-0.999, -0.66, 0.0, 0.05, 30.0])
 def test_compiled_and_plain_agree(steel_model, other_base, share):
     """Over the whole range of stiffness that a joint may lose or gain, at a resonance and away from it."""
-    rows, S = steel_model.ports.rows, springs(steel_model, other_base, share)
+    rows, S = softened_first(steel_model.ports), springs(steel_model, other_base, share)
     basis = steel_model.basis.with_damping(other_base.zeta, other_base.frequency_discrepancy)
-    pairs = PortPairs.of(steel_model.basis, rows, np.arange(len(rows)))
+    pairs = PortPairs.of(steel_model.basis, rows, np.arange(len(rows)), outer=len(rows))
     plain = softened_receptance_numpy(basis, rows, OMEGA, S)
     assert np.max(relative(pairs.receptance(basis, OMEGA, S, inner=True), plain)) < 1e-10
 
 
 def test_no_springs_are_the_modal_sum(steel_model):
     """But for rounding, which mode 1 at 26.46 Hz magnifies some 240 times at 26.4 Hz."""
-    rows = steel_model.ports.rows
-    pairs = PortPairs.of(steel_model.basis, rows, np.arange(len(rows)))
+    rows = softened_first(steel_model.ports)
+    pairs = PortPairs.of(steel_model.basis, rows, np.arange(len(rows)), outer=len(rows))
     found = pairs.receptance(steel_model.basis, OMEGA, np.zeros((len(OMEGA), 3)), inner=True)
     assert np.max(relative(found, steel_model.basis.receptance(rows, OMEGA))) < 1e-13
 
 
 def test_only_the_wanted_receptances_come_out(steel_model, other_base):
-    """Without the layer's strains and the modal coordinates the others are the same, and those are not a number."""
-    ports = steel_model.ports
+    """Without the layer's strains and the modal coordinates the others are the same."""
+    outer = slice(0, len(steel_model.ports.outer))
     whole = steel_model.receptance(OMEGA, other_base, dE=-0.5 * other_base.E)
     part = steel_model.receptance(OMEGA, other_base, dE=-0.5 * other_base.E, inner=False)
-    outer = slice(ports.drive, None)
-    np.testing.assert_allclose(part[:, outer, outer], whole[:, outer, outer], rtol=1e-9)
-    assert np.isfinite(part).sum() == part[:, outer, outer].size
+    np.testing.assert_allclose(part, whole[:, outer, outer], rtol=1e-9)
 
 
 def test_the_modal_coordinates_may_be_left_out_alone(steel_model, other_base):

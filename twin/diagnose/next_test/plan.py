@@ -13,8 +13,7 @@ from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import predict_test_data
 from twin.diagnose.next_test.proposal import Proposal, propose
 from twin.diagnose.next_test.sensor_place import SensorPlace, best_sensor_place
-from twin.diagnose.next_test.separation import enough, separation
-from twin.diagnose.posterior import TEMPERATURE
+from twin.diagnose.next_test.separation import Promise, least_promise
 from twin.diagnose.result import NextSensor, NextTest
 from twin.identify.measured_data import MeasuredData
 from twin.identify.time_limit import time_is_up
@@ -29,16 +28,10 @@ NEEDED_LOG_EVIDENCE = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class _Valued:
-    """A proposal with the separation it promises."""
+    """A proposal with what it promises."""
 
     proposal: Proposal
-    separation: float
-    needed: float
-
-    @property
-    def share(self) -> float:
-        """Of what is needed."""
-        return self.separation / self.needed
+    promise: Promise
 
 
 def plan_next_test(
@@ -94,8 +87,8 @@ def plan_next_test(
         why=f"{_promise(valued, names)}; {rig_time_s / 60:.0f} min on the rig, {told}",
         sensor=_sensor(evidence, sensor),
         procedure=PROCEDURE,
-        separation=valued.separation,
-        needed=valued.needed,
+        separation=valued.promise.separation,
+        needed=valued.promise.needed,
         rig_time_s=rig_time_s,
     )
 
@@ -112,19 +105,16 @@ def _ranked(
     for proposal in propose(runs, evidence, best, drifting=drifting):
         if time_is_up():
             break
-        if_best = predict_test_data(evidence, best, proposal)
-        promises = []
-        for rival in rivals:
-            gap = (best.log_evidence - rival.log_evidence) / TEMPERATURE
-            if_rival = predict_test_data(evidence, rival, proposal)
-            # What the recordings say for the best must be made up for if the rival is true.
-            for predicted_data, other, ahead in ((if_best, rival, -gap), (if_rival, best, gap)):
-                found = separation(predicted_data, other)
-                promises.append(
-                    _Valued(proposal=proposal, separation=found, needed=enough(NEEDED_LOG_EVIDENCE + ahead))
-                )
-        valued.append(min(promises, key=lambda promise: promise.share))
-    return sorted(valued, key=lambda v: (0.0, v.proposal.rig_time_s) if v.share >= 1 else (1.0, -v.share))
+        data = [predict_test_data(evidence, truth, proposal) for truth in (best, *rivals)]
+        promise = least_promise(best, rivals, data, margin=NEEDED_LOG_EVIDENCE)
+        valued.append(_Valued(proposal=proposal, promise=promise))
+    return sorted(valued, key=_shortest_that_suffices)
+
+
+def _shortest_that_suffices(valued: _Valued) -> tuple[float, float]:
+    """Sorts proposals: those that suffice by their time, then the others by what they promise."""
+    share = valued.promise.share
+    return (0.0, valued.proposal.rig_time_s) if share >= 1 else (1.0, -share)
 
 
 def _rehearsed(proposal: Proposal, extended: Rig, preload: str) -> Rehearsed:
@@ -147,23 +137,24 @@ def _sensor(evidence: MeasuredData, found: SensorPlace | None) -> NextSensor | N
     layout, place = evidence.rig.layout(), found.place
     told = f"one more accelerometer at {layout.told(place)} and the same noise again"
     return NextSensor(
-        why=_expecting(told, found.separation, found.needed),
+        why=_expecting(told, found.promise),
         part=place.part,
         at=place.at,
         direction=place.direction,
-        separation=found.separation,
-        needed=found.needed,
+        separation=found.promise.separation,
+        needed=found.promise.needed,
     )
 
 
 def _promise(valued: _Valued, names: Sequence[str]) -> str:
     """What it is for and what it brings."""
     promise = f"separates {names[0]} from {', '.join(dict.fromkeys(names[1:]))} by {valued.proposal.what}"
-    return _expecting(promise, valued.separation, valued.needed)
+    return _expecting(promise, valued.promise)
 
 
-def _expecting(test: str, separation: float, needed: float) -> str:
+def _expecting(test: str, promise: Promise) -> str:
     """A test with what is expected of it."""
-    gain = f"{separation:.1f}" if separation < LIMITS.plan_far else f"over {LIMITS.plan_far:.0f}"
-    enough_told = "" if separation >= needed else ", so it may not be enough"
-    return f"{test}: expected gain of log evidence {gain}, {needed:.1f} needed{enough_told}"
+    far = LIMITS.plan_far
+    gain = f"{promise.separation:.1f}" if promise.separation < far else f"over {far:.0f}"
+    enough_told = "" if promise.share >= 1 else ", so it may not be enough"
+    return f"{test}: expected gain of log evidence {gain}, {promise.needed:.1f} needed{enough_told}"

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import Imagined
-from twin.diagnose.next_test.separation import enough, separation
-from twin.diagnose.posterior import TEMPERATURE
+from twin.diagnose.next_test.separation import Promise, least_promise
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_model import Output
 from twin.identify.measured_data import MeasuredData
@@ -31,17 +30,10 @@ NEW = "new sensor"
 
 @dataclass(frozen=True, kw_only=True)
 class SensorPlace:
-    """A place for a further accelerometer.
-
-    Attributes
-    ----------
-    separation, needed : float
-        Gain of log evidence that it is expected to bring to the true one of the rivals, and what would be enough.
-    """
+    """A place for a further accelerometer, with what that promises."""
 
     place: Place
-    separation: float
-    needed: float
+    promise: Promise
 
 
 def best_sensor_place(
@@ -58,15 +50,9 @@ def best_sensor_place(
         return None
     found = []
     for place in _candidate_places(evidence):
-        predicted_data = [_predict_test_data(evidence, truth, place) for truth in (best, *rivals)]
-        promises = []
-        for rival, if_rival in zip(rivals, predicted_data[1:], strict=True):
-            gap = (best.log_evidence - rival.log_evidence) / TEMPERATURE
-            for there, other, ahead in ((predicted_data[0], rival, -gap), (if_rival, best, gap)):
-                promises.append((separation(there, other), enough(margin + ahead)))
-        gain, needed = min(promises, key=lambda promise: promise[0] / promise[1])
-        found.append(SensorPlace(place=place, separation=gain, needed=needed))
-    return max(found, key=lambda one: one.separation / one.needed, default=None)
+        data = [_predict_test_data(evidence, truth, place) for truth in (best, *rivals)]
+        found.append(SensorPlace(place=place, promise=least_promise(best, rivals, data, margin=margin)))
+    return max(found, key=lambda one: one.promise.share, default=None)
 
 
 def _candidate_places(evidence: MeasuredData) -> list[Place]:

@@ -5,12 +5,62 @@ whitened difference r to the truth r' r - b' (J'J + P)^-1 b with b = J' r, J its
 information that it has from the recordings.  Half of that is the gain of log evidence, and also half its variance.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.next_test.limits import LIMITS
 from twin.diagnose.next_test.predicted_data import Imagined
 from twin.diagnose.posterior import TEMPERATURE
+
+
+@dataclass(frozen=True, kw_only=True)
+class Promise:
+    """What a test is expected to bring.
+
+    Attributes
+    ----------
+    separation, needed : float
+        Gain of log evidence for whichever model is true, and what would be enough.
+    """
+
+    separation: float
+    needed: float
+
+    @property
+    def share(self) -> float:
+        """Of what is needed."""
+        return self.separation / self.needed
+
+
+def least_promise(
+    best: FittedModel, rivals: Sequence[FittedModel], data: Sequence[Imagined], *, margin: float
+) -> Promise:
+    """What a test brings at the least, whichever of the models is true.
+
+    Parameters
+    ----------
+    data
+        Of the test if the best were true, and if each rival were.
+    margin
+        Gain of log evidence by which a model counts as beaten.
+    """
+    promises = []
+    for rival, if_rival in zip(rivals, data[1:], strict=True):
+        # What the recordings say for the best must be made up for if the rival is true.
+        gap = (best.log_evidence - rival.log_evidence) / TEMPERATURE
+        # A model fits all that one within it makes: only its own data tell it from that.
+        if not _contains(rival, best):
+            promises.append(Promise(separation=separation(data[0], rival), needed=enough(margin - gap)))
+        if not _contains(best, rival):
+            promises.append(Promise(separation=separation(if_rival, best), needed=enough(margin + gap)))
+    return min(promises, key=lambda promise: promise.share)
+
+
+def _contains(one: FittedModel, other: FittedModel) -> bool:
+    return {h.key for h in other.hypotheses} < {h.key for h in one.hypotheses}
 
 
 def separation(predicted_data: Imagined, rival: FittedModel) -> float:

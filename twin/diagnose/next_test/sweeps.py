@@ -11,9 +11,9 @@ from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
 from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.measured_data import MeasuredData
-from twin.identify.receptance import update_receptance
 from twin.identify.residual_model import ResidualModel
 from twin.identify.resonances import by_resonance, same_resonance
+from twin.identify.structural_modification import update_receptance
 
 Array = NDArray[Any]
 
