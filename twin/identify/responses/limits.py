@@ -16,6 +16,8 @@ class Limits:
     """Lines to each side over which a response is a ratio of polynomials: so few that one resonance is in them."""
     coherent: float = 0.05
     """Coherence below which a line says nothing."""
+    averages: int = 5
+    """Fewest from which a coherence tells the noise: its bias is one over them."""
     noisiest: float = 0.3
     """Relative standard deviation of a line beyond which its logarithm says nothing."""
     prominence: float = 0.3

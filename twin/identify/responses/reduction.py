@@ -31,7 +31,9 @@ ORDERS = (2, 1)
 def noise_of(found: FoundResponse) -> Real:
     """Variance of the complex relative error of each line (f,)."""
     g = found.coherence
-    if g is not None and found.averages:
+    if g is not None and 0 < found.averages < LIMITS.averages:
+        g = None
+    elif g is not None and found.averages:
         return np.asarray((1 - g) / (found.averages * np.maximum(g, 1e-12)))
     left = _left_by_neighbours(found.H)
     if g is None:

@@ -39,6 +39,13 @@ def test_noise_from_coherence_and_averages():
     np.testing.assert_allclose(told, 2 * (1 - 0.9) / (2 * 20 * 0.9))
 
 
+def test_a_coherence_of_few_averages_tells_no_noise():
+    """Of one it is one, whatever the noise."""
+    H = noisy(np.random.default_rng(9), 0.02)
+    told = noise_of(found(H, coherence=np.ones(len(F)), averages=1))
+    assert np.median(told) == pytest.approx(0.02**2, rel=0.2)
+
+
 def test_coherence_without_averages_is_scaled_by_the_neighbours():
     rng = np.random.default_rng(5)
     sizes = np.where(F < 200, 0.01, 0.04)
