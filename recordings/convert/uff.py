@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,7 +27,7 @@ from recordings.errors import InputError
 from recordings.reader import open_input
 from recordings.run import Channel, DeviceSamples, Event, Run
 
-__all__ = ["read_uff", "write_uff"]
+__all__ = ["load_sets", "read_uff", "write_uff"]
 
 SIZE_LIMIT_BYTES = 512 << 20
 ATTACHMENT = "uff/"
@@ -120,7 +120,7 @@ def read_uff(path: Path) -> Run:
     InputError
         With the data set, if it is no universal file, damaged, or larger than `SIZE_LIMIT_BYTES`.
     """
-    data, sets = _load(path)
+    data, sets = load_sets(path)
     pieces: list[_Piece] = []
     attachments: dict[str, bytes] = {}
     events: list[Event] = []
@@ -152,8 +152,14 @@ def read_uff(path: Path) -> Run:
     )  # fmt: skip
 
 
-def _load(path: Path) -> tuple[bytes, list[dict[str, Any]]]:
-    """The file's bytes and its data sets as pyuff gives them."""
+def load_sets(path: Path, *, kinds: Collection[int] = (58,)) -> tuple[bytes, list[dict[str, Any]]]:
+    """The file's bytes, and its data sets of these kinds as pyuff gives them; of others the kind alone.
+
+    Raises
+    ------
+    InputError
+        With the data set, if it is no universal file, damaged, or larger than `SIZE_LIMIT_BYTES`.
+    """
     with open_input(path) as stream:
         data = stream.read(SIZE_LIMIT_BYTES + 1)
     if len(data) > SIZE_LIMIT_BYTES:
@@ -168,7 +174,7 @@ def _load(path: Path) -> tuple[bytes, list[dict[str, Any]]]:
                 raise InputError(path, "", "is not a universal file: it has no data set")
             sets = []
             for number, kind in enumerate(kinds, start=1):
-                sets.append(file.read_sets(number - 1) if kind == 58 else {"type": kind})
+                sets.append(file.read_sets(number - 1) if kind in kinds else {"type": kind})
     except InputError:
         raise
     except Exception as error:  # pyuff raises bare exceptions for whatever it cannot parse

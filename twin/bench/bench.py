@@ -23,6 +23,10 @@ SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800
 """Rates the converter has."""
 INTERNAL_RATE_Hz = 11264.0
 """The physics takes at least this many steps a second: enough for all modes that the bench keeps."""
+SCATTERED_MODES = 20
+"""Natural frequencies that differ from one assembly of the rig to the next."""
+ASSEMBLY = 1
+"""Of the seed's streams, the one that such differences are drawn from."""
 DRIFT_TOLERANCE = 2e-5
 """Relative change of the moduli after which the modes are computed anew."""
 
@@ -275,7 +279,7 @@ def open_bench(
     preload
         Name of one of the rig's preloads; the first if not given.
     seed
-        Of noise and of everything else that chance decides.
+        Of noise and of everything else that chance decides, as which assembly of the rig it is.
     effects
         Hidden causes, by their contract names.
     joint_law
@@ -303,6 +307,10 @@ def open_bench(
         If there is no such preload.
     """
     plan = planned(rig, preload=preload, effects=effects, joint_law=joint_law, monitors=monitors, layout=layout)
+    if scatter := rig.natural_frequencies.scatter:
+        errors = scatter * np.random.default_rng([seed, ASSEMBLY]).standard_normal(SCATTERED_MODES)
+        errors[: len(plan.frequency_errors)] += plan.frequency_errors
+        plan.frequency_errors = errors
     return Bench(
         plan,
         seed=seed,

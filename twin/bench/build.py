@@ -252,11 +252,15 @@ def altered_matrices(plan: Plan) -> tuple[Matrices, int]:
     K = with_layers(
         matrices.K0, matrices.K_E, matrices.K_G, [joint.E for joint in plan.joints], [joint.G for joint in plan.joints]
     )
-    modes = normal_modes(matrices.M, K, MOST_RIGID + 1)
-    rigid = modes.Phi[:, : rigid_motions(modes.omega)]
-    held = matrices.M @ rigid
-    matrices.K0 += (2 * np.pi * SUSPENSION_Hz) ** 2 * (held @ held.T)
-    return matrices, rigid.shape[1]
+    modes = normal_modes(matrices.M, K, MOST_RIGID + 1 + len(plan.frequency_errors))
+    rigid = rigid_motions(modes.omega)
+    held = matrices.M @ modes.Phi
+    added = np.zeros(len(modes.omega))
+    added[:rigid] = (2 * np.pi * SUSPENSION_Hz) ** 2
+    off = modes.omega[rigid:][: len(plan.frequency_errors)]
+    added[rigid : rigid + len(off)] = 2 * off**2 * plan.frequency_errors[: len(off)]
+    matrices.K0 += held @ (added[:, None] * held.T)
+    return matrices, rigid
 
 
 def _layer_elements(plan: Plan, matrices: Matrices, number: int, joint: JointPlan, law: JointLaw) -> list[Element]:

@@ -133,6 +133,8 @@ class Plan:
         Relative loss of all moduli per second.
     clock_error
         Relative error of the converter's clock.
+    frequency_errors
+        Relative, of the first natural frequencies that are not of rigid motions: half of those of modal stiffnesses.
     matrix_changes, element_makers
         Called in order with the matrices.
     """
@@ -144,6 +146,7 @@ class Plan:
     base_receptance: float = 0.0
     moduli_rate_per_s: float = 0.0
     clock_error: float = 0.0
+    frequency_errors: Matrix = field(default_factory=lambda: np.zeros(0))
     matrix_changes: list[Callable[[Matrices], None]] = field(default_factory=list)
     element_makers: list[Callable[[Matrices], list[Element]]] = field(default_factory=list)
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from recordings.directions import direction_name
 from recordings.errors import InputError
 from recordings.quantities import quantity
@@ -65,6 +67,7 @@ def planned(
         rig, layout or rig.bench_layout(), joints, instruments,
         moduli_rate_per_s=-rig.drift.stiffness_per_K * rig.drift.temperature_K_per_h / 3600,
         clock_error=rig.acquisition.clock_error_ppm * 1e-6,
+        frequency_errors=np.asarray(rig.natural_frequencies.offset, float),
     )  # fmt: skip
     apply_effects(plan, [*rig.effect, *effects])
     return plan

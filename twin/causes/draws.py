@@ -10,7 +10,7 @@ from twin.causes.dice import Dice, Parameters
 def _clamp_compliance(dice: Dice) -> Parameters:
     """A share of the beam's own compliance, L / EI."""
     layout = dice.rig.layout()
-    held = [s.part for s in layout.supports if "rz" in s.fix and s.part in {beam.name for beam in layout.beams}]
+    held = [s.part for s in layout.supports if s.holds_rotation and s.part in {beam.name for beam in layout.beams}]
     if not held:
         raise ValueError("clamp-compliance needs a support that holds a beam's rotation")
     beam = layout.beam(held[0])

@@ -24,6 +24,7 @@ from twin.commands.common.output import (
     write_json,
 )
 from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.scatter import scatter_option
 
 if TYPE_CHECKING:
     from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
@@ -67,6 +68,7 @@ class _HeldOutRuns(click.Command):
     "--time-limit", "time_limit_s", metavar="S", type=click.FloatRange(min=0, min_open=True), default=LONGEST_s,
     show_default=True, help="Seconds after which the search ends where it is, and the answer says so.",
 )  # fmt: skip
+@scatter_option
 @click.option(
     "--exclude", metavar="CAUSE", multiple=True,
     help="A cause that the next test is to show or to exclude, at the size at which it could hide now.",
@@ -83,6 +85,7 @@ def command(
     held_out: tuple[Path, ...],
     out: Path,
     time_limit_s: float,
+    frequency_scatter: float | None,
     exclude: tuple[str, ...],
     thorough: bool,
     overwrite: bool,
@@ -90,12 +93,13 @@ def command(
 ) -> int:
     """Say what the model of RIG gets wrong about the measured RUNs.
 
-    RUNs are recordings (.mcap) or tables (.csv), not both at once.  A table of natural frequencies has the columns
-    mode, frequency_Hz, and may have std_Hz and preload; its RIG is any structure, or a beam alone such as
-    composite-beam.  Modes count from 1: those of bending where all beams lie in one row, else all.  A table of
-    sweeps that held their response has the columns level, frequency_Hz, force_N, acceleration_m_per_s2 (or
-    velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the name and the channel's
-    are taken.
+    RUNs are recordings (.mcap), frequency responses of one state (.uff, .unv, .npz, .csv) or tables (.csv), one kind
+    at a time.  Frequency responses have no force level: of these, linear causes only are named.  A table of natural
+    frequencies has the columns mode, frequency_Hz, and may have std_Hz and preload; its RIG is any structure, or a
+    beam alone such as composite-beam.  Modes count from 1: those of bending where all beams lie in one row, else all.
+    A table of sweeps that held their response has the columns level, frequency_Hz, force_N, acceleration_m_per_s2 (or
+    velocity_m_per_s, displacement_m), phase_rad; of its RIG, such as brake-reuss, only the name and the channel's are
+    taken.
 
     What RIG says is not found again: with the extended.toml of an earlier diagnosis only what is new is.
 
@@ -108,8 +112,9 @@ def command(
     rig = load_rig(rig_name)
     with working("reading") as begin, staged_folder(out, results=RESULTS, overwrite=overwrite) as folder:
         found = rig.diagnose(
-            runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s, thorough=thorough,
-            exclude=exclude, processes=usual_processes(), report=begin,
+            runs, held_out=held_out, preload=preloads, out=folder, time_limit_s=time_limit_s,
+            frequency_scatter=frequency_scatter, thorough=thorough, exclude=exclude, processes=usual_processes(),
+            report=begin,
         )  # fmt: skip
         data = found.save_model(folder)
         write_json(data, folder / RESULT)

@@ -22,11 +22,13 @@ from twin.commands.common.output import (
     working,
 )
 from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.scatter import scatter_option
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
+    from twin.lab.identified_responses import IdentifiedResponses
 
 
 @click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     "--report", metavar="FILE", type=click.Path(path_type=Path),
     help="The report, HTML; beside the model and named like it if left out.",
 )  # fmt: skip
+@scatter_option
 @click.option("--no-report", is_flag=True, help="Write the model alone.")
 @overwrite_option
 @causes_option
@@ -49,6 +52,7 @@ def command(
     preload: str | None,
     out: Path,
     report: Path | None,
+    frequency_scatter: float | None,
     no_report: bool,
     overwrite: bool,
     as_json: bool,
@@ -57,7 +61,9 @@ def command(
 
     Recordings (.mcap): broadband runs and stepped sines together give the layer's moduli, the modal damping and the
     joint's law.  A table of natural frequencies (.csv) gives the joints' moduli, of a rig without joints its
-    beams'; a table of sweeps gives the law of a rig of kind modal, such as brake-reuss.
+    beams'; a table of sweeps gives the law of a rig of kind modal, such as brake-reuss.  Frequency responses (.uff,
+    .npz, .csv) of one state update moduli, densities, springs and clamps, and give damping and what the model keeps
+    wrong in each mode.
 
     The report says how well each value is known, what is left of every sweep, and how the law's regularisation was
     chosen.
@@ -70,7 +76,9 @@ def command(
 
     rig = load_rig(rig_name)
     with working("reading") as begin:
-        model = rig.identify(runs, preload=preload, beside=with_polynomials, report=begin)
+        model = rig.identify(
+            runs, preload=preload, frequency_scatter=frequency_scatter, beside=with_polynomials, report=begin
+        )  # fmt: skip
         begin("writing the model" + (" and the report" if page else ""))
         _write(model, out, page)
     tell_assumed(model.assumed)
@@ -93,7 +101,9 @@ def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
         raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
 
 
-def _write(model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode, out: Path, page: Path | None) -> None:
+def _write(
+    model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses, out: Path, page: Path | None
+) -> None:
     """Both files appear, or neither."""
     with whole_files(out, page) as (part, page_part):
         assert part is not None

@@ -11,6 +11,7 @@ from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
 from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
 from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.rig_export import command as export_command
 from twin.commands.rig_import import command as import_command
 
 if TYPE_CHECKING:
@@ -94,6 +95,7 @@ def show(
 
 
 command.add_command(import_command)
+command.add_command(export_command)
 
 
 def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:

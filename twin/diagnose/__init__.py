@@ -3,6 +3,15 @@
 from twin.diagnose.diagnose import diagnose
 from twin.diagnose.models import CAUSES
 from twin.diagnose.parallel_map import in_processes, usual_processes
+from twin.diagnose.responses import diagnose_responses
 from twin.diagnose.result import Diagnosis, NamedCause
 
-__all__ = ["CAUSES", "Diagnosis", "NamedCause", "diagnose", "in_processes", "usual_processes"]
+__all__ = [
+    "CAUSES",
+    "Diagnosis",
+    "NamedCause",
+    "diagnose",
+    "diagnose_responses",
+    "in_processes",
+    "usual_processes",
+]

@@ -81,9 +81,14 @@ class Parameter:
         return bool(np.isnan(self.null))
 
     @property
+    def is_known(self) -> bool:
+        """Whether it is told but not looked for: it has one value only."""
+        return self.lower == self.upper
+
+    @property
     def is_threshold(self) -> bool:
         """Whether it says from which amplitude or at which frequency on there is an effect, and not where."""
-        return self.is_location and "position" not in self.name
+        return self.is_location and not self.is_known and "position" not in self.name
 
     @property
     def prior(self) -> tuple[float, float]:

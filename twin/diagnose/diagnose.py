@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from recordings.run import Run
 from twin.diagnose.cause import Cause
 from twin.diagnose.comparison import compare_sweeps, noise_floors, relative_errors
 from twin.diagnose.effects import left_out_effects
-from twin.diagnose.exclusion import LIMIT_95, exclusion_limits, hidden_at_limit
+from twin.diagnose.exclusion import LIMIT_95, Exclusion, exclusion_limits, hidden_at_limit
 from twin.diagnose.extended import updated_rig_file
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.missing import find_missing_force
@@ -26,7 +26,7 @@ from twin.diagnose.result import Diagnosis, Gain, HeldOutError, Misfit
 from twin.diagnose.search import Report, Search, search_causes
 from twin.diagnose.set_aside import set_aside
 from twin.diagnose.signals import find_unsettled
-from twin.diagnose.sound_data import sound_data
+from twin.diagnose.sound_data import SoundData, sound_data
 from twin.diagnose.verdict import decide, named_causes, posterior_of, rivals_of
 from twin.identify.error_model import SOUND
 from twin.identify.harmonics import harmonic_residuals
@@ -38,12 +38,30 @@ from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
 
-__all__ = ["diagnose"]
+__all__ = ["HeldOut", "diagnose", "diagnose_evidence", "notes_on"]
 
 THRESHOLD = 2.0
 """Chi2 per degree of freedom, with the errors of sound rigs, that a sound rig seldom exceeds."""
 BEYOND = 1.05
 """Amplitude over the largest one learnt from up to which a law is taken to hold."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What the gain is measured on.
+
+    Attributes
+    ----------
+    evidence : MeasuredData or None
+    runs : sequence of Run
+        That it was reduced from; empty where steps of what was learnt from were set aside.
+    aside : tuple of str
+        These, in words.
+    """
+
+    evidence: MeasuredData | None = None
+    runs: Sequence[Run] = ()
+    aside: tuple[str, ...] = ()
 
 
 def diagnose(
@@ -90,7 +108,7 @@ def diagnose(
     """
     if unknown := sorted(set(exclude) - set(causes)):
         raise InputError("--exclude", unknown[0], "is no cause that is fitted", f"name one of {', '.join(causes)}")
-    started = time.perf_counter()
+    begun = time.perf_counter()
     asked_for = preload is not None
     preload = preload or common_preload([*runs, *held_out], rig)
     report("reducing recordings to harmonics and frequency responses")
@@ -105,7 +123,7 @@ def diagnose(
     else:
         kept, unseen, aside = set_aside(evidence)
         evidence = kept
-    notes = (*_notes(evidence), *_notes_on(rig))
+    notes = (*_notes(evidence), *notes_on(rig))
     if sound.sidebands is not None:
         notes = (sound.sidebands.told, *notes)
     if (foreign := foreign_preload(rig, runs[0].info)) and not asked_for:
@@ -115,6 +133,38 @@ def diagnose(
     if unseen is not None and len(evidence.steps):
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
+    return diagnose_evidence(
+        replace(sound, evidence=evidence, findings=tuple(findings)), HeldOut(unseen, held_out, aside), causes=causes,
+        out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
+    )  # fmt: skip
+
+
+def diagnose_evidence(
+    sound: SoundData,
+    held_out: HeldOut,
+    *,
+    causes: Mapping[str, Cause],
+    out: Path | None,
+    notes: tuple[str, ...],
+    begun: float,
+    most: int = 3,
+    thorough: bool = False,
+    exclude: Sequence[str] = (),
+    unseeable: Sequence[Exclusion] = (),
+    report: Report = lambda text: None,
+) -> Diagnosis:
+    """Say what a rig's model gets wrong, from reduced data on.
+
+    Parameters
+    ----------
+    notes
+        What an engineer should know of the data beforehand.
+    begun
+        When the diagnosis was, by :func:`time.perf_counter`.
+    unseeable
+        Causes that such data cannot show at all.
+    """
+    evidence, findings, unseen = sound.evidence, [*sound.findings], held_out.evidence
     search = search_causes(evidence, causes, most=most, effort=THOROUGH if thorough else USUAL, report=report)
     if not search.complete:
         beside = f" beside {search.model.name}" if search.model.hypotheses else ""
@@ -125,7 +175,7 @@ def diagnose(
     after = search.base if verdict in ("none", "unknown") else search.model
     gain = None
     if unseen is not None and len(unseen.steps):
-        gain = _gain(unseen, search.base, after, tuple(run.path for run in held_out), aside)
+        gain = _gain(unseen, search.base, after, tuple(run.path for run in held_out.runs), held_out.aside)
     extended, next_test = "", None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -135,12 +185,14 @@ def diagnose(
         rivals = rivals_of(posterior) if verdict == "ambiguous" else ()
         best = search.model if rivals else after
         rivals += tuple(_hidden(search, best, name) for name in exclude if name not in best.name.split(" + "))
-        if rivals and verdict != "unknown" and not time_is_up():
-            with time_limit(time.monotonic() + time.perf_counter() - started):  # as long again as the search took
-                next_test = plan_next_test(runs, search.evidence, (best, *rivals), model, out, report=report)
+        if evidence.runs and rivals and verdict != "unknown" and not time_is_up():
+            with time_limit(time.monotonic() + time.perf_counter() - begun):  # as long again as the search took
+                next_test = plan_next_test(evidence.runs, search.evidence, (best, *rivals), model, out, report=report)
     causes_named = named_causes(search, posterior, findings, verdict)
-    acting = {cause.cause for cause in causes_named if cause.in_model} | {effect.cause for effect in rig.effect}
-    if acting & set(DRIFTS) and _waits_left_out(runs):
+    acting = {cause.cause for cause in causes_named if cause.in_model} | {
+        effect.cause for effect in evidence.rig.effect
+    }
+    if acting & set(DRIFTS) and _waits_left_out(evidence.runs):
         notes += ("the waits between steps were not stored: a drift's rate is per second of the recordings' own time",)
     left = still_left = _misfit(evidence, search.base, search.base_harmonics, search.stages[0].tolerances)
     if search.model is not search.base:
@@ -157,7 +209,7 @@ def diagnose(
         causes=causes_named,
         gain=gain,
         next_test=next_test,
-        seconds=time.perf_counter() - started,
+        seconds=time.perf_counter() - begun,
         evidence=search.evidence,
         search=search,
         sweeps=compare_sweeps(evidence, search.base, after) if len(evidence.steps) else (),
@@ -167,7 +219,7 @@ def diagnose(
         missing_force=missing,
         set_95=posterior.set_95,
         hypotheses=posterior.weighed,
-        excluded=exclusion_limits(search.evidence, search.stages[-1].scores),
+        excluded=(*exclusion_limits(search.evidence, search.stages[-1].scores), *unseeable),
     )
 
 
@@ -278,7 +330,7 @@ def _notes(evidence: MeasuredData) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _notes_on(rig: Rig) -> tuple[str, ...]:
+def notes_on(rig: Rig) -> tuple[str, ...]:
     """What of the rig file the predictions have, and what they have not."""
     known = [effect.cause for effect in rig.effect if effect.cause in CAUSES]
     notes = [f"the rig file's effects act already, and any cause is beside them: {', '.join(known)}"] if known else []

@@ -134,7 +134,7 @@ class FitProblem:
             (i, p)
             for i, hypothesis in enumerate(hypotheses)
             for p in hypothesis.cause.parameters(evidence, hypothesis.label)
-            if not frozen and (i < len(hypotheses) - 1 or p.name != held)
+            if not (frozen or p.is_known or (i == len(hypotheses) - 1 and p.name == held))
         ]
         self.count = len(start.vector)
         self.scales = np.array([p.scale for _, p in self.slots])

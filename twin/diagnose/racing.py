@@ -36,6 +36,8 @@ class Effort:
     ----------
     rivals : int
         Most causes that are fitted in one turn.
+    labels : int
+        Most labels of each of them.
     beginnings : int
         Most places or thresholds from which each of them is begun: its likelihood may have several maxima.
     behind : float
@@ -50,15 +52,16 @@ class Effort:
     """
 
     rivals: int
+    labels: int
     beginnings: int
     behind: float
     worth_a_fit: float
     of_needed: float = 1.0
 
 
-USUAL = Effort(rivals=6, beginnings=2, behind=4.0, worth_a_fit=0.2)
-THOROUGH = Effort(rivals=12, beginnings=4, behind=8.0, worth_a_fit=0.02)
-WHATEVER = Effort(rivals=30, beginnings=3, behind=np.inf, worth_a_fit=0.0, of_needed=-np.inf)
+USUAL = Effort(rivals=6, labels=3, beginnings=2, behind=4.0, worth_a_fit=0.2)
+THOROUGH = Effort(rivals=12, labels=6, beginnings=4, behind=8.0, worth_a_fit=0.02)
+WHATEVER = Effort(rivals=30, labels=30, beginnings=3, behind=np.inf, worth_a_fit=0.0, of_needed=-np.inf)
 """Of natural frequencies: a fit takes a moment, and few of them may ask for an effect that is far from first order."""
 
 

@@ -243,7 +243,9 @@ def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) 
     found: dict[str, list[CauseHypothesis]] = {}
     for score in scores:
         key = score.hypothesis.key
-        if score.log_bayes > least and (key in found or len(found) < effort.rivals):
+        alike = sum(each[0].cause is score.hypothesis.cause for each in found.values())
+        # A cause with many labels, such as a listed mass, must leave room for others.
+        if score.log_bayes > least and (key in found or (len(found) - alike < effort.rivals and alike < effort.labels)):
             found.setdefault(key, []).append(score.hypothesis)
     return [hypothesis for each in found.values() for hypothesis in _spread(evidence, each, effort.beginnings)]
 
@@ -251,7 +253,7 @@ def _promising(evidence: MeasuredData, scores: Sequence[Score], effort: Effort) 
 def _spread(evidence: MeasuredData, each: list[CauseHypothesis], count: int) -> list[CauseHypothesis]:
     """The first, and those farthest from what was chosen before: neighbours would come to the same maximum."""
     first = each[0]
-    places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location]
+    places = [p for p in first.cause.parameters(evidence, first.label) if p.is_location and not p.is_known]
     at = np.array([[(h.values[p.name] - p.lower) / (p.upper - p.lower) for p in places] for h in each])
     chosen = [0]
     while len(chosen) < min(count, len(each)):

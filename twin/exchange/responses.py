@@ -34,6 +34,8 @@ class FrequencyResponses:
         direction is -y keeps its sign.
     coherence : ndarray, (n, f), or None
         Of broadband excitation.
+    averages
+        As many independent ones would be worth; 0 of stepped sines.
     frf_form
         ``receptance``, ``mobility`` or ``accelerance``.
     """
@@ -45,6 +47,7 @@ class FrequencyResponses:
     responses: tuple[Channel, ...]
     force: Channel
     frf_form: str
+    averages: int = 0
 
 
 def frequency_responses(run: Run, *, resolution_Hz: float = 0.1) -> list[FrequencyResponses]:
@@ -96,7 +99,7 @@ def _broadband(
             coherence = np.stack([estimate.coherence[each.name] for each in alike])
             yield FrequencyResponses(
                 sweep=record.sweep, frequency_Hz=estimate.frequency_Hz, frf=frf, coherence=coherence, responses=alike,
-                force=force, frf_form=form,
+                force=force, frf_form=form, averages=estimate.averages,
             )  # fmt: skip
 
 

@@ -60,6 +60,7 @@ def _head(each: FrequencyResponses, channel: Channel, nodes: dict[str, int], run
         "type": 58, "binary": 1, "func_type": 4,
         "id1": f"{channel.name} / {each.force.name}"[:_TEXT], "id2": f"sweep {each.sweep}"[:_TEXT],
         "id3": run.info.get("started", "NONE")[:_TEXT], "id4": (run.info.get("rig") or "NONE")[:_TEXT],
+        "id5": f"averages = {each.averages}" if each.averages else "NONE",
         "rsp_ent_name": _short(channel), "rsp_node": nodes[channel.name], "rsp_dir": axis_number(channel.direction),
         "ref_ent_name": _short(each.force), "ref_node": nodes[each.force.name],
         "ref_dir": axis_number(each.force.direction),

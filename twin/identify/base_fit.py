@@ -86,7 +86,7 @@ def law_from_steps(
     evidence = residual_model.evidence
     if isinstance(residual_model, FrequencyModel) or not len(evidence.steps) or not len(residual_model.points):
         nowhere = choose_knots(np.zeros(0), knots)
-        return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws)
+        return BaselineParameters(base, (LayerLaw.zero(nowhere, nowhere),) * residual_model.laws, evidence.as_modelled)
     steps, time, p = evidence.steps, residual_model.step_times, len(residual_model.points)
     omega = residual_model.clock(steps.complex_omega, time)
     free = residual_model.receptance(omega, base, time, inner=False, points=True, drive=steps.drive)
@@ -115,7 +115,7 @@ def law_from_steps(
     for _ in range(HARMONIC_TURNS):
         laws = _smoothed(residual_model, s - of_harmonics, loss, motion, knots, each, found.unsettled)
         of_harmonics = _softened_by_harmonics(residual_model, BaselineParameters(base, laws), found)
-    return BaselineParameters(base, laws)
+    return BaselineParameters(base, laws, evidence.as_modelled)
 
 
 def _softened_by_harmonics(residual_model: ResidualModel, baseline: BaselineParameters, found: Balance) -> Array:
@@ -167,6 +167,7 @@ def baseline_bounds(baseline: BaselineParameters, side: int) -> Array:
     softening, loss = ((-MOST_STIFFENED, 0.0), (MOST_SOFTENED, np.inf))[side]
     bounds = np.empty(len(baseline.blocks))
     bounds[: baseline.of_laws.start] = base_bounds(baseline.base.joints)[side]
+    bounds[baseline.of_shown] = (-np.inf, np.inf)[side]
     for joint, (_, E) in enumerate(zip(baseline.laws, baseline.base.E, strict=False)):
         bounds[baseline.softening(joint)], bounds[baseline.loss(joint)] = softening * E, loss
     return bounds

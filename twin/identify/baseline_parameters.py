@@ -1,8 +1,8 @@
-"""What is always unknown of a rig: its linear parameters and its joints' laws."""
+"""What is always unknown of a rig: its linear parameters, its joints' laws, and what its sensors show of each mode."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,26 +18,33 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class BaselineParameters:
-    """The base family's parameters: the linear ones, and each joint's law in the rig's order."""
+    """The base family's parameters: the linear ones, and each joint's law in the rig's order.
+
+    Attributes
+    ----------
+    shown : ndarray, (o m,)
+        Logarithms of what each response shows of each mode over what the model says; empty where nothing was measured
+        so roughly that it matters.
+    """
 
     base: LinearParameters
     laws: tuple[LayerLaw, ...]
+    shown: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def blocks(self) -> Blocks:
         """Of :attr:`vector`."""
-        return self.base.blocks(self.base.joints) + Blocks(
-            tuple(
-                block
-                for joint, law in enumerate(self.laws)
-                for block in ((_softening(joint), len(law.softening)), (_loss(joint), len(law.loss)))
-            )
-        )
+        laws = [
+            block
+            for joint, law in enumerate(self.laws)
+            for block in ((_softening(joint), len(law.softening)), (_loss(joint), len(law.loss)))
+        ]
+        return self.base.blocks(self.base.joints) + Blocks((*laws, ("shown", len(self.shown))))
 
     @property
     def vector(self) -> Array:
         """All in one vector; the law in units of the assumed moduli is the caller's matter."""
-        return np.concatenate([self.base.vector, *(law.vector for law in self.laws)])
+        return np.concatenate([self.base.vector, *(law.vector for law in self.laws), self.shown])
 
     def softening(self, joint: int) -> slice:
         """Where the softening of a joint's law is in :attr:`vector`."""
@@ -50,7 +57,12 @@ class BaselineParameters:
     @property
     def of_laws(self) -> slice:
         """Where the laws are in :attr:`vector`."""
-        return slice(len(self.base.vector), len(self.blocks))
+        return slice(len(self.base.vector), self.of_shown.start)
+
+    @property
+    def of_shown(self) -> slice:
+        """Where :attr:`shown` is in :attr:`vector`."""
+        return self.blocks["shown"]
 
     def with_vector(self, vector: Array) -> BaselineParameters:
         """Parameters of the same knots from a vector."""
@@ -58,7 +70,8 @@ class BaselineParameters:
             replace(law, softening=vector[self.softening(joint)], loss=vector[self.loss(joint)])
             for joint, law in enumerate(self.laws)
         )
-        return BaselineParameters(LinearParameters.from_vector(vector[: self.of_laws.start]), tuple(laws))
+        base = LinearParameters.from_vector(vector[: self.of_laws.start])
+        return BaselineParameters(base, tuple(laws), vector[self.of_shown])
 
 
 def _softening(joint: int) -> str:

@@ -58,6 +58,8 @@ class BinnedResponse:
         Where the response was taken to change fast.
     drive : int
         Number of the rig's drive.
+    frequency_offset : ndarray, (m,), or float
+        Relative, of this run's natural frequencies from those that all runs have in common.
     """
 
     run: str
@@ -71,6 +73,7 @@ class BinnedResponse:
     force_power: Real
     resonances_Hz: Real = field(default_factory=lambda: np.zeros(0))
     drive: int = 0
+    frequency_offset: Real | float = 0.0
 
     @property
     def omega(self) -> Real:

@@ -17,7 +17,7 @@ from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.extended_model import extended_model
-from twin.identify.linear_model import LinearParameters
+from twin.identify.linear_model import DAMPED_MODES, LinearParameters
 from twin.identify.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import UNCHANGED, ModelModification, NoiseMotion
@@ -37,7 +37,7 @@ from twin.identify.slipping import RIPPLES
 from twin.identify.structural_modification import attach, update_receptance
 from twin.structure import points_of_joints
 
-__all__ = ["AtHarmonic", "ForwardModel"]
+__all__ = ["AtHarmonic", "ForwardModel", "of_run"]
 
 Array = NDArray[Any]
 Free = tuple[Array, Array]
@@ -50,6 +50,14 @@ LEAST_LEFT = 0.01
 HARMONIC_TURNS, HARMONICS_SETTLED, LOSS_SETTLED = 16, 1e-6, 1e-4
 """Most turns of fundamentals and harmonics; the change of what the latter add to the former, over the law's largest
 stiffness, that ends them; and that below which the slips' loss, as harmonics meet it, changes no more."""
+
+
+def of_run(data: BinnedResponse, baseline: BaselineParameters) -> BaselineParameters:
+    """The unknowns with the natural frequencies as they were in one broadband run."""
+    base = baseline.base
+    return replace(
+        baseline, base=replace(base, frequency_discrepancy=base.frequency_discrepancy + data.frequency_offset)
+    )
 
 
 class ForwardModel:
@@ -203,7 +211,19 @@ class ForwardModel:
 
     def broadband_response(self, data: BinnedResponse, baseline: BaselineParameters) -> Array:
         """Predicted responses per force (b, o) at the bins of a broadband run, unit/N."""
-        return self.responses(*self.felt_receptance(data, baseline))
+        R, omega = self.felt_receptance(data, baseline, inner=len(baseline.shown) > 0)
+        H = self.responses(R, omega)
+        return H * np.exp(self.by_shown(R, omega) @ baseline.shown) if len(baseline.shown) else H
+
+    def by_shown(self, R: Array, omega: Array) -> Array:
+        """D log response (f, o, o m) / d log of what each of the outputs shows of each of the m damped modes."""
+        p, m = self.model.ports, DAMPED_MODES
+        motion = self.driven(R, omega)[:, p.modal]
+        place = p.rows[p.outputs] @ self.model.basis.Phi[:, :m]
+        outputs = len(place)
+        change = np.zeros((len(omega), outputs, outputs, m), complex)
+        change[:, np.arange(outputs), np.arange(outputs)] = motion[:, None] * place
+        return self.log_response_change(change.reshape(len(omega), outputs, -1), R, omega)
 
     def felt_receptance(
         self, data: BinnedResponse, baseline: BaselineParameters, *, inner: bool = False
@@ -220,7 +240,7 @@ class ForwardModel:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         omega = self.clock(omega, time)
-        return self.receptance(omega, baseline.base, time, inner=inner, drive=data.drive), omega
+        return self.receptance(omega, of_run(data, baseline).base, time, inner=inner, drive=data.drive), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.

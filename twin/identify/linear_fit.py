@@ -68,7 +68,11 @@ class LinearFit:
 
 
 def base_prior(
-    nominal: LinearParameters, *, frequency_discrepancy_std: float = FREQUENCY_STD, moduli_std: float = MODULI_STD
+    nominal: LinearParameters,
+    *,
+    frequency_discrepancy_std: float = FREQUENCY_STD,
+    moduli_std: float = MODULI_STD,
+    scatter: float = 0.0,
 ) -> tuple[Real, Real]:
     """Mean and precision (u, u) of ``base.vector`` before any data: what an experimenter may be wrong about.
 
@@ -80,12 +84,15 @@ def base_prior(
         round the false minima that sharp resonances have.
     moduli_std
         Of the logarithms of the layers' E' and G'.
+    scatter
+        Of the natural frequencies from one assembly to the next, beside that.
     """
     blocks = nominal.blocks(nominal.joints)
     frequency_discrepancy = np.full(DAMPED_MODES, frequency_discrepancy_std)
     # The last of these modes lies above the band: nothing measured would hold a wide frequency discrepancy of it in
     # place.
     frequency_discrepancy[-1] = min(frequency_discrepancy_std, FREQUENCY_STD)
+    frequency_discrepancy = np.hypot(frequency_discrepancy, scatter)
     moduli = {"log_E": moduli_std, "log_G": moduli_std, "loss_E": 0.05, "loss_G": 0.2}
     covariance = np.diag(
         blocks.pack(moduli | {"log_zeta": EACH_DAMPING_STD, "frequency_discrepancy": frequency_discrepancy}) ** 2
@@ -176,7 +183,7 @@ def reduce_broadband(
     """
     resonances, band = _resonances_and_band(model, record, force)
     told_apart = resonances
-    base = _on_the_resonances(model, nominal, resonances)
+    base = on_the_resonances(model, nominal, resonances)
     upright = signs = np.ones(len(model.outputs))
 
     def reduced(base: LinearParameters, signs: Real) -> tuple[BinnedResponse, LinearFit]:
@@ -185,7 +192,7 @@ def reduce_broadband(
             model, record, _within(band, (-zeta + 1j) * omega),
             force=force, resonances=told_apart, band=band, reference=lambda omega: signs * response(omega),
         )  # fmt: skip
-        return data, _follow(model, replace(data, H=signs * data.H), base, nominal)
+        return data, follow_resonances(model, replace(data, H=signs * data.H), base, nominal)
 
     led_astray = False
     for _ in range(rounds):
@@ -205,7 +212,9 @@ def reduce_broadband(
     return data, fit
 
 
-def _follow(model: LinearModel, data: BinnedResponse, base: LinearParameters, nominal: LinearParameters) -> LinearFit:
+def follow_resonances(
+    model: LinearModel, data: BinnedResponse, base: LinearParameters, nominal: LinearParameters
+) -> LinearFit:
     """A fit that follows the resonances, the moduli held near what is assumed."""
     return fit_linear(
         model, data, base, nominal=nominal, frequency_discrepancy_std=WIDE_FREQUENCY, moduli_std=0.02, model_error=0.02
@@ -222,10 +231,10 @@ def _elsewhere(
 ) -> LinearFit:
     """The same with the moduli held at other values."""
     there = replace(nominal, E=nominal.E * np.exp(log_normal), G=nominal.G * np.exp(log_shear))
-    return _follow(model, data, _on_the_resonances(model, there, resonances), there)
+    return follow_resonances(model, data, on_the_resonances(model, there, resonances), there)
 
 
-def _on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Real) -> LinearParameters:
+def on_the_resonances(model: LinearModel, base: LinearParameters, resonances: Real) -> LinearParameters:
     """The same, detuned to the resonances that the data show."""
     return replace(base, frequency_discrepancy=_aligned(_complex_modes(model, base)[0], resonances))
 
@@ -251,7 +260,7 @@ def bin_broadband(
         Of an earlier binning: what showed only then stays told apart.
     """
     resonances, band = _resonances_and_band(model, record, force)
-    _, omega, zeta = _reference(model, _on_the_resonances(model, base, resonances))
+    _, omega, zeta = _reference(model, on_the_resonances(model, base, resonances))
     # The decays of the record's ends are as narrow as the resonances, and those shown are told to a line or two.
     poles = poles_near(reference, _within(band, (-zeta + 1j) * omega))
     return _binned(model, record, poles, force=force, resonances=resonances_Hz, band=band, reference=reference)
@@ -261,8 +270,13 @@ def _resonances_and_band(model: LinearModel, record: BroadbandRecord, force: str
     """What the record shows, up to where the model is meant to hold: the modes whose damping is identified."""
     channels = tuple(output.channel for output in model.outputs)
     resonances, band = find_resonances(record, force=force, channels=channels)
-    band[1] = min(band[1], 0.95 * model.basis.omega[DAMPED_MODES - 1] / (2 * np.pi))
+    band[1] = min(band[1], highest_Hz(model))
     return resonances[resonances < band[1]], band
+
+
+def highest_Hz(model: LinearModel) -> float:
+    """Up to where a model is meant to hold: below the last of the modes whose damping is identified."""
+    return float(0.95 * model.basis.omega[DAMPED_MODES - 1] / (2 * np.pi))
 
 
 def _binned(

@@ -97,12 +97,13 @@ class LinearParameters:
 
 @dataclass(frozen=True)
 class Output:
-    """A response channel: what it measures, where, and in which direction."""
+    """A response channel: what it measures, where, in which direction, and what it shows of each mode over that."""
 
     channel: str
     quantity: str
     place: Place
     sign: float = 1.0
+    modal_factor: tuple[float, ...] = ()
 
     def from_displacement(self, omega: Real) -> Complex:
         """Factor from what is read at its place, the displacement or the strain, to the channel's quantity."""
@@ -192,9 +193,19 @@ class LinearModel:
 
     def with_places(self, outputs: tuple[Output, ...], drives: Sequence[Place]) -> LinearModel:
         """The same structure driven there, with these outputs and no extra ports."""
-        outer = np.vstack([self.structure.row(place) for place in (*drives, *(output.place for output in outputs))])
+        return self.with_outputs(outputs, [self.structure.row(place) for place in drives])
+
+    def with_outputs(self, outputs: tuple[Output, ...], drives: Sequence[Real]) -> LinearModel:
+        """The same with the rows (n,) of the drives."""
+        outer = np.vstack([*drives, *map(self._read_by, outputs)])
         here, none = slice(len(drives), len(outer)), slice(len(outer), len(outer))
         return replace(self, ports=replace(self.ports, outer=outer, outputs=here, extra=none), outputs=outputs)
+
+    def _read_by(self, output: Output) -> Real:
+        """Row (n,) of what an output reads of the displacements."""
+        row, m = self.structure.row(output.place), len(output.modal_factor)
+        shown = (np.asarray(output.modal_factor) - 1) * (row @ self.basis.Phi[:, :m])
+        return np.asarray(row + shown @ self.ports.modes[:m])
 
     def receptance(
         self,
@@ -355,4 +366,6 @@ def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters
     zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
     zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
     E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
-    return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, np.zeros(DAMPED_MODES))
+    offset = rig.natural_frequencies.offset[:DAMPED_MODES]
+    discrepancy = np.pad(np.asarray(offset, float), (0, DAMPED_MODES - len(offset)))
+    return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, discrepancy)

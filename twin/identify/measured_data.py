@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.errors import InputError
+from recordings.quantities import quantity
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
 from twin.identify.broadband import BinnedResponse
 from twin.identify.changed_model import ChangedModels
 from twin.identify.linear_fit import LinearFit, reduce_broadband
-from twin.identify.linear_model import LinearModel, Output, build_linear_model, nominal_parameters
+from twin.identify.linear_model import DAMPED_MODES, LinearModel, Output, build_linear_model, nominal_parameters
 from twin.identify.model_modification import ModelModification
 from twin.identify.nominal_instruments import nominal_instruments
 from twin.identify.rig_channels import drive_of, faces_against, in_directions_of
@@ -109,6 +110,11 @@ class MeasuredData:
         Base parameters from the last broadband run alone.
     effects : tuple of Known
         Of the rig file; every prediction has them.
+    frequency_scatter : float
+        Relative standard deviation of what the natural frequencies are off by from one assembly of the rig to the next,
+        in the mean of the cases that were measured.
+    shape_error : float
+        Relative error of each mode's share in each response that a sound rig has; 0 where none is looked for.
     begun_s : float, optional
         Time from which drifts count, on the recordings' time base; that of the first step of `runs` if left out.
     """
@@ -127,6 +133,8 @@ class MeasuredData:
     dropped: int = 0
     effects: tuple[Known, ...] = ()
     begun_s: float | None = None
+    frequency_scatter: float = 0.0
+    shape_error: float = 0.0
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process fits to: all but the samples, from which this one reduced it."""
@@ -162,6 +170,21 @@ class MeasuredData:
         """The samples behind `broadband`, in its order."""
         used = [self.force, *self.channels]
         return [record for run in self.runs for record in broadband_records(run, channels=used)]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the files that this was reduced from."""
+        return tuple(dict.fromkeys([run.path for run in self.runs] or [data.run for data in self.broadband]))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Of the response channels."""
+        return {output.channel: quantity(output.quantity).unit for output in self.outputs}
+
+    @property
+    def as_modelled(self) -> Array:
+        """Logarithms of what each response shows of each mode over what the model says, to begin with."""
+        return np.zeros(len(self.outputs) * DAMPED_MODES if self.shape_error else 0)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -315,6 +338,15 @@ def common_preload(runs: Sequence[Run], rig: Rig) -> str:
         reason = f"the runs differ in preload: {', '.join(found)}"
         raise InputError([*found.values()][1], "metadata run", reason, "take the runs of each preload by themselves")
     return next(iter(found), rig.preload_name(None))
+
+
+def no_steps(outputs: int) -> StepArrays:
+    """Steady states where no sine was measured."""
+    none = np.zeros(0)
+    force, response = np.zeros((0, HARMONICS), complex), np.zeros((0, outputs, HARMONICS), complex)
+    return StepArrays(
+        none, force, force.real, response, response.real, none, none, none + 0j, none, ()
+    )  # fmt: skip
 
 
 def _clock_error(states: list[SteadyState], force: str) -> float:

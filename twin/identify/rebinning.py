@@ -25,6 +25,8 @@ LINES_AT_ONCE = 4096
 
 def rebinned(evidence: MeasuredData, modification: ModelModification, baseline: BaselineParameters) -> MeasuredData:
     """The evidence with its broadband runs binned against the extended model."""
+    if not evidence.runs:
+        return evidence  # frequency responses have no samples behind them
     residual_model = ResidualModel(evidence, modification)
     anew = []
     for record, data in zip(evidence.records(), evidence.broadband, strict=True):

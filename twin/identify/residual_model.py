@@ -16,7 +16,7 @@ from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
-from twin.identify.forward_model import AtHarmonic, ForwardModel
+from twin.identify.forward_model import AtHarmonic, ForwardModel, of_run
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import LinearModel, nominal_parameters
@@ -79,9 +79,14 @@ class ResidualModel(ForwardModel):
         if linear is not None and self.errors.moduli < SOUND.moduli:
             # While a fit finds its way the moduli are held, but where the broadband run can be followed at all.
             nominal = replace(nominal, E=linear.nominal.E, G=linear.nominal.G)
-        mean, base = base_prior(nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli)
+        mean, base = base_prior(
+            nominal, frequency_discrepancy_std=self.errors.frequency, moduli_std=self.errors.moduli,
+            scatter=self.evidence.frequency_scatter,
+        )  # fmt: skip
         precision = self.law_precision(baseline, self.errors.roughness)
         precision[: len(mean), : len(mean)] = base
+        if len(baseline.shown):
+            precision[baseline.of_shown, baseline.of_shown] = np.eye(len(baseline.shown)) / self.evidence.shape_error**2
         return np.concatenate([mean, np.zeros(len(precision) - len(mean))]), precision
 
     def law_precision(self, baseline: BaselineParameters, roughness: tuple[float, float]) -> Array:
@@ -138,20 +143,27 @@ class ResidualModel(ForwardModel):
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
     ) -> tuple[Array, Array]:
         data = self.evidence.broadband[index]
-        R, omega = self.felt_receptance(data, baseline, inner=sensitivities)
+        shows = len(baseline.shown) > 0
+        R, omega = self.felt_receptance(data, baseline, inner=sensitivities or shows)
         # log of the ratio: the paper's dB residual and the phase at once, and no false minima of hidden resonances.
         log_ratio = np.log(data.H / self.responses(R, omega))
+        if shows:
+            by_shown = self.by_shown(R, omega)
+            log_ratio = log_ratio - by_shown @ baseline.shown
         r, root = whitening(log_ratio), np.sqrt(2.0)
         residual = root * np.concatenate([r.real, r.imag])
         jacobian = np.zeros((len(residual), len(baseline.vector)))
         if sensitivities:
             J = whitening.columns(self._broadband_change(data, baseline, R, omega))
             jacobian[:, : J.shape[1]] = root * np.vstack([J.real, J.imag])
+            if shows:
+                J = whitening.columns(by_shown)
+                jacobian[:, baseline.of_shown] = root * np.vstack([J.real, J.imag])
         return residual, jacobian
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
         """D log response / d base parameters (b, o, u)."""
-        p, into = self.model.ports, self.driven(R, omega)
+        p, into, baseline = self.model.ports, self.driven(R, omega), of_run(data, baseline)
         time = np.full(len(omega), data.time_s - self.evidence.origin_s)
         change = self._base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])

@@ -13,6 +13,9 @@ from recordings.run import Run
 from recordings.sweeps import sweeps
 from twin.identify.gaps import fill_gaps
 
+OVERLAPPING = 1 / 6
+"""Correlation of Hann-windowed segments that overlap by half (Welch 1967)."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BroadbandRecord:
@@ -60,7 +63,7 @@ class BroadbandRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class FrequencyResponse:
-    """H1 estimate with coherence over so many averages: response per force, in unit/N."""
+    """H1 estimate with coherence: response per force, in unit/N; `averages` as many independent ones would be worth."""
 
     frequency_Hz: NDArray[np.float64]
     H: dict[str, NDArray[np.complex128]]
@@ -143,5 +146,6 @@ def h1(record: BroadbandRecord, *, force: str, resolution_Hz: float = 0.25) -> F
         turn = np.exp(-2j * np.pi * frequency * (record.late_s.get(name, 0.0) - record.late_s.get(force, 0.0)))
         H[name] = S_fx / np.maximum(S_ff, np.finfo(float).tiny) * turn
         coherence[name] = np.abs(S_fx) ** 2 / np.maximum(S_ff * S_xx, np.finfo(float).tiny)
-    averages = 1 + (len(f) - length) // (length - length // 2)
-    return FrequencyResponse(frequency_Hz=frequency, H=H, coherence=coherence, averages=averages)
+    segments = 1 + (len(f) - length) // (length - length // 2)
+    worth = max(1, int(segments / (1 + 2 * OVERLAPPING**2)))
+    return FrequencyResponse(frequency_Hz=frequency, H=H, coherence=coherence, averages=worth)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from recordings import InputError, Run
+from recordings.responses import are_responses, read_responses
 from recordings.whereabouts import Stages, told_in_one_line
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from twin.lab.identified_joint import Beside, IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
+    from twin.lab.identified_responses import IdentifiedResponses
     from twin.lab.predicted import PredictedResponse
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
@@ -155,8 +157,9 @@ class LabRig(Shown):
             return first_look(learnt, rig, held_out=kept, preload=preload)
 
     def identify(
-        self, runs: Runs, *, preload: str | None = None, beside: Beside | None = None, report: Report = _silent
-    ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode:
+        self, runs: Runs, *, preload: str | None = None, frequency_scatter: float | None = None,
+        beside: Beside | None = None, report: Report = _silent,
+    ) -> IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses:  # fmt: skip
         """Identify the rig's model.
 
         Recordings give the layer's moduli, the damping and the joint's law; a table of natural frequencies (.csv) the
@@ -165,9 +168,11 @@ class LabRig(Shown):
         Parameters
         ----------
         runs
-            Recordings, in memory or as files, or one table.
+            Recordings, in memory or as files, or one table, or frequency responses of one state (.uff, .npz, .csv).
         preload
             State of the joint; what the recordings name if not given.
+        frequency_scatter
+            Of frequency responses, as for :meth:`diagnose`.
         beside
             Another identification of recordings to report beside this one, such as the papers' own,
             :func:`studies.force_levels.with_polynomials`.
@@ -180,6 +185,16 @@ class LabRig(Shown):
         given, stages = _listed(runs), Stages(report)
         paths = [Path(run) for run in given if isinstance(run, str | Path)]
         with told_in_one_line(paths[0] if paths else self.source, stages):
+            if are_all_responses(paths):
+                from twin.lab.identified_responses import identify_responses
+
+                stages("following the resonances of the frequency responses")
+                rig = self._structure()
+                return identify_responses(
+                    paths, rig, preload=known_preload(rig, preload) if preload else None, scatter=frequency_scatter
+                )
+            if frequency_scatter is not None:
+                raise no_scatter()
             return self._identified(given, paths, preload, beside, stages)
 
     def _identified(
@@ -215,6 +230,7 @@ class LabRig(Shown):
         held_out: Runs = (),
         preload: str | Sequence[str] | None = None,
         out: str | Path | None = None,
+        frequency_scatter: float | None = None,
         time_limit_s: float = float("inf"),
         thorough: bool = False,
         exclude: Sequence[str] = (),
@@ -226,13 +242,16 @@ class LabRig(Shown):
         Parameters
         ----------
         runs
-            Recordings, in memory or as files, or tables (.csv).
+            Recordings, in memory or as files, or tables (.csv), or frequency responses of one state (.uff, .npz, .csv).
         held_out
             Runs that are kept for the gain.
         preload
             State of the joint: of the recordings, or of tables that do not say it, one for all or one each.
         out
             Folder for the extended model of recordings and, where the answer is ambiguous, the next procedure.
+        frequency_scatter
+            Of frequency responses: relative standard deviation of a natural frequency from case to case; the rig
+            file's, or what the cases show, if not given.
         time_limit_s
             After which fits end where they are, and the answer says so.
         thorough
@@ -253,6 +272,27 @@ class LabRig(Shown):
         learnt, kept = _listed(runs), _listed(held_out)
         paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
         preloads = [preload] if isinstance(preload, str) else list(preload or [])
+        if are_all_responses(paths):
+            rig = self._structure()
+            if kept:
+                reason = "nothing is held out of frequency responses: there is no gain at other force levels"
+                raise InputError("--held-out", "", reason, "give them with the others, or by themselves")
+            if exclude:
+                raise InputError("--exclude", "", "the next test is planned from recordings alone", "leave it out")
+            from twin.diagnose import diagnose_responses, in_processes
+            from twin.identify.time_limit import time_limit
+            from twin.lab.diagnosed import DiagnosedRecordings
+
+            stages("reading the frequency responses")
+            with told_in_one_line(paths[0], stages), in_processes(processes), time_limit(end_s):
+                result = diagnose_responses(
+                    [read_responses(path) for path in paths], rig, preload=one_preload(preloads, rig),
+                    scatter=frequency_scatter, source=self.source, out=None if out is None else Path(out),
+                    thorough=thorough, report=stages,
+                )  # fmt: skip
+            return DiagnosedRecordings(result)
+        if frequency_scatter is not None:
+            raise no_scatter()
         if _are_tables(paths):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
@@ -267,11 +307,7 @@ class LabRig(Shown):
                 )  # fmt: skip
             return DiagnosedTables(found)
         rig = self._structure()
-        if len(preloads) > 1:
-            raise InputError(
-                "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
-            )
-        asked_for = preloads[0] if preloads else None
+        asked_for = one_preload(preloads, rig)
         stages("reading, and a first look")
         looked = self.check(learnt, held_out=kept, preload=asked_for).passed()
         from twin.diagnose import diagnose, in_processes
@@ -323,6 +359,29 @@ class LabRig(Shown):
         if not isinstance(self.file, Rig):
             raise no_structure(self.file.kind, self.source)
         return self.file
+
+
+def no_scatter() -> InputError:
+    """What is told where a scatter stands beside what is no frequency response."""
+    return InputError("--frequency-scatter", "", "belongs to frequency responses alone", "leave it out")
+
+
+def one_preload(preloads: Sequence[str], rig: Rig) -> str | None:
+    """The preload that was asked for, if one was; InputError if several were, or the rig has it not."""
+    if len(preloads) > 1:
+        raise InputError(
+            "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
+        )
+    return known_preload(rig, preloads[0]) if preloads else None
+
+
+def are_all_responses(paths: Sequence[Path]) -> bool:
+    """Whether these files hold frequency responses; InputError if only some do."""
+    kinds = [path.is_file() and are_responses(path) for path in paths]
+    if any(kinds) and not all(kinds):
+        odd = paths[kinds.index(False)]
+        raise InputError(odd, "", "stands beside frequency responses", "give one kind of evidence at a time")
+    return any(kinds)
 
 
 def _listed(runs: Runs) -> list[AnyRun]:

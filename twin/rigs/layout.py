@@ -62,6 +62,19 @@ class Support(Table):
             raise ValueError(f"{', '.join(sorted(both))} cannot be fixed and on a spring")
         return self
 
+    @property
+    def holds_rotation(self) -> bool:
+        """Whether it resists a turn in the plane, rigidly or by a spring."""
+        return "rz" in self.fix or "rz" in self.stiffness
+
+    def yielding(self, rad_per_Nm: float) -> Support:
+        """The same with a rotational spring in series; itself where it does not resist a turn."""
+        if not self.holds_rotation:
+            return self
+        compliance = rad_per_Nm + (1.0 / self.stiffness["rz"] if "rz" in self.stiffness else 0.0)
+        spring = {**self.stiffness, "rz": 1.0 / compliance}
+        return self.model_copy(update={"fix": [d for d in self.fix if d != "rz"], "stiffness": spring})
+
 
 class ThinLayer(Table):
     """A joint between two parts: a thin layer with a normal modulus E' and a shear modulus G'."""
@@ -117,6 +130,8 @@ class PointMass(Table):
 
     part: Name
     at: At
+    name: Name = ""
+    """By which answers call it; its part and place if left out."""
     mass: Mass
     """kg, in every direction in which the place moves."""
     inertia: dict[Literal["rx", "ry", "rz"], Positive] = Field(default={})
@@ -266,13 +281,8 @@ class Layout:
         return replace(self, parts=tuple(changed if part.name == name else part for part in self.parts))
 
     def with_yielding_supports(self, rad_per_Nm: float, *, part: str | None = None) -> Layout:
-        """The same with supports that yield in rotation instead of holding it: those of one part, or all."""
-        spring = {"rz": 1.0 / rad_per_Nm}
-        supports = [
-            s.model_copy(update={"fix": [d for d in s.fix if d != "rz"], "stiffness": {**s.stiffness, **spring}})
-            if "rz" in s.fix and part in (None, s.part) else s
-            for s in self.supports
-        ]  # fmt: skip
+        """The same with supports that yield more in rotation, or at all: those of one part, or all."""
+        supports = [s.yielding(rad_per_Nm) if part in (None, s.part) else s for s in self.supports]
         return replace(self, supports=tuple(supports))
 
     @property

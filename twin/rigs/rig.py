@@ -9,7 +9,17 @@ from pydantic import Field
 from recordings.errors import InputError
 from recordings.toml_input import Name, Table
 from twin.rigs.layout import Layout, Place, ThinLayer
-from twin.rigs.tables import Acquisition, Damping, Drift, Effect, Measured, Preload, Shaker, Transducer
+from twin.rigs.tables import (
+    Acquisition,
+    Damping,
+    Drift,
+    Effect,
+    Measured,
+    NaturalFrequencies,
+    Preload,
+    Shaker,
+    Transducer,
+)
 
 
 class Rig(Table, ABC):
@@ -23,6 +33,7 @@ class Rig(Table, ABC):
     damping: Damping
     acquisition: Acquisition = Acquisition()
     drift: Drift = Drift()
+    natural_frequencies: NaturalFrequencies = NaturalFrequencies()
     measured: dict[str, Measured] = Field(default={})
     effect: list[Effect] = Field(default=[])
 

@@ -327,6 +327,9 @@ class Transducer(Table):
     transverse_sensitivity: Annotated[float, Field(ge=-0.2, le=0.2)] = 0.0
     """Share of the motion along the beam, at the surface, that an accelerometer also shows."""
 
+    modal_factor: list[Positive] = Field(default=[], max_length=50)
+    """What it was identified to show of the first modes, over what its place says: it leans, sits beside it, loads."""
+
     @field_validator("quantity")
     @classmethod
     def _follows_the_excitation(cls, value: str) -> str:
@@ -369,6 +372,17 @@ class Drift(Table):
     """Relative change of all moduli; steel's if left out."""
     preload_loss_per_h: Annotated[float, Field(ge=-10, le=10)] = 0.0
     """Relative loss of the layer's E'."""
+
+
+class NaturalFrequencies(Table):
+    """What the natural frequencies do beside the model of parts and joints: found by identification."""
+
+    offset: list[Annotated[float, Field(gt=-0.3, lt=0.3)]] = Field(default=[], max_length=50)
+    """Relative, of the first ones: measured over modelled, less one; half of what the modal stiffness is off by."""
+    offset_std: NonNegative = 0.0
+    """Of each offset, from the cases that it was identified on."""
+    scatter: Annotated[float, Field(ge=0, lt=0.1)] = 0.0
+    """Relative standard deviation of each from one assembly to the next."""
 
 
 class Measured(Table):

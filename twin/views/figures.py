@@ -133,7 +133,6 @@ def unmeasured_entry() -> Patch:
 def broadband_figure(evidence: MeasuredData, models: Mapping[str, Fitted], index: int = 0) -> Figure:
     """Broadband run `index`: responses measured and predicted, and below them the relative errors beside the noise."""
     data = evidence.broadband[index]
-    units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
     predicted = {kind: broadband_responses(evidence, model, index) for kind, model in models.items()}
     count = len(data.channels)
     figure = Drawing(figsize=(WIDTH_IN, 4.8), layout="constrained")
@@ -150,7 +149,7 @@ def broadband_figure(evidence: MeasuredData, models: Mapping[str, Fitted], index
             lower.semilogy(data.frequency_Hz, error, color=KIND[kind], linewidth=0.9)
         noise = 100 * np.sqrt(np.real(data.relative_covariance[:, o, o]))
         lower.semilogy(data.frequency_Hz, noise, color="#5f5f5f", linewidth=0.9, label="noise, one σ")
-        upper.set(title=channel, ylabel=f"|{channel} / force|, {unit_text(units[channel])}/N")
+        upper.set(title=channel, ylabel=f"|{channel} / force|, {unit_text(evidence.units[channel])}/N")
         lower.set(xlabel="frequency, Hz", ylabel="relative error, %")
         dressed(upper)
         dressed(lower)

@@ -169,3 +169,19 @@ def test_a_run_without_force_or_sweep_is_refused(broadband: Run, tmp_path: Path)
     (tmp_path / "frf.uff").write_text("precious")
     with pytest.raises(InputError, match="exists already"):
         write_universal([], tmp_path / "frf.uff", run=broadband)
+
+
+def test_averages_are_what_the_scatter_of_h1_says():
+    """Noise on the response: the variance of H1 is (1 - g2) / (2 n g2) of its square, of each part."""
+    from twin.identify.spectrum import BroadbandRecord, h1
+
+    rng = np.random.default_rng(8)
+    force, noise = rng.standard_normal((2, 400_000))
+    samples = {"force": force, "acc": 2.0 * force + noise}
+    record = BroadbandRecord(run="a", sweep="noise", time_s=0.0, sample_rate_Hz=1000.0, samples=samples)
+    found = h1(record, force="force", resolution_Hz=0.1)
+    g2 = 4 / 5
+    expected = np.sqrt((1 - g2) / (2 * found.averages * g2)) * 2.0
+    inside = slice(10, -10)
+    assert np.std(found.H["acc"][inside].real) == pytest.approx(expected, rel=0.05)
+    assert np.std(found.H["acc"][inside].imag) == pytest.approx(expected, rel=0.05)

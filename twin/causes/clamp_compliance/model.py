@@ -38,7 +38,7 @@ def _held_beams(evidence: MeasuredData) -> list[str]:
     """Names of the beams that a support keeps from turning."""
     layout = evidence.rig.layout()
     beams = {beam.name for beam in layout.beams}
-    return list(dict.fromkeys(s.part for s in layout.supports if "rz" in s.fix and s.part in beams))
+    return list(dict.fromkeys(s.part for s in layout.supports if s.holds_rotation and s.part in beams))
 
 
 def _support(evidence: MeasuredData, label: Mapping[str, str]) -> str:

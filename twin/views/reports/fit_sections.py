@@ -17,7 +17,7 @@ from twin.views.rig_figure import modes_figure
 def fit_facts(evidence: MeasuredData) -> str:
     """Rig, preload where there is one, and the recordings without their folders."""
     preload = f", preload {evidence.preload}" if evidence.preload else ""
-    runs = ", ".join(Path(run.path).name for run in evidence.runs)
+    runs = ", ".join(Path(source).name for source in evidence.sources)
     return f"Rig {evidence.rig.name}{preload}; recordings {runs}"
 
 

@@ -168,7 +168,6 @@ def _comparison(
 def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
     """Measured and both models' responses of each broadband run, and below them the relative errors."""
     evidence, fitted = diagnosis.evidence, compared_models(diagnosis)
-    units = {channel.name: channel.unit for run in evidence.runs for channel in run.channels.values()}
     responses, errors = [], []
     for i, data in enumerate(evidence.broadband):
         models = {kind: broadband_responses(evidence, fitted_model, i) for kind, fitted_model in fitted.items()}
@@ -181,7 +180,11 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
                 f"/broadband/{i}/{channel}",
                 f"{channel}, broadband",
                 Axis("frequency, Hz", x_range),
-                Axis.over(f"|{channel} / force|, {unit_text(units[channel])}/N", [measured, *sizes.values()], log=True),
+                Axis.over(
+                    f"|{channel} / force|, {unit_text(evidence.units[channel])}/N",
+                    [measured, *sizes.values()],
+                    log=True,
+                ),
             )
             for kind, size in sizes.items():
                 chart.line(kind, data.frequency_Hz, size, KIND[kind], dashed=kind == "before")

@@ -1,0 +1,119 @@
+"""A rig's mass and stiffness matrices for other programs, with a table of whose rows they are.
+
+The sensors' masses are in the mass, joints in the stiffness at their moduli of one preload.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import mmwrite
+from scipy.sparse import csr_array, save_npz
+
+from recordings.errors import InputError
+from recordings.whole import refuse_existing, whole_file
+from twin.rigs import Rig
+from twin.structure import Structure, assemble
+from twin.structure.mesh import BeamMesh
+
+__all__ = ["SUFFIXES", "write_matrices"]
+
+Array = NDArray[Any]
+DIGITS = 3
+"""Numbers on a line of an OUTPUT4 file."""
+SYMMETRIC, REAL_DOUBLE = 6, 2
+"""Form and type of a matrix in OUTPUT4."""
+HEAD = ("node", "dof", "row", "x_m", "y_m", "z_m")
+
+
+def write_matrices(
+    rig: Rig, mass: Path, stiffness: Path, nodes: Path, *, preload: str | None = None, overwrite: bool = False
+) -> int:
+    """Write mass, stiffness (Matrix Market, scipy's ``.npz`` or OUTPUT4, by suffix) and the table of nodes (CSV).
+
+    All files appear, or none.
+
+    Returns
+    -------
+    int
+        Number of rows of the matrices.
+
+    Raises
+    ------
+    InputError
+        If a suffix is unknown, a file exists, or a part was reduced when it was loaded: it has rows of no node.
+    """
+    for path in (mass, stiffness):
+        if path.suffix.lower() not in SUFFIXES:
+            raise InputError(path, "", f"{path.suffix!r} is no matrix's suffix", f"one of {', '.join(SUFFIXES)}")
+    for path in (mass, stiffness, nodes):
+        refuse_existing(path, overwrite=overwrite)
+    structure, moduli = assemble(rig), rig.moduli(preload)
+    if structure.reductions:
+        reduced = structure.reductions[0].part.name
+        raise InputError(
+            rig.name, f"part {reduced}", "was reduced when it was loaded: its rows belong to no node",
+            "its own matrices are the files that the rig file names",
+        )  # fmt: skip
+    K = structure.stiffness(
+        *(np.array([getattr(m, name) for m in moduli]) for name in ("normal_modulus", "shear_modulus"))
+    )
+    with ExitStack() as files:
+        parts = [files.enter_context(whole_file(path)) for path in (mass, stiffness, nodes)]
+        for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):
+            SUFFIXES[path.suffix.lower()](part, name, (matrix + matrix.T) / 2)
+        with parts[2].open("w", newline="", encoding="utf-8") as table:
+            writer = csv.writer(table, lineterminator="\n")
+            writer.writerow(HEAD)
+            writer.writerows(_rows(structure))
+    return len(K)
+
+
+def _rows(structure: Structure) -> Iterator[tuple[int, str, int, float, float, float]]:
+    """Node, degree of freedom, row and place of every row; nodes counted from 1 through all parts."""
+    whose: dict[int, tuple[int, str, Array]] = {}
+    node = 0
+    for mesh in structure.meshes.values():
+        assert isinstance(mesh, BeamMesh)
+        for number, point in enumerate(mesh.points):
+            node += 1
+            for dof, name in enumerate(mesh.dofs):
+                whose[mesh.first + len(mesh.dofs) * number + dof] = (node, name, point)
+    for row, displacement in enumerate(structure.free):
+        at, name, (x, y, z) = whose[int(displacement)]
+        yield at, name, row, float(x), float(y), float(z)
+
+
+def _market(path: Path, name: str, matrix: Array) -> None:
+    with path.open("wb") as stream:
+        mmwrite(stream, csr_array(matrix), comment=name, symmetry="symmetric", precision=17)
+
+
+def _npz(path: Path, name: str, matrix: Array) -> None:
+    with path.open("wb") as stream:
+        save_npz(stream, csr_array(matrix))
+
+
+def _op4(path: Path, name: str, matrix: Array) -> None:
+    """As text, column by column from the first to the last number that is not zero."""
+    n = len(matrix)
+    lines = [f"{n:8d}{n:8d}{SYMMETRIC:8d}{REAL_DOUBLE:8d}{name:<8s}1P,{DIGITS}E23.16"]
+    for column in range(n):
+        filled = np.flatnonzero(matrix[:, column])
+        if len(filled):
+            first, values = int(filled[0]), matrix[filled[0] : filled[-1] + 1, column]
+            lines.append(f"{column + 1:8d}{first + 1:8d}{len(values):8d}")
+            texts = [f"{value:23.16E}" for value in values]
+            lines += ["".join(texts[at : at + DIGITS]) for at in range(0, len(texts), DIGITS)]
+    lines += [f"{n + 1:8d}{1:8d}{1:8d}", f"{1.0:23.16E}"]
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+
+
+SUFFIXES: dict[str, Callable[[Path, str, Array], None]] = {".mtx": _market, ".npz": _npz, ".op4": _op4}
+"""Writers of matrices."""

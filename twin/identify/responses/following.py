@@ -1,0 +1,114 @@
+"""Resonances that frequency responses show, followed by a model whose modes may be elsewhere and otherwise shown.
+
+A modal fit: natural frequencies, damping ratios and what each response shows of each mode are free, and all that lies
+beyond these modes is the model's.  So the frequencies do not hinge on a level or a shape that the model has wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.identify.broadband import BinnedResponse
+from twin.identify.gauss_newton import minimise
+from twin.identify.linear_fit import on_the_resonances
+from twin.identify.linear_model import DAMPED_MODES, LinearModel, LinearParameters
+
+__all__ = ["Followed", "follow"]
+
+Array = NDArray[Any]
+
+FREQUENCY, DAMPING, SHOWN = 0.02, 0.7, 0.4
+"""Standard deviations beforehand, about the resonances that show: of frequencies, and of the logarithms of damping
+ratios and of what is shown of each mode."""
+LOOSE, TIGHT = 0.1, 0.01
+"""Relative model errors with which the fit begins and ends."""
+LARGEST_STEP = 0.005, 0.5, 0.5
+"""Of the same in one iteration."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A modal fit.
+
+    Attributes
+    ----------
+    base : LinearParameters
+        With the frequency discrepancies and damping ratios found.
+    factors : ndarray, (o, m)
+        Modal factors of the outputs.
+    damping_std : ndarray, (m,)
+        Of the logarithms of the damping ratios.
+    chi2_per_dof : float
+        With :data:`TIGHT` model errors.
+    """
+
+    base: LinearParameters
+    factors: Array
+    damping_std: Array
+    chi2_per_dof: float
+
+
+def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) -> Followed:
+    """Fit the modes of a binned response, from the model's on the resonances that show."""
+    m, outputs = DAMPED_MODES, model.outputs
+    known = np.ones((len(outputs), m))
+    for row, output in zip(known, outputs, strict=True):
+        row[: len(output.modal_factor)] = output.modal_factor
+    start = on_the_resonances(model, nominal, data.resonances_Hz)
+    unseen = start.frequency_discrepancy == 0
+    if unseen.any() and not unseen.all():
+        # A mode that does not show is off as those that do.
+        shift = np.where(unseen, np.median(start.frequency_discrepancy[~unseen]), start.frequency_discrepancy)
+        start = replace(start, frequency_discrepancy=shift)
+    blocks = start.blocks(start.joints)
+    columns = np.r_[blocks["frequency_discrepancy"], blocks["log_zeta"]]
+    vector, x = start.vector, np.concatenate([start.vector[columns], np.log(known).ravel()])
+    size = np.repeat([FREQUENCY, DAMPING, SHOWN], [m, m, known.size])
+    largest = np.repeat(LARGEST_STEP, [m, m, known.size])
+
+    def parts(x: Array) -> tuple[LinearModel, LinearParameters]:
+        whole = vector.copy()
+        whole[columns] = x[: 2 * m]
+        shown = np.exp(x[2 * m :]).reshape(known.shape)
+        outs = tuple(replace(o, modal_factor=tuple(row)) for o, row in zip(outputs, shown, strict=True))
+        drive = model.ports.rows[model.ports.drive]
+        return model.with_outputs(outs, [drive]), LinearParameters.from_vector(whole)
+
+    solution = None
+    for error in (LOOSE, TIGHT):
+        noise = np.sqrt(np.einsum("boo->bo", data.relative_covariance).real + (error * data.depth) ** 2)
+
+        def evaluate(x: Array, noise: Array = noise) -> tuple[Array, Array]:
+            there, base = parts(x)
+            R = there.receptance(data.omega, base)
+            H = there.response(R, data.omega)
+            r = (np.log(data.H / H) / noise).ravel()
+            J = (there.sensitivity(R, data.omega, base) / H[:, :, None])[:, :, columns]
+            J = np.concatenate([J, shares(there, R, H, data.omega, x[2 * m :].reshape(known.shape))], axis=2)
+            J = (J / noise[:, :, None]).reshape(len(r), -1)
+            root = np.sqrt(2.0)
+            return root * np.concatenate([r.real, r.imag]), root * np.vstack([J.real, J.imag])
+
+        mean = np.concatenate([start.vector[columns], np.log(known).ravel()])
+        solution = minimise(evaluate, x, mean=mean, precision=np.diag(1 / size**2), iterations=30, largest_step=largest)
+        x = solution.x
+    assert solution is not None
+    _, base = parts(x)
+    freedom = max(1, len(solution.residual) - len(x))
+    std = np.sqrt(np.diag(solution.covariance))[m : 2 * m]
+    return Followed(base, np.exp(x[2 * m :]).reshape(known.shape), std, solution.chi2 / freedom)
+
+
+def shares(model: LinearModel, R: Array, H: Array, omega: Array, log_factors: Array) -> Array:
+    """D log response (b, o, o m) / d log of what each output shows of each mode."""
+    p, outputs, m = model.ports, len(model.outputs), log_factors.shape[1]
+    found = np.zeros((*H.shape, outputs * m), complex)
+    for number, output in enumerate(model.outputs):
+        place = model.structure.row(output.place) @ model.basis.Phi[:, :m] * np.exp(log_factors[number])
+        own = R[:, p.modal, p.drive][:, :m] * place * output.from_displacement(omega)[:, None]
+        found[:, number, number * m : (number + 1) * m] = own / H[:, number, None]
+    return found

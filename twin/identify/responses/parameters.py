@@ -1,0 +1,130 @@
+"""What of a rig file an updating may change: moduli, densities, springs, the turning of clamps, joints' moduli."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from twin.rigs import BeamPart, Preload, Rig, StructureRig
+
+__all__ = ["UpdatedParameter", "parameters_of"]
+
+MODULUS, DENSITY, SPRING, JOINT = 0.05, 0.01, 0.7, 0.3
+"""Standard deviations of logarithms beforehand: a data sheet's modulus, a weighed part's density, a spring that was
+guessed to a factor of two, a joint."""
+CLAMP = 0.03
+"""The same of a clamp's rotation per moment, over the beam's own, L / EI; none is the likeliest."""
+LEAST_CLAMP = 1e-6
+"""Below it a clamp is rigid."""
+
+
+@dataclass(frozen=True)
+class UpdatedParameter:
+    """One number of the rig file, in the coordinate in which it is searched.
+
+    Attributes
+    ----------
+    name, unit : str
+    start, std : float
+        Mean and standard deviation beforehand of the coordinate: a logarithm, or a compliance over the beam's own.
+    lower : float
+    told : callable
+        Value of a coordinate, in the unit.
+    apply : callable
+        The rig with the coordinate's value.
+    """
+
+    name: str
+    unit: str
+    start: float
+    std: float
+    lower: float
+    told: Callable[[float], float]
+    apply: Callable[[Rig, float], Rig]
+
+
+def parameters_of(rig: Rig, preload: str) -> tuple[UpdatedParameter, ...]:
+    """All that may be updated of a rig at a preload; of a rig of format 1 the joint's moduli alone."""
+    found: list[UpdatedParameter] = []
+
+    def factor(name: str, unit: str, value: float, std: float, apply: Callable[[Rig, float], Rig]) -> None:
+        def told(x: float) -> float:
+            return value * math.exp(x)
+
+        def applied(rig: Rig, x: float) -> Rig:
+            return apply(rig, told(x))
+
+        found.append(UpdatedParameter(name, unit, 0.0, std, -math.inf, told, applied))
+
+    if isinstance(rig, StructureRig):
+        for number, part in enumerate(rig.part):
+            if isinstance(part, BeamPart):
+                factor(
+                    f"youngs_modulus {part.name}",
+                    "N/m2",
+                    part.youngs_modulus,
+                    MODULUS,
+                    _of("part", number, "youngs_modulus"),
+                )
+                factor(f"density {part.name}", "kg/m3", part.density, DENSITY, _of("part", number, "density"))
+        for number, support in enumerate(rig.support):
+            for dof, value in support.stiffness.items():
+                name = f"support {support.part} {dof}"
+                factor(name, "N/m" if len(dof) == 1 else "Nm/rad", value, SPRING, _spring("support", number, dof))
+            beam = rig.layout().part(support.part)
+            if "rz" in support.fix and isinstance(beam, BeamPart):
+                found.append(_clamp(number, beam))
+        for number, spring in enumerate(rig.spring):
+            for dof, value in spring.stiffness.items():
+                name = f"spring {spring.between[0]} {spring.between[1]} {dof}"
+                factor(name, "N/m" if len(dof) == 1 else "Nm/rad", value, SPRING, _spring("spring", number, dof))
+    for number, joint in enumerate(rig.joints):
+        moduli = joint.preload[preload]
+        for field, told in (("normal_modulus", "E'"), ("shear_modulus", "G'")):
+            factor(f"{told} {joint.name}", "N/m2", getattr(moduli, field), JOINT, _joint(preload, number, field))
+    return tuple(found)
+
+
+def _changed(items: Sequence[Any], number: int, update: dict[str, Any]) -> list[Any]:
+    return [item.model_copy(update=update) if n == number else item for n, item in enumerate(items)]
+
+
+def _of(table: str, number: int, field: str) -> Callable[[Rig, float], Rig]:
+    return lambda rig, value: rig.model_copy(update={table: _changed(getattr(rig, table), number, {field: value})})
+
+
+def _spring(table: str, number: int, dof: str) -> Callable[[Rig, float], Rig]:
+    def apply(rig: Rig, value: float) -> Rig:
+        items = getattr(rig, table)
+        update = {"stiffness": {**items[number].stiffness, dof: value}}
+        return rig.model_copy(update={table: _changed(items, number, update)})
+
+    return apply
+
+
+def _clamp(number: int, beam: BeamPart) -> UpdatedParameter:
+    """How much a support that holds a beam's rotation turns, over the beam's own L / EI."""
+    unit = beam.length / (beam.youngs_modulus * beam.second_moment)
+
+    def apply(rig: Rig, x: float) -> Rig:
+        return _clamped(rig, number, x * unit if x > LEAST_CLAMP else 0.0)
+
+    return UpdatedParameter(f"clamp {beam.name}", "rad/Nm", 0.0, CLAMP, 0.0, lambda x: x * unit, apply)
+
+
+def _clamped(rig: Rig, number: int, rad_per_Nm: float) -> Rig:
+    assert isinstance(rig, StructureRig)
+    if not rad_per_Nm:
+        return rig
+    supports = [s.yielding(rad_per_Nm) if n == number else s for n, s in enumerate(rig.support)]
+    return rig.model_copy(update={"support": supports})
+
+
+def _joint(preload: str, number: int, field: str) -> Callable[[Rig, float], Rig]:
+    def apply(rig: Rig, value: float) -> Rig:
+        moduli: list[Preload] = list(rig.moduli(preload))
+        return rig.with_moduli(preload, _changed(moduli, number, {field: value}))
+
+    return apply
