@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from recordings import InputError, Run
-from recordings.responses import are_responses, read_responses
+from recordings import InputError
+from recordings.responses import read_responses
 from recordings.whereabouts import Stages, told_in_one_line
-from twin.lab.recording import Recording, as_runs
+from twin.lab.given import AnyRun, Runs, are_all_responses, are_tables, listed, no_scatter, one_preload
+from twin.lab.recording import as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
 from twin.rigs.assumed import assumed
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
 
-AnyRun = Recording | Run | str | Path
-Runs = AnyRun | Iterable[AnyRun]
 Report = Callable[[str], None]
 
 
@@ -150,7 +149,7 @@ class LabRig(Shown):
         rig = self._structure()
         if preload is not None:
             known_preload(rig, preload)
-        learnt, kept = as_runs(_listed(runs)), as_runs(_listed(held_out))
+        learnt, kept = as_runs(listed(runs)), as_runs(listed(held_out))
         stages = Stages(_silent)
         stages("looking at the recordings")
         with told_in_one_line(self.source, stages):
@@ -182,7 +181,7 @@ class LabRig(Shown):
         InputError
             If the runs cannot be read, or do not fit the rig.
         """
-        given, stages = _listed(runs), Stages(report)
+        given, stages = listed(runs), Stages(report)
         paths = [Path(run) for run in given if isinstance(run, str | Path)]
         with told_in_one_line(paths[0] if paths else self.source, stages):
             if are_all_responses(paths):
@@ -269,7 +268,7 @@ class LabRig(Shown):
         """
         end_s = time.monotonic() + time_limit_s
         stages = Stages(report)
-        learnt, kept = _listed(runs), _listed(held_out)
+        learnt, kept = listed(runs), listed(held_out)
         paths = [Path(run) for run in [*learnt, *kept] if isinstance(run, str | Path)]
         preloads = [preload] if isinstance(preload, str) else list(preload or [])
         if are_all_responses(paths):
@@ -293,7 +292,7 @@ class LabRig(Shown):
             return DiagnosedRecordings(result)
         if frequency_scatter is not None:
             raise no_scatter()
-        if _are_tables(paths):
+        if are_tables(paths):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
             from twin.identify.time_limit import time_limit
@@ -359,56 +358,6 @@ class LabRig(Shown):
         if not isinstance(self.file, Rig):
             raise no_structure(self.file.kind, self.source)
         return self.file
-
-
-def no_scatter() -> InputError:
-    """What is told where a scatter stands beside what is no frequency response."""
-    return InputError("--frequency-scatter", "", "belongs to frequency responses alone", "leave it out")
-
-
-def one_preload(preloads: Sequence[str], rig: Rig) -> str | None:
-    """The preload that was asked for, if one was; InputError if several were, or the rig has it not."""
-    if len(preloads) > 1:
-        raise InputError(
-            "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
-        )
-    return known_preload(rig, preloads[0]) if preloads else None
-
-
-def are_all_responses(paths: Sequence[Path]) -> bool:
-    """Whether these files hold frequency responses; InputError if only some do."""
-    kinds = [path.is_file() and are_responses(path) for path in paths]
-    if any(kinds) and not all(kinds):
-        odd = paths[kinds.index(False)]
-        raise InputError(odd, "", "stands beside frequency responses", "give one kind of evidence at a time")
-    return any(kinds)
-
-
-def _listed(runs: Runs) -> list[AnyRun]:
-    """One run or several, as a list."""
-    return [runs] if isinstance(runs, Recording | Run | str | Path) else list(runs)
-
-
-def _are_tables(paths: Sequence[Path]) -> bool:
-    """Whether all of these files are tables.
-
-    Raises
-    ------
-    InputError
-        If one is not there, or is a folder; if tables and recordings are mixed.
-    """
-    for path in paths:
-        if path.is_dir():
-            raise InputError(path, "", "is a folder", "give the recordings (.mcap) or tables (.csv) in it")
-        if not path.exists():
-            raise InputError(path, "", "there is no such file")
-    tables = [path.suffix.lower() == ".csv" for path in paths]
-    if any(tables) and not all(tables):
-        odd = paths[tables.index(not tables[0])]
-        raise InputError(
-            odd, "", f"stands beside {paths[0]}: tables and recordings cannot be diagnosed together", "give either"
-        )
-    return bool(tables) and all(tables)
 
 
 def load_rig(name_or_path: str | Path) -> LabRig:
