@@ -27,7 +27,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from twin.identify.joint_law import LayerLaw, spline_basis
 from twin.identify.model_modification import Opening
-from twin.identify.opening_kernel import balance, force_at, growth
+from twin.identify.opening_kernel import balance, by_softening, force_at, growth
 
 __all__ = [
     "EVEN_TOO",
@@ -298,17 +298,13 @@ def stiffness_sensitivity(
     out = []
     for joint, law in enumerate(laws):
         own = np.flatnonzero(openings.joint == joint)
-        table, weight = _abel(law.opening_knots.tobytes()), openings.weight[:, own]
-        at_motion = _taken_off(table, around[:, own], weight)
-        lost = share[:, own]
-        if np.any(lost):  # of what the force has grown by since the gap
-            at_gap = _taken_off(table, np.broadcast_to(gap[own], lost.shape), weight)
-            at_motion = at_motion - lost[..., None] * (at_motion - at_gap)
-        at_fundamental = _taken_off(table, alone[:, own], weight)
-        by_law = back_from @ at_motion
+        held = _abel(law.opening_knots.tobytes()), gap[own, 0], openings.weight[:, own]
+        by_law = _taken_off(around[:, own], share[:, own], np.vstack([back_from, first.real, first.imag]), *held)
+        alone_too = _taken_off(alone[:, own], 0 * alone[:, own], np.vstack([first.real, first.imag]), *held)
+        at_first, by_law = by_law[:, :, two:] - alone_too, by_law[:, :, :two]
         driven = np.einsum("siqjp,spjn->siqn", C[..., own], by_law).reshape(s, two * p, -1)
         force = back(-driven)
-        force[:, own] += first @ (at_motion - at_fundamental)
+        force[:, own] += at_first[:, :, 0] + 1j * at_first[:, :, 1]
         out.append(force / at_rest)
     both = np.concatenate([moved.real, moved.imag], axis=1)
     return out, back(both.reshape(s, two * p, -1)) / at_rest
@@ -340,15 +336,14 @@ def _each(slaps: Sequence[Opening | None], tables: Sequence[Any] | Array) -> Ite
     return zip(slaps or [None] * len(tables), tables, strict=True)
 
 
-def _taken_off(table: tuple[Array, Array, Array], opening: Array, weight: Array) -> Array:
-    """Force (s, p, t, n) at openings (s, p, t) by a unit of softening at each knot."""
-    x, by_softening, slopes = table
-    place = np.minimum(np.abs(opening), x[-1]) / x[1]
-    k = np.minimum(place.astype(int), len(x) - 2)
-    part = (place - k)[..., None]
-    slope = slopes[k] + part * (slopes[k + 1] - slopes[k])
-    off = by_softening[k] + part * x[1] * (slopes[k] + slope) / 2
-    return np.asarray(np.sign(opening)[..., None] * off * -weight[:, :, None, None])
+def _taken_off(
+    opening: Array, lost: Array, onto: Array, table: tuple[Array, Array, Array], gap: Array, weight: Array
+) -> Array:
+    """What a unit of softening at each knot takes off the force along a period, projected on waves, (s, p, m, n)."""
+    x, off, slope = table
+    projected = np.empty((*opening.shape[:2], len(onto), off.shape[1]))
+    by_softening(*_one_layout(opening, lost, gap), x[1], off, slope, *_one_layout(onto), projected)  # type: ignore[call-arg]
+    return np.asarray(-weight[:, :, None, None] * projected)
 
 
 def _odd_force(law: LayerLaw, modulus: float) -> tuple[Array, Array, Array]:

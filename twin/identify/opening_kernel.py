@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twin.joint.elimination import COMPILED, eliminate, eliminate_columns
 
-__all__ = ["balance", "force_at", "growth"]
+__all__ = ["balance", "by_softening", "force_at", "growth"]
 
 Array = NDArray[Any]
 
@@ -280,6 +280,49 @@ def growth(
                 if i == j:
                     force += _wave(a, 1, tau[i], 1) - _wave(a, 1, alone[i], 1)
                 grown[s, i, j] = 2.0 * force / (a if a != 0.0 else 1.0 + 0.0j) - (more[s, i] if i == j else 0.0)
+
+
+@COMPILED
+def by_softening(
+    opening: Array, lost: Array, gap: Array, spacing: float, off: Array, slope: Array, onto: Array, out: Array
+) -> None:
+    """Fill in what a unit of softening at each knot takes off the force, per weight, projected on waves.
+
+    Parameters
+    ----------
+    opening, lost : ndarray, (s, p, t)
+        Along a period, and the share of the stiffness that is lost there since the `gap` (p,).
+    spacing, off, slope : float, ndarray (g, n)
+        Of the table's openings; what is taken off there by each knot, and its slope.
+    onto : ndarray, (m, t)
+    out : ndarray, (s, p, m, n)
+    """
+    knots = off.shape[1]
+    taken, at_gap = np.empty(knots), np.empty(knots)
+    out[:] = 0.0
+    for s in range(opening.shape[0]):
+        for i in range(opening.shape[1]):
+            _taken_off(gap[i], spacing, off, slope, at_gap)
+            for t in range(opening.shape[2]):
+                x, share = opening[s, i, t], lost[s, i, t]
+                _taken_off(abs(x), spacing, off, slope, taken)
+                keep = (1.0 - share) * np.sign(x)
+                for n in range(knots):
+                    taken[n] = keep * taken[n] + share * at_gap[n]
+                for m in range(len(onto)):
+                    for n in range(knots):
+                        out[s, i, m, n] += onto[m, t] * taken[n]
+
+
+@COMPILED
+def _taken_off(size: float, spacing: float, off: Array, slope: Array, taken: Array) -> None:
+    """Fill in what is taken off at an opening, by each knot (n,): straight slopes between the table's points."""
+    place = min(size / spacing, len(off) - 1.0)
+    k = min(int(place), len(off) - 2)
+    part = place - k
+    for n in range(len(taken)):
+        here = slope[k, n] + part * (slope[k + 1, n] - slope[k, n])
+        taken[n] = off[k, n] + part * spacing * (slope[k, n] + here) / 2
 
 
 @COMPILED
