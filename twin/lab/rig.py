@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from recordings import InputError, Run
-from recordings.responses import are_responses, read_responses
+from recordings.responses import read_responses
 from recordings.whereabouts import Stages, told_in_one_line
+from twin.lab.evidence_kinds import are_all_responses, no_scatter, one_preload
 from twin.lab.recording import Recording, as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
@@ -359,29 +360,6 @@ class LabRig(Shown):
         if not isinstance(self.file, Rig):
             raise no_structure(self.file.kind, self.source)
         return self.file
-
-
-def no_scatter() -> InputError:
-    """What is told where a scatter stands beside what is no frequency response."""
-    return InputError("--frequency-scatter", "", "belongs to frequency responses alone", "leave it out")
-
-
-def one_preload(preloads: Sequence[str], rig: Rig) -> str | None:
-    """The preload that was asked for, if one was; InputError if several were, or the rig has it not."""
-    if len(preloads) > 1:
-        raise InputError(
-            "--preload", "", "is given more than once", "diagnose the recordings of each preload by themselves"
-        )
-    return known_preload(rig, preloads[0]) if preloads else None
-
-
-def are_all_responses(paths: Sequence[Path]) -> bool:
-    """Whether these files hold frequency responses; InputError if only some do."""
-    kinds = [path.is_file() and are_responses(path) for path in paths]
-    if any(kinds) and not all(kinds):
-        odd = paths[kinds.index(False)]
-        raise InputError(odd, "", "stands beside frequency responses", "give one kind of evidence at a time")
-    return any(kinds)
 
 
 def _listed(runs: Runs) -> list[AnyRun]:
