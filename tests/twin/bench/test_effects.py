@@ -176,7 +176,7 @@ def test_preload_loss_softens_the_joint_as_time_goes_by():
 def test_wrong_effects_are_refused_with_what_there_is():
     with pytest.raises(ValueError, match="gremlin: there is no such effect"):
         open_bench(RIG, effects=[Effect(cause="gremlin", parameters={})])
-    with pytest.raises(ValueError, match="takes mass_kg, node, part, position_m"):
+    with pytest.raises(ValueError, match="takes mass, mass_kg, node, part, position_m"):
         open_bench(RIG, effects=[Effect(cause="added-mass", parameters={"mass": 0.1})])
     with pytest.raises(ValueError, match="no channel 'acc9'"):
         open_bench(RIG, effects=[Effect(cause="channel-polarity", parameters={"channel": "acc9"})])

@@ -92,7 +92,9 @@ class _Ends:
         return cls(rig.force_sensor.channel, rig.drive_place, sensors, points, file.nodes, LIMITS.near * size)
 
     def drive(self, end: End) -> float:
-        """Sign of an end that is where the rig is driven; 0 if it is not there."""
+        """Sign of an end that is where the rig is driven, as one is of which the file says nothing; 0 if not there."""
+        if end == End():
+            return 1.0
         if end.name == self.force:
             return _sign(end, self.drive_at) or 1.0
         return _sign(end, self.drive_at) if self._here(end, self.force, self.drive_at) else 0.0

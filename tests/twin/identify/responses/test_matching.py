@@ -29,6 +29,11 @@ def test_by_name(lab):
     assert (found, told) == ([("tip", 1.0), ("mid", 1.0)], ())
 
 
+def test_a_reference_that_is_not_named_is_the_drive(lab):
+    found, _ = matched((End("tip"), End()), (End("mid"), End()), rig=lab.rig)
+    assert found == [("tip", 1.0), ("mid", 1.0)]
+
+
 @pytest.mark.parametrize(("response", "force", "sign"), [("+y", "+y", 1.0), ("-y", "+y", -1.0), ("-y", "-y", 1.0)])
 def test_by_place_and_direction(lab, response, force, sign):
     found, _ = matched((End("", 3, response), End("", 1, force)), rig=lab.rig)
