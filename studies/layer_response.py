@@ -72,8 +72,7 @@ class LayerResponse:
 
     def with_moduli(self, dE: Array, dG: Array) -> Array:
         """Receptances (f, p, p) between all ports with these changes of the moduli, (f,)."""
-        p = self.residual_model.model.ports
-        return update_receptance(self.R, p.soft, self._soft_stiffness(dE, dG))
+        return update_receptance(self.R, self._strains, self._stiffness(dE, dG))
 
     def by_drive(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """The layer's strains (f, r), normal ones first, and the outputs' displacements (f, o) per drive force."""
@@ -81,7 +80,13 @@ class LayerResponse:
         p = self.residual_model.model.ports
         return into[:, :, 0], R[:, p.outputs, p.drive]
 
-    def _soft_stiffness(self, dE: Array, dG: Array) -> Array:
+    @property
+    def _strains(self) -> slice:
+        """The ports of the layer's strains, normal ones first."""
+        p = self.residual_model.model.ports
+        return slice(p.normal[0].start, p.shear[0].stop)
+
+    def _stiffness(self, dE: Array, dG: Array) -> Array:
         """Changes of the moduli as stiffness (f, r) on the layer's strains."""
         p = self.residual_model.model.ports
         parts = ((dE, p.normals[0]), (dG, p.shears[0]))
@@ -89,8 +94,8 @@ class LayerResponse:
 
     def _updated(self, dE: Array, dG: Array) -> tuple[Array, Array]:
         """Receptances among drive, outputs and extra ports (others are left zero), and those from there to strains."""
-        p = self.residual_model.model.ports
-        S, layer, rest = self._soft_stiffness(dE, dG), p.soft, slice(0, p.soft.start)
+        outer = len(self.residual_model.model.ports.outer)
+        S, layer, rest = self._stiffness(dE, dG), self._strains, slice(0, outer)
         A = np.eye(S.shape[1]) + self.R[:, layer, layer] * S[:, None, :]
         into = np.linalg.solve(A, self.R[:, layer, rest])
         R = np.zeros_like(self.R)

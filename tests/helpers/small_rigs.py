@@ -52,7 +52,7 @@ def rig_file(name: str, folder: Path, *, effect: dict[str, Any] | None = None) -
 
 
 def write_procedures(folder: Path, first_Hz: float) -> tuple[Path, Path]:
-    """Noise of six seconds, and a sweep of five short steps about a resonance."""
+    """Noise of six seconds, and a sweep of five short steps about a resonance, each awaited for 400 of its periods."""
     random = {
         "procedure": "random", "target_channel": "force", "band": [5.0, 1000.0], "rms": 0.5, "duration": 6.0,
         "sample_rate": 5120.0,
@@ -60,7 +60,7 @@ def write_procedures(folder: Path, first_Hz: float) -> tuple[Path, Path]:
     sweep = {
         "procedure": "stepped-sine", "target_channel": "force", "control": "force", "amplitudes": [0.1, 0.2],
         "sample_rate": 2048.0, "frequencies": np.round(first_Hz * np.array([0.97, 0.99, 1.0, 1.01, 1.03]), 3).tolist(),
-        "settle": {"maximum": 4.0}, "measure": {"seconds": 0.5},
+        "settle": {"maximum": round(400.0 / first_Hz, 1)}, "measure": {"seconds": 0.5},
     }  # fmt: skip
     paths = folder / "random.toml", folder / "sweep.toml"
     for path, table in zip(paths, (random, sweep), strict=True):
