@@ -15,6 +15,7 @@ from twin.rigs.imported import EXAMPLE
 GOOD = {
     "demo": ["--out", "new"],
     "rig show": ["steel-lap-joint", "--picture", "new.png"],
+    "rig export": ["steel-lap-joint", "--mass", "new.mtx", "--stiffness", "new.npz", "--nodes", "new.csv"],
     "rig import": ["--mass", str(EXAMPLE / "beam.mas"), "--stiffness", str(EXAMPLE / "beam.sti"), "--out", "new.toml"],
     "rehearse": ["steel-sweeps", "--rig", "steel-lap-joint", "--out", "new"],
     "serve": ["--rig", "steel-lap-joint", "--serial", "auto", "--instruments-out", "new.toml"],

@@ -16,13 +16,13 @@ FILE = click.Path(path_type=Path)
 @click.argument("rig", metavar="RIG")
 @click.option("--mass", metavar="M", type=FILE, required=True, help="Mass: .mtx, .npz or .op4.")
 @click.option("--stiffness", metavar="K", type=FILE, required=True, help="Stiffness: .mtx, .npz or .op4.")
-@click.option("--nodes", metavar="N.csv", type=FILE, required=True, help="Whose the rows are, and where.")
+@click.option("--nodes", "table", metavar="N.csv", type=FILE, required=True, help="Whose the rows are, and where.")
 @click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
 @causes_option
 @overwrite_option
 @json_option
 def command(
-    rig: str, mass: Path, stiffness: Path, nodes: Path, preload: str | None, overwrite: bool, as_json: bool
+    rig: str, mass: Path, stiffness: Path, table: Path, preload: str | None, overwrite: bool, as_json: bool
 ) -> None:
     """Write the matrices of RIG, as assembled from its beams, masses, springs and joints, in SI units.
 
@@ -35,8 +35,8 @@ def command(
     loaded = load_rig(rig)
     with working(f"assembling {loaded.name}"):
         state = known_preload(loaded, preload) if loaded.joints else None
-        rows = write_matrices(loaded, mass, stiffness, nodes, preload=state, overwrite=overwrite)
+        rows = write_matrices(loaded, mass, stiffness, table, preload=state, overwrite=overwrite)
     if as_json:
-        print_json({"mass": str(mass), "stiffness": str(stiffness), "nodes": str(nodes), "rows": rows})
+        print_json({"mass": str(mass), "stiffness": str(stiffness), "nodes": str(table), "rows": rows})
     else:
-        say(f"{mass}, {stiffness}, {nodes}: written, {rows} rows")
+        say(f"{mass}, {stiffness}, {table}: written, {rows} rows")

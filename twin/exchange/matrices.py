@@ -6,7 +6,7 @@ The sensors' masses are in the mass, joints in the stiffness at their moduli of 
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,7 @@ from scipy.sparse import csr_array, save_npz
 from recordings.errors import InputError
 from recordings.whole import refuse_existing, whole_file
 from twin.rigs import Rig
-from twin.structure import Structure, assemble
-from twin.structure.mesh import BeamMesh
+from twin.structure import assemble, named_rows
 
 __all__ = ["SUFFIXES", "write_matrices"]
 
@@ -71,23 +70,8 @@ def write_matrices(
         with parts[2].open("w", newline="", encoding="utf-8") as table:
             writer = csv.writer(table, lineterminator="\n")
             writer.writerow(HEAD)
-            writer.writerows(_rows(structure))
+            writer.writerows(named_rows(structure))
     return len(K)
-
-
-def _rows(structure: Structure) -> Iterator[tuple[int, str, int, float, float, float]]:
-    """Node, degree of freedom, row and place of every row; nodes counted from 1 through all parts."""
-    whose: dict[int, tuple[int, str, Array]] = {}
-    node = 0
-    for mesh in structure.meshes.values():
-        assert isinstance(mesh, BeamMesh)
-        for number, point in enumerate(mesh.points):
-            node += 1
-            for dof, name in enumerate(mesh.dofs):
-                whose[mesh.first + len(mesh.dofs) * number + dof] = (node, name, point)
-    for row, displacement in enumerate(structure.free):
-        at, name, (x, y, z) = whose[int(displacement)]
-        yield at, name, row, float(x), float(y), float(z)
 
 
 def _market(path: Path, name: str, matrix: Array) -> None:

@@ -146,7 +146,7 @@ def _assumed(evidence: MeasuredFrequencies, felt: Mapping[str, Cause]) -> list[s
         f"A cause is {np.exp(LOG_ODDS_OF_A_CAUSE):g} times as probable beforehand as nothing wrong"
         + (f", and {rare} of that: damage is rarer than what models leave out." if rare else ".")
     )
-    silent = ", ".join(name for name in CAUSES if name not in felt)
+    silent = ", ".join(name for name, cause in CAUSES.items() if name not in felt and cause.labels(evidence))
     assumed.append(
         "Not tried, since natural frequencies of small motion do not show them, they are identified in any case, or "
         f"this rig has no place for them: {silent}."
