@@ -44,7 +44,7 @@ def _look(run: Run, force: str, stretches: Sequence[Stretch]) -> Finding | None:
     expected = f"sines at the steps' frequencies in sweep {stretches[0].step.sweep}"
     fine = np.isfinite(torn)
     if fine.any() and np.median(torn[fine]) > TORN:
-        found = "force changes its sine within the steps: is their log late or early?"
+        found = "force changes its sine within the steps: their log is late or early, or they were not awaited"
         return Finding(run.path, force, "step", expected, found, "stopped")
     other = _of_other_steps(commanded[known], actual[known], commanded)
     if other is not None:
