@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from recordings.errors import InputError
+from recordings.numbers import LARGEST
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
 from twin.identify.linear_model import DAMPED_MODES
@@ -104,5 +105,6 @@ def _loss_of_mode_1(evidence: MeasuredData, baseline: BaselineParameters, joint:
 
 
 def _std(rows: Array, covariance: Array) -> list[float]:
+    """Standard deviations; of what the data say nothing of, the largest that a file can have."""
     variance = np.einsum("xi,ij,xj->x", rows, covariance, rows)
-    return np.sqrt(np.maximum(variance, 0.0)).tolist()
+    return np.clip(np.sqrt(np.maximum(variance, 0.0)), 0.0, LARGEST).tolist()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from recordings import InputError
+from recordings.numbers import LARGEST
 from twin.bench.layer import law_from_table
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.gauss_newton import Solution
@@ -81,6 +82,16 @@ def test_standard_deviations_are_those_of_what_a_response_feels(evidence, baseli
     assert law.softening_std == pytest.approx(1e2 * np.std(stiff, axis=0), rel=0.05)
     assert law.loss_std == pytest.approx(1e2 * np.std(lossy, axis=0), rel=0.05)
     assert written.damping.modal_ratio_std == pytest.approx(1e2 * np.std(damped, axis=0), rel=0.05)
+
+
+def test_what_the_data_say_nothing_of_has_the_largest_deviation_that_a_file_can_have(evidence, baseline):
+    information = solved(baseline).information.copy()
+    loss = baseline.loss(0)
+    information[loss, :] = information[:, loss] = 0.0
+    information[loss, loss] = 1e-40 * np.eye(loss.stop - loss.start)
+    law = updated_rig(evidence, baseline, replace(solved(baseline), information=information)).joint.law
+    assert max(law.loss_std) == LARGEST
+    assert max(law.softening_std) < LARGEST
 
 
 def test_without_sweeps_the_law_is_the_constant_loss(evidence, baseline):
