@@ -120,12 +120,12 @@ def calibrate(results: Sequence[CaseResult]) -> RuleCalibration:
         If either part has too few cases: with one diagnosis each that came to its end, and nothing hidden but causes
         that models are fitted of.
     """
-    seeds = sorted({result.plan.seed for result in results})
-    parts = [_cases([r for r in results if seeds.index(r.plan.seed) % 2 == part]) for part in (0, 1)]
-    if min(map(len, parts)) < LEAST_CASES:
-        found = " and ".join(str(len(part)) for part in parts)
-        raise ValueError(f"{found} cases to learn from and to judge on, {LEAST_CASES} of each are needed")
-    learn, others = parts
+    learnt_seeds = set(sorted({result.plan.seed for result in results})[::2])
+    from_these = [result for result in results if result.plan.seed in learnt_seeds]
+    learn, others = _cases(from_these), _cases([r for r in results if r.plan.seed not in learnt_seeds])
+    if min(len(learn), len(others)) < LEAST_CASES:
+        found = f"{len(learn)} and {len(others)} cases"
+        raise ValueError(f"{found} to learn from and to judge on, {LEAST_CASES} of each are needed")
     in_use, learnt = RuleNumbers(), _likeliest(learn)
     return RuleCalibration(
         learnt_from=len(learn),
@@ -133,7 +133,7 @@ def calibrate(results: Sequence[CaseResult]) -> RuleCalibration:
         learnt=learnt,
         in_use_judged=_judged(others, in_use),
         learnt_judged=_judged(others, learnt),
-        model_error=_model_error([r for r in results if seeds.index(r.plan.seed) % 2 == 0]),
+        model_error=_model_error(from_these),
     )
 
 

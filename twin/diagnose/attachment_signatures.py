@@ -51,7 +51,7 @@ class AttachmentSignatures:
         ports = attachments[0].rows(self._model.structure) if alone else np.zeros((0, 0))
         key = ports.tobytes()
         if len(ports) != 1 or key not in self._known:
-            self._known[key] = None
+            self._known[key] = None  # seen once: worth two residuals from the next time on
             return self._residual - self._left_by(modification)
         real, imaginary = self._known[key] = self._known[key] or self._by_unit_stiffness(ports)
         Z = self._rows.values(attachments[0].stiffness)
@@ -96,7 +96,7 @@ class _Rows:
         for name, block in blocks:
             if name.startswith("broadband"):
                 data = evidence.broadband[int(name.split()[1])]
-                at, time = data.omega, np.full(len(data.omega), data.time_s - evidence.origin_s)
+                at, time = data.omega, residual_model.run_times(data, data.omega)
             else:
                 at, time = evidence.steps.complex_omega, residual_model.step_times
             omega.append(residual_model.clock(at, time))

@@ -148,6 +148,12 @@ class Cause(ABC):
     def modification(self, evidence: MeasuredData, label: Mapping[str, str], values: Values) -> ModelModification:
         """What differs from the nominal rig at these values."""
 
+    def begun(self, evidence: MeasuredData, label: Mapping[str, str]) -> ModelModification:
+        """The same where a search begins first; in the middle of a range of which nothing says where."""
+        parameters = self.parameters(evidence, label)
+        values = {p.name: p.starts[0] if p.starts else (p.lower + p.upper) / 2 for p in parameters}
+        return self.modification(evidence, label, values)
+
 
 def strengths_of(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     """The parameters that have a value without effect, the main one first; none where an effect has no strength."""

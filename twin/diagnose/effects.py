@@ -14,7 +14,7 @@ from twin.identify.model_modification import ModelModification
 from twin.identify.rebinning import rebinned
 from twin.rigs import Effect
 
-Evidence = TypeVar("Evidence", bound=MeasuredData)
+Data = TypeVar("Data", bound=MeasuredData)
 
 
 def acting_effects(
@@ -60,7 +60,7 @@ def acting_effects(
     return tuple(acting)
 
 
-def with_effects(evidence: Evidence, *, source: str = "rig") -> Evidence:
+def with_effects(evidence: Data, *, source: str = "rig") -> Data:
     """The evidence, every prediction of which has the effects of its rig file.
 
     Broadband runs are binned anew: what they were binned against lacks the effects.  A fit of the linear parameters

@@ -66,10 +66,9 @@ def _by_force_level(
         label = next(iter(cause.labels(evidence)), None)
         if label is None:
             continue  # the rig has no place for it
-        parameters = cause.parameters(evidence, label)
-        acts = cause.modification(evidence, label, {p.name: (*p.starts, p.null)[0] for p in parameters})
+        acts = cause.begun(evidence, label)
         if acts.nonlinear or acts.opening or acts.layer_drift_per_s or acts.beam_drift_per_s:
-            unseeable.append(Exclusion(name, parameters[0].name, None, {}))
+            unseeable.append(Exclusion(name, cause.parameters(evidence, label)[0].name, None, {}))
         else:
             seen[name] = cause
     return seen, tuple(unseeable)

@@ -167,13 +167,12 @@ def _signatures_of(
                 # A structure made anew differs a little from the assumed one, without any effect in it.
                 remakes = solves_modes(evidence, cause.modification(evidence, label, start))
                 none = {**start, **{p.name: p.null for p in strengths}}
-                remade = remakes or small is None
-                before = left_by(cause.modification(evidence, label, none)) if remade else prediction.residual
+                before = left_by(cause.modification(evidence, label, none)) if remakes else prediction.residual
                 columns = np.empty((len(prediction.residual), len(strengths)))
                 for k, p in enumerate(strengths):
                     step = _small_step(p, start[p.name] - p.null, remakes=remakes)
                     little = cause.modification(evidence, label, {**none, p.name: p.null + step})
-                    change = before - left_by(little) if remade or small is None else small.change_by(little)
+                    change = before - left_by(little) if remakes or small is None else small.change_by(little)
                     columns[:, k] = change * p.scale / step
             if np.isfinite(columns).all():
                 found.append(_Signature(CauseHypothesis(cause, label, start, {}), strengths, columns, count))

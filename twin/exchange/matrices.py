@@ -53,16 +53,14 @@ def write_matrices(
             raise InputError(path, "", f"{path.suffix!r} is no matrix's suffix", f"one of {', '.join(SUFFIXES)}")
     for path in (mass, stiffness, nodes):
         refuse_existing(path, overwrite=overwrite)
-    structure, moduli = assemble(rig), rig.moduli(preload)
+    structure = assemble(rig)
     if structure.reductions:
         reduced = structure.reductions[0].part.name
         raise InputError(
             rig.name, f"part {reduced}", "was reduced when it was loaded: its rows belong to no node",
             "its own matrices are the files that the rig file names",
         )  # fmt: skip
-    K = structure.stiffness(
-        *(np.array([getattr(m, name) for m in moduli]) for name in ("normal_modulus", "shear_modulus"))
-    )
+    K = structure.stiffness(*rig.moduli_values(preload))
     with ExitStack() as files:
         parts = [files.enter_context(whole_file(path)) for path in (mass, stiffness, nodes)]
         for path, part, name, matrix in ((mass, parts[0], "M", structure.M), (stiffness, parts[1], "K", K)):

@@ -17,7 +17,6 @@ from twin.identify.balance import Added, Balance, log_amplitudes
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_forward_model import LinearForwardModel
-from twin.identify.linear_model import DAMPED_MODES
 from twin.identify.local_forces import Influence, LocalForces, Surroundings
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification, NoiseMotion
@@ -36,7 +35,7 @@ from twin.identify.shaker_impedance import drive_stiffness
 from twin.identify.slipping import RIPPLES
 from twin.identify.structural_modification import attach, update_receptance
 
-__all__ = ["AtHarmonic", "ForwardModel", "of_run"]
+__all__ = ["AtHarmonic", "ForwardModel"]
 
 Array = NDArray[Any]
 Free = tuple[Array, Array]
@@ -47,14 +46,6 @@ AtHarmonic = tuple[Array, Array, Array]
 HARMONIC_TURNS, HARMONICS_SETTLED, LOSS_SETTLED = 16, 1e-6, 1e-4
 """Most turns of fundamentals and harmonics; the change of what the latter add to the former, over the law's largest
 stiffness, that ends them; and that below which the slips' loss, as harmonics meet it, changes no more."""
-
-
-def of_run(data: BinnedResponse, baseline: BaselineParameters) -> BaselineParameters:
-    """The unknowns with the natural frequencies as they were in one broadband run."""
-    base = baseline.base
-    return replace(
-        baseline, base=replace(base, frequency_discrepancy=base.frequency_discrepancy + data.frequency_offset)
-    )
 
 
 class ForwardModel(LinearForwardModel):
@@ -92,13 +83,7 @@ class ForwardModel(LinearForwardModel):
 
     def by_shown(self, R: Array, omega: Array) -> Array:
         """D log response (f, o, o m) / d log of what each of the outputs shows of each of the m damped modes."""
-        p, m = self.model.ports, DAMPED_MODES
-        motion = self.driven(R, omega)[:, p.modal]
-        place = p.rows[p.outputs] @ self.model.basis.Phi[:, :m]
-        outputs = len(place)
-        change = np.zeros((len(omega), outputs, outputs, m), complex)
-        change[:, np.arange(outputs), np.arange(outputs)] = motion[:, None] * place
-        return self.log_response_change(change.reshape(len(omega), outputs, -1), R, omega)
+        return self.log_response_change(self.model.shown_sensitivity(self.driven(R, omega)), R, omega)
 
     def felt_receptance(
         self, data: BinnedResponse, baseline: BaselineParameters, *, inner: bool = False
@@ -113,9 +98,9 @@ class ForwardModel(LinearForwardModel):
         self, data: BinnedResponse, baseline: BaselineParameters, omega: Array, *, inner: bool = False
     ) -> tuple[Array, Array]:
         """Receptances at the run's time, without local nonlinear forces; and the rig's own omega."""
-        time = np.full(len(omega), data.time_s - self.evidence.origin_s)
+        time, base = self.run_times(data, omega), baseline.base.shifted(data.frequency_offset)
         omega = self.clock(omega, time)
-        return self.receptance(omega, of_run(data, baseline).base, time, inner=inner, drive=data.drive), omega
+        return self.receptance(omega, base, time, inner=inner, drive=data.drive), omega
 
     def noise_motion(self, R: Array, omega: Array, data: BinnedResponse) -> tuple[NoiseMotion, ...]:
         """How the port of each local nonlinear force moves in a broadband run.

@@ -30,7 +30,9 @@ def harmonic_residuals(residual_model: ResidualModel, baseline: BaselineParamete
 
     Parameters
     ----------
-    predictor, unknowns
+    residual_model
+        Of the recorded steps.
+    baseline
         The fitted base model.
     """
     steps = residual_model.evidence.steps

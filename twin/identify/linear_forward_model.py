@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.broadband import BinnedResponse
 from twin.identify.extended_model import extended_model
 from twin.identify.linear_model import LinearParameters
 from twin.identify.measured_data import MeasuredData
@@ -57,6 +58,10 @@ class LinearForwardModel:
         """Of each step since the first one, s."""
         steps = self.evidence.steps
         return np.asarray(steps.time_s - self.evidence.origin_s) if len(steps) else np.zeros(0)
+
+    def run_times(self, data: BinnedResponse, omega: Array) -> Array:
+        """Of a broadband run since the first step, s; one for each frequency (f,)."""
+        return np.full(len(omega), data.time_s - self.evidence.origin_s)
 
     def moduli_changes(self, base: LinearParameters, time_s: Array) -> tuple[Array, Array]:
         """Complex changes (t, j) of the layers' E' and G' by the extension, at times since the run's first step."""

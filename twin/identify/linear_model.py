@@ -59,6 +59,10 @@ class LinearParameters:
         layers = [(name, joints) for name in ("log_E", "log_G", "loss_E", "loss_G")]
         return Blocks((*layers, ("log_zeta", DAMPED_MODES), ("frequency_discrepancy", DAMPED_MODES)))
 
+    def shifted(self, discrepancy: Real | float) -> LinearParameters:
+        """The same with natural frequencies that are off by so much more, relative."""
+        return replace(self, frequency_discrepancy=self.frequency_discrepancy + discrepancy)
+
     @property
     def joints(self) -> int:
         """Number of joints."""
@@ -324,6 +328,20 @@ class LinearModel:
         stiffness = -out[:, :, p.modal] * into[:, None, p.modal] * detuned[:, None, :]
         return np.concatenate([*columns, modal * (base.zeta * shifted), stiffness], axis=2)
 
+    def shown_sensitivity(self, into: Complex) -> Complex:
+        """Sensitivities (f, o, o m) of the outputs' displacements to the logarithm of what each shows of each mode.
+
+        Parameters
+        ----------
+        into : ndarray, (f, p)
+            Displacements of all ports, inner ones too, by whatever drives the rig.
+        """
+        p, outputs = self.ports, len(self.outputs)
+        place = p.rows[p.outputs] @ self.basis.Phi[:, :DAMPED_MODES]
+        change = np.zeros((len(into), outputs, outputs, DAMPED_MODES), complex)
+        change[:, np.arange(outputs), np.arange(outputs)] = into[:, None, p.modal] * place
+        return change.reshape(len(into), outputs, -1)
+
 
 def build_linear_model(
     rig: Rig,
@@ -342,8 +360,7 @@ def build_linear_model(
         Other than the one `rig` describes: a cause that changes the beams, say.
     """
     structure = structure or assemble(rig)
-    moduli = rig.moduli(preload)
-    E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
+    E, G = map(np.array, rig.moduli_values(preload))
     K = structure.stiffness(E, G)
     basis = lowest_modes_basis(structure.M, K, np.asarray(rig.damping.modal_ratio))
     strains = [layer_ports(joint) for joint in structure.joints]
@@ -362,10 +379,9 @@ def _one_after_another(rows: tuple[Real, ...], first: int) -> tuple[slice, ...]:
 
 def nominal_parameters(rig: Rig, preload: str | None = None) -> LinearParameters:
     """What the rig file says, as a start: published moduli, no joint loss, its modal damping."""
-    moduli = rig.moduli(preload)
     zeta = np.asarray(rig.damping.modal_ratio, float)[:DAMPED_MODES]
     zeta = np.concatenate([zeta, np.full(DAMPED_MODES - len(zeta), zeta[-1])])
-    E, G = np.array([m.normal_modulus for m in moduli]), np.array([m.shear_modulus for m in moduli])
+    E, G = map(np.array, rig.moduli_values(preload))
     offset = rig.natural_frequencies.offset[:DAMPED_MODES]
     discrepancy = np.pad(np.asarray(offset, float), (0, DAMPED_MODES - len(offset)))
     return LinearParameters(E, G, np.zeros(len(E)), np.zeros(len(E)), zeta, discrepancy)

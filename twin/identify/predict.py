@@ -17,7 +17,7 @@ from twin.identify.forward_model import ForwardModel
 from twin.identify.held_response import HeldRig
 from twin.identify.joint_law import LayerLaw
 from twin.identify.linear_model import DAMPED_MODES, Output, build_linear_model, nominal_parameters
-from twin.identify.measured_data import MeasuredData, StepArrays, reference_output
+from twin.identify.measured_data import MeasuredData, no_steps, reference_output
 from twin.identify.modal_prediction import ModalResponse
 from twin.rigs import LawTable, LayerLawTable, Rig
 from twin.structure.law_table import layer_table
@@ -53,9 +53,6 @@ def blank_data(rig: Rig, preload: str | None = None) -> MeasuredData:
     """A rig with all its response channels and nothing measured: what a prediction stands on."""
     outputs = tuple(Output(s.channel, s.quantity, rig.place_of(s.channel)) for s in rig.response_sensors)
     model = build_linear_model(rig, list(outputs), preload=preload)
-    nothing = np.zeros(0)
-    none = np.zeros((0, len(outputs), 1))
-    steps = StepArrays(nothing, none[:, 0], none[:, 0], none, none, nothing, nothing, nothing, nothing, ())
     return MeasuredData(
         rig=rig,
         preload=rig.preload_name(preload),
@@ -64,7 +61,7 @@ def blank_data(rig: Rig, preload: str | None = None) -> MeasuredData:
         force=rig.force_sensor.channel,
         reference=reference_output(model),
         broadband=(),
-        steps=steps,
+        steps=no_steps(len(outputs)),
         unsettled=(),
         linear=None,
         runs=(),

@@ -16,7 +16,7 @@ from twin.identify.balance import Balance
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.broadband import BinnedResponse
 from twin.identify.error_model import SOUND, Covariances, ErrorModel
-from twin.identify.forward_model import AtHarmonic, ForwardModel, of_run
+from twin.identify.forward_model import AtHarmonic, ForwardModel
 from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import LinearModel, nominal_parameters
@@ -163,8 +163,8 @@ class ResidualModel(ForwardModel):
 
     def _broadband_change(self, data: BinnedResponse, baseline: BaselineParameters, R: Array, omega: Array) -> Array:
         """D log response / d base parameters (b, o, u)."""
-        p, into, baseline = self.model.ports, self.driven(R, omega), of_run(data, baseline)
-        time = np.full(len(omega), data.time_s - self.evidence.origin_s)
+        p, into, time = self.model.ports, self.driven(R, omega), self.run_times(data, omega)
+        baseline = replace(baseline, base=baseline.base.shifted(data.frequency_offset))
         change = self._base_change(self.model, R, omega, baseline, time, np.arange(R.shape[1])[p.outputs], into)
         return np.asarray(self.measured_change(change, omega) / self.responses(R, omega)[:, :, None])
 

@@ -32,10 +32,10 @@ def updated_rig(evidence: MeasuredData, baseline: BaselineParameters, solution: 
 
     Parameters
     ----------
-    unknowns
-        Of the model.
+    baseline
+        Parameters at the minimum.
     solution
-        The minimum that they are; the first entries of its vector are those of ``unknowns.vector``.
+        The minimum; its vector begins with those of ``baseline``.
 
     Raises
     ------

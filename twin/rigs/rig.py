@@ -143,6 +143,11 @@ class Rig(Table, ABC):
         name = self.preload_name(preload)
         return tuple(joint.preload[name] for joint in self.joints)
 
+    def moduli_values(self, preload: str | None = None) -> tuple[list[float], list[float]]:
+        """The same as numbers, N/m2: all E', and all G'."""
+        moduli = self.moduli(preload)
+        return [m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli]
+
     def with_moduli(self, preload: str, moduli: Sequence[Preload]) -> Self:
         """The same rig with other moduli of its joints at a preload, which need not be one of the file's."""
         return self.with_joints([

@@ -43,7 +43,4 @@ def modelled_rig(rig: Rig, *, preload: str | None = None) -> ModelledRig:
     KeyError
         If the rig has no such preload.
     """
-    moduli = rig.moduli(preload)
-    return ModelledRig.of(
-        rig, assemble(rig), [m.normal_modulus for m in moduli], [m.shear_modulus for m in moduli]
-    )  # fmt: skip
+    return ModelledRig.of(rig, assemble(rig), *rig.moduli_values(preload))

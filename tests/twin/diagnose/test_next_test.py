@@ -13,7 +13,7 @@ from twin.diagnose.fitted_model import CauseHypothesis, FitProblem, fit_model, m
 from twin.diagnose.models import CAUSES
 from twin.diagnose.next_test import plan_next_test, sensor_place
 from twin.diagnose.next_test.plan import NEEDED_LOG_EVIDENCE
-from twin.diagnose.next_test.predicted_data import Imagined, predict_test_data
+from twin.diagnose.next_test.predicted_data import PredictedData, predict_test_data
 from twin.diagnose.next_test.predicted_noise import predicted_bins
 from twin.diagnose.next_test.proposal import propose
 from twin.diagnose.next_test.sensor_place import best_sensor_place
@@ -179,7 +179,7 @@ def test_longer_noise_parts_two_places_of_a_mass_farther(learnt, believe, plain)
     assert parted[-1] < 16 * parted[0]
 
 
-def test_an_imagined_sweep_has_the_resonance_of_the_recorded_one(learnt, believe, plain):
+def test_a_predicted_sweep_has_the_resonance_of_the_recorded_one(learnt, believe, plain):
     _, evidence = learnt
     model = believe("added-mass", mass_kg=1e-6, position_m=0.3)
     largest = max(s.target_amplitude for s in evidence.steps.states)
@@ -234,7 +234,7 @@ def test_where_there_are_only_sweeps_noise_is_proposed_quieter_than_they_were(sw
     assert not whole & {p.procedure.band for p in found}
 
 
-def test_the_first_noise_is_imagined_as_it_was_when_it_was_recorded(swept, learnt, believe):
+def test_the_first_noise_is_predicted_as_it_was_when_it_was_recorded(swept, learnt, believe):
     """Responses and scatter of the run that the sweeps' model has not seen, away from the modes that it is wrong of."""
     recorded = learnt[1].broadband[0]
     model = believe("added-mass", mass_kg=1e-6, position_m=0.3)
@@ -310,4 +310,4 @@ def predict_noise_again(evidence, truth):
     predicted = ResidualModel(there, modification_of(there, truth.hypotheses)).broadband_response(data, truth.baseline)
     there = replace(there, broadband=(replace(data, H=predicted),))
     own = FitProblem(there, None, truth.baseline, truth.hypotheses)
-    return Imagined(there, None, own.predict(own.x0).residual)
+    return PredictedData(there, None, own.predict(own.x0).residual)

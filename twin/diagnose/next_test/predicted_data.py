@@ -22,7 +22,7 @@ Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Imagined:
+class PredictedData:
     """Measured data that a procedure would bring if a model were true.
 
     Attributes
@@ -36,8 +36,8 @@ class Imagined:
     left: Array
 
 
-def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Proposal) -> Imagined:
-    """Run a proposal in the mind.
+def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Proposal) -> PredictedData:
+    """What a proposal would record.
 
     Parameters
     ----------
@@ -60,9 +60,9 @@ def predict_test_data(evidence: MeasuredData, truth: FittedModel, proposal: Prop
     return _beside(predicted_data, harmonic_residuals(ResidualModel(predicted_data), truth.baseline), truth)
 
 
-def _beside(evidence: MeasuredData, harmonics: HarmonicResiduals | None, truth: FittedModel) -> Imagined:
+def _beside(evidence: MeasuredData, harmonics: HarmonicResiduals | None, truth: FittedModel) -> PredictedData:
     own = FitProblem(evidence, harmonics, truth.baseline, truth.hypotheses)
-    return Imagined(evidence, harmonics, own.predict(own.x0).residual)
+    return PredictedData(evidence, harmonics, own.predict(own.x0).residual)
 
 
 def _noise(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel, modification_of
 from twin.diagnose.next_test.limits import LIMITS
-from twin.diagnose.next_test.predicted_data import Imagined
+from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.next_test.separation import Promise, least_promise
 from twin.identify.broadband import BinnedResponse
 from twin.identify.linear_model import Output
@@ -87,7 +87,7 @@ def _spread(points: Array, count: int) -> list[int]:
     return chosen
 
 
-def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place) -> Imagined:
+def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place) -> PredictedData:
     """The last broadband run if a model were true, with an accelerometer more."""
     data = evidence.broadband[-1]
     outputs = (*evidence.outputs, Output(NEW, "acceleration", place))
@@ -98,7 +98,7 @@ def _predict_test_data(evidence: MeasuredData, truth: FittedModel, place: Place)
     bins = _with_channel(evidence, data, residual_model.responses(R, omega))
     more = replace(more, broadband=(bins,))
     own = FitProblem(more, None, truth.baseline, truth.hypotheses)
-    return Imagined(more, None, own.predict(own.x0).residual)
+    return PredictedData(more, None, own.predict(own.x0).residual)
 
 
 def _with_channel(evidence: MeasuredData, data: BinnedResponse, H: Array) -> BinnedResponse:

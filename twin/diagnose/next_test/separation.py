@@ -12,7 +12,7 @@ import numpy as np
 
 from twin.diagnose.fitted_model import FitProblem, FittedModel
 from twin.diagnose.next_test.limits import LIMITS
-from twin.diagnose.next_test.predicted_data import Imagined
+from twin.diagnose.next_test.predicted_data import PredictedData
 from twin.diagnose.posterior import TEMPERATURE
 
 
@@ -36,7 +36,7 @@ class Promise:
 
 
 def least_promise(
-    best: FittedModel, rivals: Sequence[FittedModel], data: Sequence[Imagined], *, margin: float
+    best: FittedModel, rivals: Sequence[FittedModel], data: Sequence[PredictedData], *, margin: float
 ) -> Promise:
     """What a test brings at the least, whichever of the models is true.
 
@@ -63,7 +63,7 @@ def _contains(one: FittedModel, other: FittedModel) -> bool:
     return {h.key for h in other.hypotheses} < {h.key for h in one.hypotheses}
 
 
-def separation(predicted_data: Imagined, rival: FittedModel) -> float:
+def separation(predicted_data: PredictedData, rival: FittedModel) -> float:
     """Expected gain of log evidence over a rival if the test is as predicted."""
     trial = FitProblem(
         predicted_data.evidence, predicted_data.harmonics, rival.baseline, rival.hypotheses, errors=rival.errors

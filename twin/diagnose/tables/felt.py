@@ -21,10 +21,7 @@ def felt_causes(evidence: MeasuredFrequencies, causes: Mapping[str, Cause] = CAU
 def _is_felt(evidence: MeasuredFrequencies, cause: Cause) -> bool:
     empty, known = ModelModification(), all(len(beams) == 1 for beams in evidence.materials) and evidence.materials
     for label in cause.labels(evidence):
-        values = {
-            p.name: p.starts[0] if p.starts else (p.lower + p.upper) / 2 for p in cause.parameters(evidence, label)
-        }
-        acts = cause.modification(evidence, label, values)
+        acts = cause.begun(evidence, label)
         touched = {f.name for f in fields(ModelModification) if getattr(acts, f.name) != getattr(empty, f.name)}
         structure = evidence.model.structure
         plain = all(mass_and_spring(attachment, structure) is not None for attachment in acts.attachments)

@@ -87,9 +87,9 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
             R = there.receptance(data.omega, base)
             H = there.response(R, data.omega)
             r = (np.log(data.H / H) / noise).ravel()
-            J = (there.sensitivity(R, data.omega, base) / H[:, :, None])[:, :, columns]
-            J = np.concatenate([J, shares(there, R, H, data.omega, x[2 * m :].reshape(known.shape))], axis=2)
-            J = (J / noise[:, :, None]).reshape(len(r), -1)
+            shown = there.shown_sensitivity(R[:, :, there.ports.drive]) * there.to_quantity(data.omega)[:, :, None]
+            J = np.concatenate([there.sensitivity(R, data.omega, base)[:, :, columns], shown], axis=2)
+            J = (J / (H * noise)[:, :, None]).reshape(len(r), -1)
             root = np.sqrt(2.0)
             return root * np.concatenate([r.real, r.imag]), root * np.vstack([J.real, J.imag])
 
@@ -101,14 +101,3 @@ def follow(model: LinearModel, data: BinnedResponse, nominal: LinearParameters) 
     freedom = max(1, len(solution.residual) - len(x))
     std = np.sqrt(np.diag(solution.covariance))[m : 2 * m]
     return Followed(base, np.exp(x[2 * m :]).reshape(known.shape), std, solution.chi2 / freedom)
-
-
-def shares(model: LinearModel, R: Array, H: Array, omega: Array, log_factors: Array) -> Array:
-    """D log response (b, o, o m) / d log of what each output shows of each mode."""
-    p, outputs, m = model.ports, len(model.outputs), log_factors.shape[1]
-    found = np.zeros((*H.shape, outputs * m), complex)
-    for number, output in enumerate(model.outputs):
-        place = model.structure.row(output.place) @ model.basis.Phi[:, :m] * np.exp(log_factors[number])
-        own = R[:, p.modal, p.drive][:, :m] * place * output.from_displacement(omega)[:, None]
-        found[:, number, number * m : (number + 1) * m] = own / H[:, number, None]
-    return found

@@ -1,4 +1,4 @@
-"""Numbers that decide what measured frequency responses are believed to be."""
+"""Numbers by which measured frequency responses are judged."""
 
 from dataclasses import dataclass
 

@@ -109,8 +109,8 @@ class Updated:
         outputs = tuple(
             replace(output, modal_factor=row) for output, row in zip(evidence.outputs, self.found.factors, strict=True)
         )
-        model, base = evidence.model.with_places(outputs, [evidence.rig.drive_place]), evidence.linear.base
-        base = replace(base, frequency_discrepancy=base.frequency_discrepancy + data.frequency_offset)
+        model = evidence.model.with_places(outputs, [evidence.rig.drive_place])
+        base = evidence.linear.base.shifted(data.frequency_offset)
         return np.asarray(model.response(model.receptance(data.omega, base), data.omega))
 
 
@@ -210,9 +210,8 @@ def _measured(found: Gathered) -> Modes:
 
 def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = DAMPED_MODES) -> Modes:
     """The first modes of a rig, with their modal constants between places and the drive, 1/kg."""
-    structure, moduli = assemble(rig), rig.moduli(preload)
-    E, G = (np.array([getattr(m, name) for m in moduli]) for name in ("normal_modulus", "shear_modulus"))
-    modes = normal_modes(structure.M, structure.stiffness(E, G), count + MOST_RIGID)
+    structure = assemble(rig)
+    modes = normal_modes(structure.M, structure.stiffness(*rig.moduli_values(preload)), count + MOST_RIGID)
     first = rigid_motions(modes.omega)
     kept = slice(first, first + count)
     Phi = modes.Phi[:, kept]
