@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.model_modification import Attachment, ModelModification
-from twin.identify.residual_model import Prediction, ResidualModel
+from twin.identify.prediction import Prediction
+from twin.identify.residual_model import ResidualModel
 
 __all__ = ["AttachmentSignatures"]
 

@@ -21,12 +21,16 @@ from twin.identify.linear_fit import LARGEST_STEP
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import Prediction, ResidualModel
+from twin.identify.prediction import Prediction
+from twin.identify.residual_model import ResidualModel
 from twin.identify.whitening import HarmonicResiduals
 
 __all__ = ["CauseHypothesis", "FitProblem", "FittedModel", "difference_step", "fit_model", "modification_of"]
 
 Array = NDArray[Any]
+
+HARMONICS_STEP = 1e-3
+"""Step, over a parameter's size, of the derivative of what harmonics add: smooth in it, and found to 1e-6 only."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +145,7 @@ class FitProblem:
         self.x0 = np.concatenate([start.vector, [hypotheses[i].values[p.name] / p.scale for i, p in self.slots]])
         self.blocks: tuple[tuple[str, slice], ...] = ()
         self._held: Linearisation | None = None
+        self._weighed_at = self.x0
         self._base = residual_model(evidence, errors=self.errors)
         self._remakes = [solves_modes(evidence, hypothesis.modification(evidence)) for hypothesis in hypotheses]
         base_mean, base_precision = self._base.prior(start)
@@ -201,12 +206,45 @@ class FitProblem:
 
     def residual_model(self, x: Array) -> ResidualModel | FrequencyModel:
         """The model with its causes at their values, and with what is held."""
+        held = self._held and self._held.moved(x[self.count :] - self._weighed_at[self.count :])
+        return self._model(x, held)
+
+    def _model(self, x: Array, held: Linearisation | None = None) -> ResidualModel | FrequencyModel:
         modification = modification_of(self.evidence, self.hypotheses(x))
-        return residual_model(self.evidence, modification, self.harmonics, errors=self.errors, held=self._held)
+        return residual_model(self.evidence, modification, self.harmonics, errors=self.errors, held=held)
 
     def weigh(self, x: Array) -> None:
         """From now on hold what a fit holds that begins here."""
-        self._held = self.residual_model(x).linearisation(self.baseline(x))
+        self._held, self._weighed_at = self._model(x).linearisation(self.baseline(x)), x
+        if self.slots and self._held.balance is not None:
+            self._held = replace(self._held, by_causes=self._added_by_causes(x))
+
+    def _added_by_causes(self, x: Array) -> Array:
+        """Derivatives (s, 2 p, k) by the causes' parameters of what harmonics add beside what a residual has anyway.
+
+        Motion at the place of a cause's force goes with that place, and the force's harmonics move the joints.
+        """
+
+        def beyond(x: Array) -> Array:
+            model = self.residual_model(x)
+            assert isinstance(model, ResidualModel)
+            return model.added_beyond(self.held, self.baseline(x))
+
+        here, columns = beyond(x), []
+        for number, step in enumerate(self._steps(x, HARMONICS_STEP), self.count):
+            moved = x.copy()
+            moved[number] += step
+            columns.append((beyond(moved) - here) / step)
+        return np.stack(columns, axis=2)
+
+    def _steps(self, x: Array, coarse: float = 0.0) -> list[float]:
+        """Steps (k,) of the difference quotients in the causes' parameters, inside their limits."""
+        steps = []
+        for k, (i, p) in enumerate(self.slots):
+            value = x[self.count + k] * p.scale
+            step = difference_step(p, value, remakes=self._remakes[i], coarse=coarse)
+            steps.append((-step if value + step > p.upper else step) / p.scale)
+        return steps
 
     @property
     def held(self) -> Linearisation:
@@ -223,10 +261,7 @@ class FitProblem:
         here = self.predict(x, sensitivities=True)
         r, self.blocks = here.residual, here.blocks
         columns = np.zeros((len(r), len(self.slots)))
-        for k, (i, p) in enumerate(self.slots):
-            value = x[self.count + k] * self.scales[k]
-            step = difference_step(p, value, remakes=self._remakes[i])
-            step = (-step if value + step > p.upper else step) / p.scale
+        for k, step in enumerate(self._steps(x)):
             moved = x.copy()
             moved[self.count + k] += step
             columns[:, k] = (r - self.predict(moved).residual) / step
@@ -291,8 +326,8 @@ def fitted(problem: FitProblem, solution: Solution) -> FittedModel:
     )
 
 
-def difference_step(parameter: Parameter, value: float, *, remakes: bool) -> float:
-    """Step of the difference quotient in a cause's parameter.
+def difference_step(parameter: Parameter, value: float, *, remakes: bool, coarse: float = 0.0) -> float:
+    """Step of the difference quotient in a cause's parameter, `coarse` of its size at the least.
 
     Small for a strength or a threshold, because near a sharp resonance the residual bends within a thousandth of a
     stiffness; coarser along the structure.  Where a cause remakes the structure its modes are solved anew, and
@@ -301,7 +336,7 @@ def difference_step(parameter: Parameter, value: float, *, remakes: bool) -> flo
     """
     along = parameter.is_location and not parameter.is_threshold
     size = parameter.scale + (0.0 if parameter.is_location else abs(value - parameter.null))
-    return ((1e-3 if along else 3e-4) if remakes else 1e-6) * size
+    return max(coarse, (1e-3 if along else 3e-4) if remakes else 1e-6) * size
 
 
 def _free_count(solution: Solution) -> int:

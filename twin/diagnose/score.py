@@ -28,7 +28,8 @@ from twin.identify.likelihood import residual_model, solves_modes
 from twin.identify.linearisation import Linearisation
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
-from twin.identify.residual_model import Prediction, ResidualModel
+from twin.identify.prediction import Prediction
+from twin.identify.residual_model import ResidualModel
 from twin.identify.time_limit import time_is_up
 from twin.identify.whitening import HarmonicResiduals
 

@@ -159,9 +159,7 @@ class ForwardModel(LinearForwardModel):
             # Not the secant, which the compliances at the harmonics contain: only both together are exact.
             openings = replace(self.openings(baseline, found, at_harmonics), secant=secant)
             balance = balance_openings(baseline.laws, openings, self.slaps, start=harmonics)
-            more, harmonics = np.zeros_like(found.stiffness), balance.motion
-            more[:, :p] = balance.more
-            more[:, p : 2 * p] = self._loss_among_harmonics(baseline, found, openings, balance)
+            more, harmonics = self.added_by(baseline, found, openings, balance), balance.motion
             changed = np.max(np.abs(more - found.more), initial=0.0)
             amplitude = np.abs(found.motion)
             growth = growth_of_more(baseline.laws, openings, balance, self.slaps)
@@ -177,14 +175,16 @@ class ForwardModel(LinearForwardModel):
         known = ripples is not None and ripples.shape[1] == len(self.local.forces)
         return replace(self.local, ripples=ripples) if known else self.local
 
-    def _loss_among_harmonics(
-        self, baseline: BaselineParameters, found: Balance, openings: Openings, balance: OpeningBalance
+    def added_by(
+        self, baseline: BaselineParameters, found: Balance, openings: Openings, harmonics: OpeningBalance
     ) -> Array:
-        """Stiffness (s, p) that harmonics of the slips add to their fundamentals' loss."""
-        p = len(self.points)
-        slips, harmonics = found.motion[:, p : 2 * p], openings.slips(balance)
-        change = loss_among_harmonics(baseline.laws, self.points.joint, slips, harmonics, openings.orders)
-        return np.asarray(1j * self.local.weights[:, p:] * change)
+        """Stiffness (s, n) that harmonics add: the openings' to their own, the slips' to their fundamentals' loss."""
+        p, more = len(self.points), np.zeros_like(found.stiffness)
+        more[:, :p] = harmonics.more
+        slips = found.motion[:, p : 2 * p], openings.slips(harmonics)
+        change = loss_among_harmonics(baseline.laws, self.points.joint, *slips, openings.orders)
+        more[:, p : 2 * p] = 1j * self.local.weights[:, p:] * change
+        return more
 
     def surroundings(self, free: Array, omega: Array) -> Surroundings:
         """What is around the moving ports at the steps, from receptances without what acts there."""

@@ -20,7 +20,7 @@ from twin.identify.linear_model import LinearParameters
 from twin.identify.linearisation import Linearisation
 from twin.identify.model_modification import UNCHANGED, Attachment, ModelModification
 from twin.identify.natural_frequencies import MeasuredFrequencies, StateFrequencies
-from twin.identify.residual_model import Prediction
+from twin.identify.prediction import Prediction
 from twin.identify.whitening import Whitening
 from twin.structure import Structure
 from twin.structure.modes import bending_modes

@@ -58,6 +58,8 @@ class Linearisation:
         and the derivative by each unknown of what the harmonics add to the openings' stiffness.
     made_of : ErrorSources or None
         What the covariances came from; none where they were given.
+    by_causes : ndarray, (s, 2 p, k), or None
+        Derivative by each of the causes' parameters of what the harmonics add at the points.
     """
 
     broadband: tuple[Whitening, ...]
@@ -67,6 +69,13 @@ class Linearisation:
     baseline: BaselineParameters
     by_unknowns: Array | None
     made_of: ErrorSources | None = None
+    by_causes: Array | None = None
+
+    def moved(self, change: Array) -> Linearisation:
+        """The same where the causes' parameters are others by `change` (k,), to first order."""
+        if self.balance is None or self.by_causes is None:
+            return self
+        return replace(self, balance=with_more(self.balance, self.by_causes @ change))
 
     def derivative(self, baseline: BaselineParameters) -> Array | None:
         """Where there are :attr:`by_unknowns`, and by these parameters: laws have knots of their own."""
@@ -86,7 +95,7 @@ class Linearisation:
 
 
 def with_more(balance: Balance, change: Array) -> Balance:
-    """A balance where something else is added (s, p) to the openings' stiffness."""
+    """A balance where something else is added to the stiffness of the first ports (s, p)."""
     stiffness = balance.added.stiffness.copy()
     stiffness[:, : change.shape[1]] += change
     return replace(balance, added=replace(balance.added, stiffness=stiffness))

@@ -6,7 +6,7 @@ on the logarithm of the response as there (equation 16), but of its complex valu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,36 +21,14 @@ from twin.identify.joint_law import curve_precision
 from twin.identify.linear_fit import base_prior
 from twin.identify.linear_model import LinearModel, nominal_parameters
 from twin.identify.linearisation import Linearisation, LostContact, with_more
+from twin.identify.local_forces import DIFFERENCE
 from twin.identify.measured_data import MeasuredData
 from twin.identify.model_modification import ModelModification
 from twin.identify.opening_harmonics import balance_openings, stiffness_sensitivity
+from twin.identify.prediction import Prediction
 from twin.identify.whitening import HarmonicResiduals, Whitening
 
 Array = NDArray[Any]
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Whitened residual and sensitivities.
-
-    Attributes
-    ----------
-    residual : ndarray, (r,)
-        Measured minus predicted in units of its standard deviation; real and imaginary parts.
-    jacobian : ndarray, (r, u)
-        d(predicted) / d(unknowns), whitened alike.
-    blocks : tuple of (name, slice)
-        Parts of the residual: each broadband run, the steps' fundamentals, their harmonics.
-    """
-
-    residual: Array
-    jacobian: Array
-    blocks: tuple[tuple[str, slice], ...]
-
-    @property
-    def chi2(self) -> float:
-        """Sum of squares."""
-        return float(self.residual @ self.residual)
 
 
 class ResidualModel(ForwardModel):
@@ -138,6 +116,13 @@ class ResidualModel(ForwardModel):
             return balance
         now = balance_openings(held.baseline.laws, lost.openings, self.slaps, start=lost.balance.motion)
         return with_more(balance, now.more - lost.balance.more)
+
+    def added_beyond(self, held: Linearisation, baseline: BaselineParameters) -> Array:
+        """Stiffness (s, 2 p) that harmonics add at the points beyond what a residual with `held` has them add."""
+        found = self.step_receptance(baseline, inner=False, held=self.balance_at(held, baseline))[2]
+        openings = self.openings(baseline, found)
+        harmonics = balance_openings(baseline.laws, openings, self.slaps)
+        return (self.added_by(baseline, found, openings, harmonics) - found.more)[:, : 2 * len(self.points)]
 
     def _broadband(
         self, index: int, baseline: BaselineParameters, whitening: Whitening, sensitivities: bool
@@ -265,6 +250,11 @@ class ResidualModel(ForwardModel):
         )
         for joint, by in enumerate(by_softening):
             by_unknowns[:, :, baseline.softening(joint)] = by
+            if self.modification.opening:  # lost contact takes off E' itself
+                stiffer = np.where(np.arange(len(openings.modulus)) == joint, 1 + DIFFERENCE, 1.0) * openings.modulus
+                changed = replace(openings, modulus=stiffer)
+                more = balance_openings(baseline.laws, changed, self.slaps, start=harmonics.motion).more
+                by_unknowns[:, :, baseline.blocks["log_E"].start + joint] += (more - harmonics.more) / DIFFERENCE
         lost = LostContact(openings, harmonics, self._read_of_openings(around)) if self.modification.opening else None
         return by_unknowns, lost
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,3 +58,33 @@ def test_sensitivities_to_a_cause_are_those_of_central_differences(fitted_record
         there, back = (trial.predict(trial.x0 + side * step).residual for side in (1, -1))
         expected = (back - there) / (2 * 3e-4)
         assert np.linalg.norm(columns[:, k] - expected) <= 0.05 * np.linalg.norm(expected), parameter.name
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "parameter", "limit"),
+    [
+        ("cubic-stiffness", {"stiffness_N_per_m3": 3e6, "position_m": 0.38}, "stiffness_N_per_m3", 1e-4),
+        ("cubic-stiffness", {"stiffness_N_per_m3": 3e6, "position_m": 0.38}, "position_m", 1e-4),
+        ("joint-slap", {"stiffness_factor": 0.8, "gap_m": 3e-7}, "gap_m", 1e-2),
+        ("joint-slap", {"stiffness_factor": 0.8, "gap_m": 3e-7}, "stiffness_factor", 1e-2),
+        ("joint-slap", {"stiffness_factor": 0.8, "gap_m": 3e-7}, "log_E", 1e-3),
+    ],
+)
+def test_sensitivities_contain_what_harmonics_do_to_the_joint(fitted_recordings, name, values, parameter, limit):
+    """A cubic spring's stiffness and place make up for each other but for a thousandth: that decides where it is."""
+    evidence, harmonics, baseline = fitted_recordings
+    label = next(iter(CAUSES[name].labels(evidence)))
+    trial = FitProblem(evidence, harmonics, baseline, (CauseHypothesis(CAUSES[name], label, values, {}),))
+    trial.weigh(trial.x0)
+    weights = {kind: getattr(trial.held, kind) for kind in ("broadband", "steps")}
+    numbers = {p.name: trial.count + k for k, (_, p) in enumerate(trial.slots)}
+    number = numbers.get(parameter, trial.start.blocks["log_E"].start)
+    column, step, balanced = trial.evaluate(trial.x0)[1][:, number], 3e-4 * np.eye(len(trial.x0))[number], []
+    for side in (1, -1):
+        there = trial.x0 + side * step
+        trial.weigh(there)  # fundamentals and harmonics in balance there
+        modification = modification_of(evidence, trial.hypotheses(there))
+        model = ResidualModel(evidence, modification, harmonics, held=replace(trial.held, **weights))
+        balanced.append(model.evaluate(trial.baseline(there), sensitivities=False).residual)
+    expected, steps = (balanced[1] - balanced[0]) / (2 * 3e-4), dict(trial.blocks)["steps"]
+    assert np.linalg.norm((column - expected)[steps]) < limit * np.linalg.norm(expected[steps])
