@@ -194,12 +194,9 @@ def _turn_one(
 @COMPILED
 def _cubic(c: Array, x: float) -> tuple[float, float]:
     """A law at an amplitude, and its derivative by the logarithm of that."""
-    offset, last = c[5, 0], c[5, 1]
-    inside = min(x, last)
-    u = np.log(inside + offset)
+    offset = c[5, 0]
+    u = np.log(x + offset)
     i = min(max(np.searchsorted(c[4], u) - 1, 0), c.shape[1] - 2)
     t = u - c[4, i]
     value = ((c[0, i] * t + c[1, i]) * t + c[2, i]) * t + c[3, i]
-    if x > last:
-        return value, 0.0
-    return value, ((3.0 * c[0, i] * t + 2.0 * c[1, i]) * t + c[2, i]) * inside / (inside + offset)
+    return value, ((3.0 * c[0, i] * t + 2.0 * c[1, i]) * t + c[2, i]) * x / (x + offset)

@@ -22,10 +22,15 @@ SMALLEST = 0.01
 """First knot over the largest amplitude: below it a law is all but linear."""
 LAST_KNOT = 1.15
 """Last knot over the largest amplitude, for a fit may open the layer a little farther than its start did."""
+RUN_OUT = 1.0
+"""Logarithm of amplitude over which a law levels off beyond its last knot.  A corner there would be a trap: where the
+layer opens farther yet, a fit ended as soon as the largest motion came to it."""
 NO_DATA_M = 1e-6
 """Last knot where no sweep tells how far the layer moves."""
 KNOTS = 40
 """Fine enough for two modes at once: a force that was left out is then foretold to 0.9e-3, by 24 knots to 2.0e-3."""
+NEVER = 1e3
+"""Logarithm of amplitude over the last knot that no amplitude comes to."""
 LARGEST = 5.0
 """Prior size of a curve over its scale, for every unit of log amplitude: little more than that it is finite."""
 
@@ -108,7 +113,7 @@ class LayerLaw:
 def packed_laws(laws: Sequence[LayerLaw], joint: NDArray[np.int64]) -> tuple[Array, Array]:
     """Softening and loss at points of these joints for compiled code, (p, 6, i).
 
-    Four rows of coefficients, one of breaks; then the offset and the last knot.
+    Four rows of coefficients, one of breaks; then the offset.
     """
     softening = _packed([(law.opening_knots, law.softening) for law in laws])
     return softening[joint], _packed([(law.slip_knots, law.loss) for law in laws])[joint]
@@ -116,35 +121,37 @@ def packed_laws(laws: Sequence[LayerLaw], joint: NDArray[np.int64]) -> tuple[Arr
 
 def _packed(curves: Sequence[tuple[Array, Array]]) -> Array:
     """Splines of :func:`spline_basis`; those of fewer knots than others end in intervals that nothing reaches."""
-    packed = np.zeros((len(curves), 6, 1 + max((len(knots) for knots, _ in curves), default=1)))
+    packed = np.zeros((len(curves), 6, 3 + max((len(knots) for knots, _ in curves), default=1)))
     for spline, (knots, values) in zip(packed, curves, strict=True):
         splines, _ = _splines(knots.tobytes())
-        last = len(splines.x) - 1
-        spline[:4, :last], spline[4] = splines.c @ values, np.inf
-        spline[3, last:] = values[-1]
-        spline[4, : last + 1] = splines.x
-        spline[5, :2] = knots[0] / 2, knots[-1]
+        pieces = len(splines.x) - 1
+        spline[:4, :pieces], spline[4] = splines.c @ values, np.inf
+        spline[4, : pieces + 1] = splines.x
+        spline[5, 0] = knots[0] / 2
     return packed
 
 
 def spline_basis(knots: Array, amplitude_m: Array) -> tuple[Array, Array]:
-    """Splines that are one at one knot each, constant beyond the last, and their derivatives by log amplitude.
+    """Splines that are one at one knot each, level off beyond the last, and their derivatives by log amplitude.
 
     Returns
     -------
     ndarray, ndarray, (..., n)
     """
     splines, slopes = _splines(knots.tobytes())
-    x, last, offset = np.asarray(amplitude_m, float), knots[-1], knots[0] / 2
-    inside = np.minimum(x, last)
-    u = np.log(inside + offset)
-    by_log = slopes(u) * (inside / (inside + offset) * (x <= last))[..., None]
-    return np.asarray(splines(u)), np.asarray(by_log)
+    x, offset = np.asarray(amplitude_m, float), knots[0] / 2
+    u = np.log(x + offset)
+    return np.asarray(splines(u)), np.asarray(slopes(u) * (x / (x + offset))[..., None])
 
 
 @lru_cache(maxsize=64)
 def _splines(knots: bytes) -> tuple[PPoly, PPoly]:
     x = np.frombuffer(knots)
     u = np.log(np.concatenate([[0.0], x]) + x[0] / 2)
-    splines = CubicSpline(u, np.vstack([np.zeros(len(x)), np.eye(len(x))]), bc_type="natural")
+    inside = CubicSpline(u, np.vstack([np.zeros(len(x)), np.eye(len(x))]), bc_type="natural")
+    value, slope = inside(u[-1]), inside(u[-1], 1)
+    none = np.zeros_like(value)
+    beyond = [[none, -slope / (2 * RUN_OUT), slope, value], [none, none, none, value + slope * RUN_OUT / 2]]
+    coefficients = np.concatenate([inside.c, np.swapaxes(beyond, 0, 1)], axis=1)
+    splines = PPoly(coefficients, np.append(u, u[-1] + [RUN_OUT, NEVER]))
     return splines, splines.derivative()
