@@ -39,8 +39,9 @@ class Solution:
     history : tuple of float
         Cost after each iteration.
     ended : str
-        ``settled`` where nothing is left to gain; else why it stopped: ``stuck`` where no step that was tried lowers
-        the cost, ``out of iterations`` or ``out of time``, or ``not finite`` where the residual is not at the start.
+        ``settled`` where nothing is left to gain; else why it stopped: ``stuck`` where a step promises more than any
+        that was tried gains, ``out of iterations`` or ``out of time``, or ``not finite`` where the residual is not at
+        the start.
     """
 
     x: Array
@@ -101,7 +102,8 @@ def minimise(
     bounds
         Lower and upper limits; steps are cut to stay inside.
     tolerance
-        Stops when an iteration gains less than this, in units of the cost per degree of freedom.
+        Stops where an undamped step promises, or an iteration gains, less than this, in units of the cost per degree
+        of freedom.
     largest_step
         Largest change of each parameter in one iteration.
     residual_alone
@@ -127,6 +129,13 @@ def minimise(
         # A parameter that its limit holds back takes no part: the others' steps would else count on its moving.
         free = not_held_back(x, gradient, lower, upper)
         block = np.ix_(free, free)
+        small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
+        if gradient[free] @ _solved(A[block], gradient[free]) < small:
+            ended = "settled"
+            break
+        if len(history) > 1 and history[-2] - history[-1] < small:
+            ended = "stuck"
+            break
         accepted = False
         for _trial in range(TRIALS):
             scaled = A + damping * np.diag(np.diag(A))
@@ -151,17 +160,12 @@ def minimise(
                     break
             damping *= 8.0
             bends = True
-        small = tolerance * max(1.0, (chi2 + penalty) / max(1, len(residual)))
         if not accepted:
-            ended = "settled" if gradient[free] @ _solved(A[block], gradient[free]) < small else "stuck"
+            ended = "stuck"
             break
-        gain = chi2 + penalty - c - p
         x, residual, J, chi2, penalty = trial, r, Jr, c, p
         damping = max(damping / 8.0, 1e-14)
         history.append(chi2 + penalty)
-        if gain < small:
-            ended = "settled"
-            break
     return Solution(x, chi2, penalty, J.T @ J + precision, residual, J, tuple(history), ended)
 
 

@@ -254,7 +254,7 @@ def _rounds(weights):
 def test_rounds_end_where_new_weights_gain_nothing():
     found = minimise_reweighted(_rounds([1.0, 1.1, 1.2]), np.zeros(1), rounds=4, tolerance=0.1, iterations=9)
     assert found.settled
-    assert found.x == pytest.approx(2.0)
+    assert found.x == pytest.approx(2.0, abs=0.01)
 
 
 def test_of_rounds_that_only_get_worse_the_first_beginning_is_kept():
