@@ -1,21 +1,14 @@
 """How a run's responses compare with the rig's linear model: their level, their direction, their shape."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.checks.expected import ExpectedResponse
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import TURNED, UNRELATED
-
-__all__ = ["Agreement", "agreement_of", "clear_lines", "misfit"]
-
-Array = NDArray[Any]
 
 LEAST_LINES, LEAST_STEPS = 16, 4
 """Lines of noise, or steps of a sweep, that are enough to compare."""

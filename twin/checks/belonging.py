@@ -1,12 +1,8 @@
 """Whether force and responses were recorded together, and whether the excitation reaches beyond half the rate."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
@@ -14,10 +10,6 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
 from twin.checks.thresholds import ALIASED, NOT_A_SINE, UNRELATED
-
-__all__ = ["look_at_aliasing", "look_at_belonging"]
-
-Array = NDArray[Any]
 
 HARMONICS = 5
 """That a sine's response may have much of."""

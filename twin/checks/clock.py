@@ -1,7 +1,5 @@
 """Whether samples and time stamps go together."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from recordings.run import DeviceSamples, Run
@@ -11,8 +9,6 @@ from twin.checks.responses import LEAST_SAMPLES
 from twin.checks.sines import look_at_sines
 from twin.checks.thresholds import RATE_ERROR
 from twin.checks.units import factor_text
-
-__all__ = ["look_at_clock"]
 
 
 def look_at_clock(run: Run, *, force: str) -> list[Finding]:

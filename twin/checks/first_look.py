@@ -1,7 +1,5 @@
 """All checks in their order: each may rely on what those before it have let pass."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -33,8 +31,6 @@ from twin.identify.measured_data import common_preload, response_outputs
 from twin.identify.rig_channels import drive_of, in_directions_of, own_channels, without_channels
 from twin.rigs import Rig
 
-__all__ = ["FirstLook", "first_look"]
-
 Seen = TypeVar("Seen")
 
 
@@ -64,7 +60,7 @@ class FirstLook:
         """A line for each finding."""
         return tuple(finding.line for finding in self.findings)
 
-    def passed(self) -> FirstLook:
+    def passed(self) -> "FirstLook":
         """Itself, where nothing stops.
 
         Raises

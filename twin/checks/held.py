@@ -1,22 +1,14 @@
 """Which channel the steps' amplitudes were held at."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
 from twin.checks.finding import Finding
 from twin.checks.responses import line_of
 from twin.checks.thresholds import TARGET
-
-__all__ = ["amplitudes_over_target", "look_at_target"]
-
-Array = NDArray[Any]
 
 STEADY = 0.05
 """Scatter of the logarithm over a run's steps up to which a channel was held."""

@@ -1,24 +1,17 @@
 """Channels that are swapped or turned: which order of them has the model's shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import permutations
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
+from twin.arrays import Array
 from twin.checks.agreement import Agreement, clear_lines, misfit
 from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Action, Finding
 from twin.checks.responses import NoiseResponse, SineResponse, noise_responses
 from twin.checks.thresholds import CLEARER, SHAPE
-
-__all__ = ["look_at_directions", "look_at_order"]
-
-Array = NDArray[Any]
 
 MOST_CHANNELS = 6
 """Whose orders are all tried."""

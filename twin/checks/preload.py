@@ -1,7 +1,5 @@
 """Whether a noise's resonances are those of the preload that the file names, or another one's of the rig."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -10,8 +8,6 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse
 from twin.checks.thresholds import CLEARER, OTHER_PRELOAD
-
-__all__ = ["look_at_preload"]
 
 MATCHED = 0.03
 """Relative distance within which a resonance that was found is one of the model's."""

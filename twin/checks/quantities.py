@@ -1,7 +1,5 @@
 """Responses that are those of another quantity than their channel's label: a vibrometer's velocity as acceleration."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,8 +13,6 @@ from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import GAIN, SHAPE
-
-__all__ = ["look_at_quantities"]
 
 Response = TypeVar("Response", NoiseResponse, SineResponse)
 

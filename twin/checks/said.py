@@ -1,7 +1,5 @@
 """What a recording's metadata and its attached rig file say, against the rig that it is held against."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from datetime import datetime
@@ -10,8 +8,6 @@ from recordings.run import Run
 from twin.checks.finding import Finding
 from twin.checks.thresholds import PLACE_m
 from twin.rigs import Rig, nearest_preload, recorded_preload
-
-__all__ = ["look_at_days", "look_at_metadata"]
 
 DAY_s = 86400.0
 NEAR = 0.05

@@ -1,7 +1,5 @@
 """Sweeps and channels that are there twice, by their samples."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,8 +11,6 @@ import numpy as np
 from recordings.run import Run
 from recordings.sweeps import Sweep, sweeps
 from twin.checks.finding import Finding
-
-__all__ = ["look_at_copies", "without_repeats"]
 
 
 def look_at_copies(run: Run) -> list[Finding]:

@@ -1,23 +1,16 @@
 """Channels that are dead, half empty or hold single wild samples, which no model need be asked about."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import sweeps
 from recordings.whereabouts import working_on
+from twin.arrays import Array
 from twin.checks.finding import Action, Finding
 from twin.checks.thresholds import BEYOND_RANGE, FEW, HALF_EMPTY, WILD, ZEROS_OVER_NEIGHBOURS
 from twin.diagnose.signals.levels import smallest_step
-
-__all__ = ["look_at_samples"]
-
-Array = NDArray[Any]
 
 FAR = 0.9
 """Of the distance of a channel's extremes, which no sampled signal goes at one step between small ones."""

@@ -1,7 +1,5 @@
 """Levels that are off by the factor of a unit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Sequence
 
@@ -12,8 +10,6 @@ from twin.checks.agreement import Agreement
 from twin.checks.finding import Finding
 from twin.checks.thresholds import ABSURD, ALIKE, CLEARER, GAIN, SHAPE
 from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
-
-__all__ = ["look_at_commanded", "look_at_scale"]
 
 G_OVER_POUNDS = POUND_FORCE_N / STANDARD_GRAVITY
 """Of the response per force with the one in g and the other in lbf."""

@@ -1,23 +1,16 @@
 """Whether the sines that a run's force makes are those of its steps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.arrays import Array
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, line_of
 from twin.checks.thresholds import CLEARER, CLOCK_ERROR, CRYSTAL, LEAST_STEPS, NOT_A_SINE, ONE_STEP, RATE_ERROR, TORN
 from twin.checks.units import factor_text
-
-__all__ = ["look_at_sines"]
-
-Array = NDArray[Any]
 
 PARTS, LEAST_TURNS = 4, 2
 """Of a stretch that are held against each other, and the periods that each of them needs."""

@@ -1,25 +1,18 @@
 """Whether runs are of one specimen: its resonance at one amplitude is the same in all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.checks.agreement import agreement_of
 from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
 from twin.checks.thresholds import DRIFTING, SPECIMEN, SPECIMEN_IN_NOISE
 from twin.identify.linear_model import Output
-
-__all__ = ["Backbone", "backbone_of", "look_at_specimens", "noise_resonance"]
-
-Array = NDArray[Any]
 
 ABOUT = 0.02
 """Relative distance to the resonance within which a step says where it is."""
@@ -45,7 +38,7 @@ class Backbone:
     amplitude: Array
     resonance_Hz: Array
 
-    def apart(self, other: Backbone) -> float:
+    def apart(self, other: "Backbone") -> float:
         """Median relative distance of another one at the same amplitudes; nan where they share too few."""
         if len(self.amplitude) < 2:
             return np.nan

@@ -1,14 +1,10 @@
 """Factors between units that have a name."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.thresholds import NAMED
-
-__all__ = ["OF_FORCE", "OF_RESPONSE", "factor_text", "name_of"]
 
 POUND_FORCE_N = 4.4482216152605
 FOOT_m, INCH_m = 0.3048, 0.0254

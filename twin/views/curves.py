@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, is_response
 from recordings.run import Run
+from twin.arrays import Array
 from twin.diagnose.fitted_model import FittedModel, modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.baseline_parameters import BaselineParameters
@@ -22,8 +22,6 @@ from twin.structure import DrawnPart, Structure, drawn_places, layer_points
 from twin.structure.mode_law import LayerModes, mode_functions
 from twin.structure.modelled_rig import ModelledRig
 from twin.views.receptance import per_force
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator
-from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.identify.measured_data import MeasuredData
@@ -18,8 +17,6 @@ from twin.views.curves import Fitted, LawBand, about_each_resonance, broadband_r
 from twin.views.drawing import Drawing
 from twin.views.receptance import per_force, per_force_label
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
-
-Array = NDArray[Any]
 
 WIDTH_IN = 9.0
 ATTRIBUTE = {"model": "after"}

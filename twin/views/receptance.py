@@ -1,15 +1,12 @@
 """What a response channel reads per force, in the units of the pictures: displacement in mm, strain in µm/m."""
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.quantities import is_motion, is_response, quantity
 from recordings.run import Channel
-
-Array = NDArray[Any]
+from twin.arrays import Array
 
 
 def per_force(response: Array, name: str, frequency_Hz: Array) -> Array:

@@ -8,8 +8,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import Place
 from twin.structure import DrawnPart, drawn_parts, point_of
@@ -17,8 +17,6 @@ from twin.structure.modelled_rig import ModelledRig
 from twin.views.curves import Fitted, modelled_by, sensor_places
 from twin.views.figures import WIDTH_IN, Drawing, legend
 from twin.views.style import level_colour
-
-Array = NDArray[Any]
 
 JOINT, DRIVE, SENSOR, SUPPORT = "#d55e00", "#cc79a7", "#009e73", "#5f5f5f"
 MODES = 4

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.errors import printable
 from recordings.run import Event, SampleBlock, Step, StepState
+from twin.arrays import Array
 from twin.procedures import StepResult
 from twin.views.extremes import extremes
 from twin.views.live.about import LiveAbout
@@ -21,8 +21,6 @@ from twin.views.receptance import farthest_response
 from twin.views.rerun.rrd import entity, log_line, log_view, send_layout
 from twin.views.style import level_colour, on_dark, unit_text
 from twin.views.table import markdown_text
-
-Array = NDArray[Any]
 
 TIME = "time"
 

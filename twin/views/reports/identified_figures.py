@@ -1,14 +1,11 @@
 """Pictures of an identification: the law with the papers' polynomials, and how its regularisation was chosen."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
-from numpy.typing import NDArray
 
 from twin.identify.identified import Identified
 from twin.identify.measured_data import MeasuredData
@@ -18,8 +15,6 @@ from twin.rigs import LayerLawTable
 from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
 from twin.views.figures import WIDTH_IN, Drawing, draw_law, dressed, frame_law, legend, panels, unmeasured_entry
 from twin.views.style import AFTER, BEFORE, INK, level_colour
-
-Array = NDArray[Any]
 
 
 def identified_law_figure(found: Identified, evidence: MeasuredData) -> Figure:

@@ -1,13 +1,12 @@
 """Where the named causes sit: their regions of 95 % on the structure, and the sensor that would tell more."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.result import Diagnosis, Estimate, NamedCause
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import Place
@@ -16,8 +15,6 @@ from twin.views.figures import WIDTH_IN, Drawing, legend
 from twin.views.page import Picture, Section
 from twin.views.rig_figure import SENSOR, draw_rest, scatter
 from twin.views.style import level_colour
-
-Array = NDArray[Any]
 
 SAMPLES = 25
 """Points of a region along a beam."""

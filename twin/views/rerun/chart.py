@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.errors import printable
+from twin.arrays import Array
 from twin.views.rerun.rrd import entity
 from twin.views.style import on_dark, tick_text, ticks
-
-Array = NDArray[Any]
 
 WIDTH, HEIGHT = 1000.0, 640.0
 """Of the frame, unless a chart asks for another width."""

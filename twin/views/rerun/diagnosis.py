@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
@@ -31,8 +30,6 @@ from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun.parts import SLOW_MOTION
 from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
-
-Array = NDArray[Any]
 
 UNREACHED = "#5f5f5f"
 

@@ -1,13 +1,12 @@
 """How well a diagnosis's models fit: residuals by channel, harmonic and level, backbones, L-curve, iterations."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
+from twin.arrays import Array
 from twin.diagnose.comparison import SweepComparison, predicted_harmonics
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.result import Diagnosis
@@ -20,8 +19,6 @@ from twin.views.curves import about_each_resonance, compared_models, resonance_n
 from twin.views.receptance import per_force, reading_label
 from twin.views.rerun.chart import Axis, Chart, common_range
 from twin.views.style import INK, KIND, level_colour
-
-Array = NDArray[Any]
 
 FULL = 1900.0
 """Width of a chart that has half a screen's height and most of its width."""

@@ -1,12 +1,10 @@
 """Motions slowed down: the rig in space, and each joint with its opening and slip enlarged; the joints' loops."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from twin.identify.measured_data import MeasuredData
 from twin.structure import drawn_parts
@@ -16,8 +14,6 @@ from twin.views.rerun.chart import Axis, Chart
 from twin.views.rerun.parts import SLOW_MOTION, animate_parts, cycle, seen_from
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
-
-Array = NDArray[Any]
 
 OPEN, PRESSED = "#d55e00", "#0072b2"
 

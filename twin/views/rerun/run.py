@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.errors import printable
 from recordings.run import Run, StepState
+from twin.arrays import Array
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
@@ -20,8 +20,6 @@ from twin.views.rerun.chart import Axis, Chart, common_range
 from twin.views.rerun.rrd import entity, log_line, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, on_dark, unit_text
-
-Array = NDArray[Any]
 
 BLOCK = 65536
 MOST_SAMPLES = 2_000_000

@@ -6,17 +6,15 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from recordings.quantities import quantity
 from recordings.tables import FrequencyTable, SweepTable
+from twin.arrays import Array
 from twin.views.receptance import per_force
 from twin.views.rerun.chart import Axis, Chart
 from twin.views.rerun.rrd import recording_file, send_layout
 from twin.views.style import MEASURED, level_colour, unit_text
 from twin.views.table import Table, markdown_text, table_markdown
-
-Array = NDArray[Any]
 
 WIDE = 2400.0
 """Width of a chart that has a third of a screen's height and most of its width."""
