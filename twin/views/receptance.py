@@ -7,6 +7,7 @@ import numpy as np
 from recordings.quantities import is_motion, is_response, quantity
 from recordings.run import Channel
 from twin.arrays import Array
+from twin.views.style import unit_text
 
 
 def per_force(response: Array, name: str, frequency_Hz: Array) -> Array:
@@ -21,6 +22,11 @@ def per_force_label(channel: str, name: str) -> str:
     measured = quantity(name)
     what = f"receptance at {channel}" if is_motion(name) else f"{measured.reads} at {channel} per force"
     return f"{what}, {measured.pictured}/N"
+
+
+def response_label(channel: str, unit: str, force: str = "force") -> str:
+    """Of an axis: ``|acc1 / force|, m/s²/N``."""
+    return f"|{channel} / {force}|, {unit_text(unit)}/N"
 
 
 def reading_label(channel: str, name: str) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from twin.rigs.modal import ModalRig
-from twin.views.figures import dressed, legend, panels
+from twin.views.drawing import draw_band, dressed, legend, panels
 from twin.views.page import Page, Picture, Section
 from twin.views.style import AFTER, BEFORE, MEASURED
 from twin.views.table import Table
@@ -52,20 +52,18 @@ def mode_figure(model: ModalRig) -> Figure:
     a = np.array(law.amplitude_m_per_s2)
     frequency, damping = np.array(law.frequency_Hz), np.array(law.damping_ratio)
     spreads = (np.array(law.frequency_std_Hz), damping * np.array(law.damping_relative_std))
-    figure, row = panels(2, height_in=3.4)
+    figure, (row,) = panels(1, 2, height_in=3.4)
     points = np.array([(v.amplitude_m_per_s2, v.frequency_Hz, v.damping_ratio) for v in model.level])
     shifted = np.array([v.shifted for v in model.level])
     for axes, curve, std, column, label in zip(
         row, (frequency, damping), spreads, (1, 2), ("resonance, Hz", "damping ratio"), strict=True
     ):
-        axes.fill_between(a, curve - std, curve + std, color=AFTER, alpha=0.2, linewidth=0)
-        axes.plot(a, curve, color=AFTER, label="law, ± one standard deviation")
+        draw_band(axes, a, curve, std, colour=AFTER, label="law, ± one standard deviation")
         axes.plot(points[~shifted, 0], points[~shifted, column], "o", color=MEASURED, markersize=5, label="sweep")
         if shifted.any():
             axes.plot(points[shifted, 0], points[shifted, column], "s", color=BEFORE, markersize=6, label="shifted")
-        axes.set(xlabel=f"amplitude at {model.channel}, m/s²", ylabel=label)
-        dressed(axes)
-    legend(figure, row[0].get_legend_handles_labels()[0])
+        dressed(axes, xlabel=f"amplitude at {model.channel}, m/s²", ylabel=label)
+    legend(figure)
     return figure
 
 

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis
 from twin.rigs.modal import ModalRig
-from twin.views.figures import bars, dressed, error_bars, legend, panels
+from twin.views.drawing import draw_band, dressed, legend, panels
+from twin.views.figures import bars, error_bars
 from twin.views.page import Page, Picture, Section, Table
 from twin.views.reports.diagnosis import ACCENT, causes_section, excluded_section
 from twin.views.style import AFTER, BEFORE, MEASURED
@@ -154,26 +155,24 @@ def _sweeps(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Section:
 
 
 def _sweep_figure(diagnosis: TableDiagnosis, rows: Sequence[SweepRow]) -> Figure:
-    figure, (left, right) = panels(2, height_in=3.4)
+    figure, ((left, right),) = panels(1, 2, height_in=3.4)
     assert isinstance(diagnosis.model, ModalRig)
     law = diagnosis.model.law
     assert law is not None
     a, f, std = (np.array(v) for v in (law.amplitude_m_per_s2, law.frequency_Hz, law.frequency_std_Hz))
-    left.fill_between(a, f - std, f + std, color=AFTER, alpha=0.2, linewidth=0)
-    left.plot(a, f, color=AFTER, label="smooth law")
-    amplitude, resonance = ([getattr(row, name) for row in rows] for name in ("amplitude_m_per_s2", "frequency_Hz"))
+    draw_band(left, a, f, std, colour=AFTER, label="smooth law")
+    amplitude, resonance = [row.amplitude_m_per_s2 for row in rows], [row.frequency_Hz for row in rows]
     left.plot(amplitude, resonance, "o", color=MEASURED, markersize=5, label="sweep by itself")
-    left.set(title="Resonance", xlabel="amplitude, m/s²", ylabel="frequency, Hz")
+    dressed(left, title="Resonance", xlabel="amplitude, m/s²", ylabel="frequency, Hz")
     errors = [
         ("law of all others", [100 * row.force_error for row in rows], BEFORE),
         ("own mode", [100 * row.own_error for row in rows], AFTER),
     ]
-    right.set(title="Error of the force", xlabel="sweep", ylabel="rms error, %")
-    bars(right, errors, [row.sweep for row in rows])
+    names = [row.sweep for row in rows]
+    bars(right, errors, names, title="Error of the force", xlabel="sweep", ylabel="rms error, %")
     highest = max([row.force_error for row in rows if row.inside] + [row.own_error for row in rows])
-    dressed(left)
     right.set_ylim(0, 130 * highest)  # the ends are extrapolated and may lie far above
-    legend(figure, [*left.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]])
+    legend(figure)
     return figure
 
 

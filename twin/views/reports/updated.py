@@ -7,11 +7,12 @@ from matplotlib.figure import Figure
 
 from twin.identify.estimate import Estimate
 from twin.identify.responses.updating import Updated
-from twin.views.drawing import Drawing
-from twin.views.figures import dressed, legend
+from twin.views.drawing import dressed, legend, panels
+from twin.views.figures import draw_measured
 from twin.views.page import Page, Picture, Section
+from twin.views.receptance import response_label
 from twin.views.reports.answer import estimate_text
-from twin.views.style import AFTER, MEASURED, unit_text
+from twin.views.style import AFTER
 from twin.views.table import Table
 
 
@@ -67,19 +68,14 @@ def responses_figure(found: Updated, index: int = 0) -> Figure:
     assert found.found is not None
     evidence = found.found.evidence
     data = evidence.broadband[index]
-    figure = Drawing(figsize=(7.2, 3.2), layout="constrained")
-    axes = figure.subplots(1, len(data.channels), squeeze=False)[0]
+    figure, (row,) = panels(1, len(data.channels), height_in=3.2)
     predicted = np.abs(found.predicted(index))
-    for o, channel in enumerate(data.channels):
-        axes[o].semilogy(
-            data.frequency_Hz, np.abs(data.H[:, o]), color=MEASURED, label="measured", linestyle="none", marker="o",
-            markersize=2.0,
-        )  # fmt: skip
-        axes[o].semilogy(data.frequency_Hz, predicted[:, o], color=AFTER, label="updated model", linewidth=0.9)
-        axes[o].set(title=channel, ylabel=f"|{channel} / force|, {unit_text(evidence.units[channel])}/N")
-        axes[o].set(xlabel="frequency, Hz")
-        dressed(axes[o])
-    legend(figure, axes[0].get_lines())
+    for o, (axes, channel) in enumerate(zip(row, data.channels, strict=True)):
+        draw_measured(axes, data.frequency_Hz, np.abs(data.H[:, o]))
+        axes.semilogy(data.frequency_Hz, predicted[:, o], color=AFTER, label="updated model", linewidth=0.9)
+        label = response_label(channel, evidence.units[channel])
+        dressed(axes, title=channel, xlabel="frequency, Hz", ylabel=label)
+    legend(figure)
     return figure
 
 

@@ -4,14 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from twin.arrays import Array
 from twin.diagnose.result import Diagnosis, Estimate, NamedCause
 from twin.identify.measured_data import MeasuredData
 from twin.rigs import Place
 from twin.structure import Structure, drawn_parts, point_of
-from twin.views.figures import WIDTH_IN, Drawing, legend
+from twin.views.drawing import WIDTH_IN, Drawing, legend
 from twin.views.page import Picture, Section
 from twin.views.rig_figure import SENSOR, draw_rest, scatter
 from twin.views.style import level_colour
@@ -96,15 +95,11 @@ def where_figure(
     parts = drawn_parts(structure)
     figure = Drawing(figsize=(WIDTH_IN, 3.6), layout="constrained")
     axes, flat = draw_rest(figure, parts)
-    entries = []
     for number, (name, points) in enumerate(regions.items()):
-        colour = level_colour(number)
-        scatter(axes, points, colour, "o", 60, flat=flat)
-        entries.append(Line2D([], [], color=colour, marker="o", linestyle="none", label=name))
-    scatter(axes, np.array([point_of(structure, place) for place in sensors]), SENSOR, "s", 22, flat=flat)
-    entries.append(Line2D([], [], color=SENSOR, marker="s", linestyle="none", label="sensors"))
+        scatter(axes, points, level_colour(number), "o", 60, flat=flat, label=name)
+    at = np.array([point_of(structure, place) for place in sensors])
+    scatter(axes, at, SENSOR, "s", 22, flat=flat, label="sensors")
     if added is not None:
-        scatter(axes, point_of(structure, added)[None], NEXT, "*", 160, flat=flat)
-        entries.append(Line2D([], [], color=NEXT, marker="*", linestyle="none", label="sensor to add"))
-    legend(figure, entries)
+        scatter(axes, point_of(structure, added)[None], NEXT, "*", 160, flat=flat, label="sensor to add")
+    legend(figure)
     return figure

@@ -21,7 +21,7 @@ from twin.views.curves import (
     resonance_names,
 )
 from twin.views.operating import modal_motion, operating_motions
-from twin.views.receptance import per_force, per_force_label
+from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.reports.diagnosis import diagnosis_page
 from twin.views.reports.where import regions_of
 from twin.views.rerun.chart import Axis, Chart, common_range
@@ -29,9 +29,7 @@ from twin.views.rerun.fit import draw_backbones, draw_history, draw_l_curve, dra
 from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun.parts import SLOW_MOTION
 from twin.views.rerun.rrd import recording_file, send_layout
-from twin.views.style import INK, KIND, MEASURED, level_colour, unit_text
-
-UNREACHED = "#5f5f5f"
+from twin.views.style import INK, KIND, MEASURED, NOISE, level_colour
 
 
 def save_diagnosis(diagnosis: Diagnosis, path: Path) -> None:
@@ -178,7 +176,7 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
                 f"{channel}, broadband",
                 Axis("frequency, Hz", x_range),
                 Axis.over(
-                    f"|{channel} / force|, {unit_text(evidence.units[channel])}/N",
+                    response_label(channel, evidence.units[channel]),
                     [measured, *sizes.values()],
                     log=True,
                 ),
@@ -198,7 +196,7 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
             )
             for kind, gap in gaps.items():
                 chart.line(kind, data.frequency_Hz, gap, KIND[kind], width=1.5)
-            chart.line("noise", data.frequency_Hz, noise, "#5f5f5f", width=1.5)
+            chart.line("noise", data.frequency_Hz, noise, NOISE, width=1.5)
             errors.append(chart.close())
     return [*responses, *errors]
 
@@ -236,7 +234,7 @@ def _law_chart(recording: rr.RecordingStream, bands: Mapping[str, LawBand]) -> r
     for i, end_m in enumerate(accepted.reach_m):
         if chart.x.ends[0] < 1e6 * end_m < chart.x.ends[1]:
             at = np.full(2, 1e6 * end_m)
-            chart.line(f"reach/{i}", at, np.array(chart.y.ends), UNREACHED, width=1, dashed=True, legend=False)
+            chart.line(f"reach/{i}", at, np.array(chart.y.ends), NOISE, width=1, dashed=True, legend=False)
     chart.tell("thin: one standard deviation", INK, "line")
-    chart.tell("how far data reach", UNREACHED, "dashed")
+    chart.tell("how far data reach", NOISE, "dashed")
     return chart.close()

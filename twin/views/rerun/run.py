@@ -14,7 +14,7 @@ from twin.arrays import Array
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.receptance import per_force, per_force_label
+from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.rerun.backbone import draw_backbone
 from twin.views.rerun.chart import Axis, Chart, common_range
 from twin.views.rerun.rrd import entity, log_line, log_view, recording_file, send_layout
@@ -218,7 +218,7 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             f"H1, {channel}",
             Axis.over("frequency, Hz (where the coherence is above 0.5)", [frequency for _, frequency, _ in kept]),
             Axis.over(
-                f"|{channel} / {force}|, {unit_text(run.channels[channel].unit)}/N",
+                response_label(channel, run.channels[channel].unit, force),
                 [size for _, _, size in kept],
                 log=True,
             ),
