@@ -13,18 +13,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import refuse_existing
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import (
-    console,
-    json_option,
-    next_step,
-    overwrite_option,
-    print_json,
-    progress_bar,
-    say,
-    stage,
-)
-from twin.commands.common.own_code import laws_option
+from twin.commands.common.options import FILE, FiniteRange, json_option, laws_option, overwrite_option
+from twin.commands.common.output import console, next_step, print_json, progress_bar, say, stage
 from twin.commands.common.viewing import Watch, WatchOptions, known_branches, view_options, watched
 
 if TYPE_CHECKING:
@@ -37,8 +27,8 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("procedure_name", metavar="[PROCEDURE]", required=False)
-@click.option("--instruments", required=True, type=click.Path(path_type=Path), help="Devices and their addresses.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="RUN", help="The recording to be made.")
+@click.option("--instruments", required=True, type=FILE, help="Devices and their addresses.")
+@click.option("--out", required=True, type=FILE, metavar="RUN", help="The recording to be made.")
 @click.option("--rig", "rig_name", metavar="RIG", help="What is assumed of the rig, attached to the recording.")
 @click.option("--preload", metavar="NAME", help="The joint's preload, by its name in the rig file.")
 @click.option("--seconds", type=FiniteRange(min=0, min_open=True), help="Without a procedure: how long.")

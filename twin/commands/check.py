@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from twin.commands.common.output import json_option, next_step, print_json, say, working
+from twin.commands.common.options import FILE, json_option
+from twin.commands.common.output import next_step, print_json, say, working
 
 if TYPE_CHECKING:
     from recordings.check import CheckReport
@@ -19,13 +20,11 @@ LISTED = 20
 
 
 @click.command(name="check")
-@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--rig", "rig_name", metavar="RIG", help="A shipped rig's name or a TOML file, which the runs are looked at beside."
 )
-@click.option(
-    "--recover", "out", type=click.Path(path_type=Path), help="Write what is still complete to this new file."
-)
+@click.option("--recover", "out", type=FILE, help="Write what is still complete to this new file.")
 @json_option
 def command(runs: tuple[Path, ...], rig_name: str | None, out: Path | None, as_json: bool) -> int:
     """Check RUNs (.mcap) against the recording contract; a .csv is checked as a table of sweeps or of modes.

@@ -12,8 +12,8 @@ import click
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, write_json
-from twin.commands.common.own_code import causes_option
+from twin.commands.common.options import FILE, causes_option, json_option, overwrite_option
+from twin.commands.common.output import print_json, say, write_json
 from twin.commands.common.served import ServedRig, ServedRigError
 from twin.commands.common.stages import Stages
 from twin.commands.demo_ending import tell_result
@@ -34,7 +34,7 @@ RESULTS = (RESULT, REPORT, VIEW, TRUTH, "broadband.mcap", "run.mcap", "held-out.
 
 
 @click.command(short_help="The main job from end to end, on a rig with a hidden effect.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results; demo-SEED.")
+@click.option("--out", type=FILE, metavar="DIR", help="Folder of the results; demo-SEED.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is hidden and of the noise; any if left out.")
 @click.option("--cause", metavar="NAME", help="Hide this cause, or none, instead of drawing one.")
 @overwrite_option

@@ -11,7 +11,8 @@ import click
 
 from recordings.beside import temporary_folder
 from recordings.errors import InputError
-from twin.commands.common.output import json_option, print_json, progress_bar, say, stage
+from twin.commands.common.options import json_option
+from twin.commands.common.output import print_json, progress_bar, say, stage
 
 
 @click.command(name="faults")

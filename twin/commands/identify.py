@@ -10,19 +10,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.output import (
-    json_option,
-    next_step,
-    overwrite_option,
-    print_json,
-    print_tables,
-    say,
-    tell_assumed,
-    typed,
-    working,
-)
-from twin.commands.common.own_code import causes_option, laws_option
-from twin.commands.common.scatter import scatter_option
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option, scatter_option
+from twin.commands.common.output import next_step, print_json, print_tables, say, tell_assumed, typed, working
 
 if TYPE_CHECKING:
     from twin.lab.identified_joint import IdentifiedJoint
@@ -32,12 +21,12 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
-@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option("--preload", metavar="NAME", help="State of the joint; what the recordings name if left out.")
-@click.option("--out", required=True, metavar="MODEL", type=click.Path(path_type=Path), help="The model, TOML.")
+@click.option("--out", required=True, metavar="MODEL", type=FILE, help="The model, TOML.")
 @click.option(
-    "--report", metavar="FILE", type=click.Path(path_type=Path),
+    "--report", metavar="FILE", type=FILE,
     help="The report, HTML; beside the model and named like it if left out.",
 )  # fmt: skip
 @scatter_option

@@ -15,19 +15,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.staging import staged_folder
-from twin.commands.common.output import (
-    json_option,
-    next_step,
-    overwrite_option,
-    plain,
-    print_json,
-    say,
-    stage,
-    tell_assumed,
-    typed,
-    write_json,
-)
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
+from twin.commands.common.output import next_step, plain, print_json, say, stage, tell_assumed, typed, write_json
 from twin.commands.common.rehearsing import Meter, run_here, run_side_by_side
 from twin.commands.common.viewing import WatchOptions, known_branches, view_options, watched
 
@@ -44,7 +33,7 @@ RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report
 @click.command()
 @click.argument("procedure", metavar="PROCEDURE")
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
-@click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder of the results.")
+@click.option("--out", required=True, metavar="DIR", type=FILE, help="Folder of the results.")
 @click.option(
     "--preload", "preloads", multiple=True, metavar="NAME",
     help="State of the joint; the rig's first if left out.  Several are rehearsed side by side, each in DIR/NAME.",

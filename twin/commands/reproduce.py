@@ -4,7 +4,8 @@ from dataclasses import asdict
 
 import click
 
-from twin.commands.common.output import json_option, print_json, print_tables, working
+from twin.commands.common.options import json_option
+from twin.commands.common.output import print_json, print_tables, working
 
 STUDIES = ("steel-lap-joint", "composite-beam", "hybrid-joint")
 

@@ -9,8 +9,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
-from twin.commands.common.output import json_option, overwrite_option, print_json, say, tell_assumed, working
-from twin.commands.common.own_code import causes_option, laws_option
+from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option
+from twin.commands.common.output import print_json, say, tell_assumed, working
 from twin.commands.rig_export import command as export_command
 from twin.commands.rig_import import command as import_command
 
@@ -28,8 +28,8 @@ def command() -> None:
 @command.command("show")
 @click.argument("rig", metavar="RIG")
 @click.option("--preload", metavar="NAME", help="State of the joints; the rig's first if left out.")
-@click.option("--save", metavar="FILE.rrd", type=click.Path(path_type=Path), help="The rig and its modes for rerun.")
-@click.option("--picture", metavar="FILE.png", type=click.Path(path_type=Path), help="The same as a picture.")
+@click.option("--save", metavar="FILE.rrd", type=FILE, help="The rig and its modes for rerun.")
+@click.option("--picture", metavar="FILE.png", type=FILE, help="The same as a picture.")
 @causes_option
 @laws_option
 @overwrite_option

@@ -14,8 +14,8 @@ import click
 
 from recordings.errors import InputError
 from recordings.whole import check_writable, whole_file
-from twin.commands.common.numbers import FiniteRange
-from twin.commands.common.output import overwrite_option, say
+from twin.commands.common.options import FiniteRange, overwrite_option
+from twin.commands.common.output import say
 from twin.commands.common.stopping import ASKED
 
 if TYPE_CHECKING:
@@ -43,27 +43,15 @@ _OPTIONS = [
     ),
     click.option("--baud", type=click.IntRange(300, 20_000_000), help="Make the line as slow as a wire."),
     click.option(
-        "--watchdog",
-        type=FiniteRange(0.1, 60.0),
-        default=5.0,
-        show_default=True,
-        metavar="S",
+        "--watchdog", type=FiniteRange(0.1, 60.0), default=5.0, show_default=True, metavar="S",
         help="How long the generator drives on for a stream whose client has gone.",
     ),
     click.option(
-        "--idle",
-        type=FiniteRange(1.0, 86400.0),
-        default=300.0,
-        show_default=True,
-        metavar="S",
+        "--idle", type=FiniteRange(1.0, 86400.0), default=300.0, show_default=True, metavar="S",
         help="A client that is silent for so long is hung up.",
     ),
     click.option(
-        "--drive-limit",
-        type=FiniteRange(0.0, 10.0),
-        default=10.0,
-        show_default=True,
-        metavar="V",
+        "--drive-limit", type=FiniteRange(0.0, 10.0), default=10.0, show_default=True, metavar="V",
         help="Amplitude of the generator that no client can pass.",
     ),
     click.option("--speed", default="1", metavar="N|fast", show_default=True, help="Multiple of real time."),

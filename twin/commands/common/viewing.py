@@ -15,6 +15,7 @@ from recordings.errors import InputError
 from recordings.run import Event, SampleBlock, Step
 from recordings.streams import Acquisition
 from recordings.whole import check_writable
+from twin.commands.common.options import FILE
 from twin.commands.common.output import console, say
 
 if TYPE_CHECKING:
@@ -32,9 +33,7 @@ def view_options(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(*arguments, watch=WatchOptions(view, view_to, save_view), **others)
 
     for option in (
-        click.option(
-            "--save-view", type=click.Path(path_type=Path), metavar="FILE.rrd", help="Keep the live view in a file."
-        ),
+        click.option("--save-view", type=FILE, metavar="FILE.rrd", help="Keep the live view in a file."),
         click.option("--view-to", metavar="HOST:PORT", help="Show the run as it happens in a rerun viewer that runs."),
         click.option("--view", is_flag=True, help="Show the run as it happens, in a viewer of its own on loopback."),
     ):
