@@ -24,7 +24,8 @@ from twin.commands.common.output import (
 )
 
 if TYPE_CHECKING:
-    from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
+    from twin.lab.diagnosed import DiagnosedRecordings
+    from twin.lab.diagnosed_tables import DiagnosedTables
 
 REPORT, RESULT = "report.html", "result.json"
 RESULTS = (REPORT, RESULT, "extended.toml", "extended-*", "next.toml", "view.rrd")

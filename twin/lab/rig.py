@@ -28,7 +28,8 @@ from twin.views.table import Table
 
 if TYPE_CHECKING:
     from twin.checks import FirstLook
-    from twin.lab.diagnosed import DiagnosedRecordings, DiagnosedTables
+    from twin.lab.diagnosed import DiagnosedRecordings
+    from twin.lab.diagnosed_tables import DiagnosedTables
     from twin.lab.identified_joint import Beside, IdentifiedJoint
     from twin.lab.identified_mode import IdentifiedMode
     from twin.lab.identified_moduli import IdentifiedModuli
@@ -296,15 +297,13 @@ class LabRig(Shown):
             if len(paths) != len(learnt) + len(kept):
                 raise InputError(paths[0], "", "stands beside recordings in memory", "give either")
             from twin.identify.time_limit import time_limit
-            from twin.lab.diagnosed import DiagnosedTables
-            from twin.lab.tables import diagnose_tables
+            from twin.lab.diagnosed_tables import diagnose_tables
 
             with told_in_one_line(paths[0], stages), time_limit(end_s):
-                found = diagnose_tables(
+                return diagnose_tables(
                     paths[: len(learnt)], paths[len(learnt) :], self.file, source=self.source, preloads=preloads,
                     report=stages,
                 )  # fmt: skip
-            return DiagnosedTables(found)
         rig = self._structure()
         asked_for = one_preload(preloads, rig)
         stages("reading, and a first look")

@@ -222,6 +222,55 @@ class Chart:
             )
 
 
+@dataclass(frozen=True)
+class Curve:
+    """A curve of a chart, or markers, as `kind` says: ``line``, ``dashed`` or ``point``.
+
+    `name` is its entity's, and the legend's where it has a place there; `size` is its width, or a marker's radius.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    colour: str
+    kind: str = "line"
+    size: float = 2.0
+    legend: bool = False
+
+
+def draw_chart(
+    recording: rr.RecordingStream, path: str, title: str, x: str, y: str, curves: Sequence[Curve], *,
+    told: Sequence[tuple[str, str, str]] = (), log: str = "", margin: float = 0.06, **options: Any,
+) -> rrb.Spatial2DView:  # fmt: skip
+    """A chart whose axes hold its curves, a linear vertical one zero too.
+
+    Parameters
+    ----------
+    x, y
+        What the axes are called, with their units.
+    told
+        Further entries of the legend, as :meth:`Chart.tell` takes them.
+    log
+        Which axes are logarithmic: ``x``, ``y`` or ``xy``.
+    options
+        Of the :class:`Chart`.
+    """
+    heights = [curve.y for curve in curves] + ([] if "y" in log else [np.zeros(1)])
+    across = Axis.over(x, [curve.x for curve in curves], log="x" in log, margin=margin)
+    chart = Chart(recording, path, title, across, Axis.over(y, heights, log="y" in log, margin=margin), **options)
+    for curve in curves:
+        if curve.kind == "point":
+            chart.points(curve.name, curve.x, curve.y, curve.colour, size=curve.size, legend=curve.legend)
+        else:
+            dashed = curve.kind == "dashed"
+            chart.line(
+                curve.name, curve.x, curve.y, curve.colour, width=curve.size, dashed=dashed, legend=curve.legend
+            )  # fmt: skip
+    for entry in told:
+        chart.tell(*entry)
+    return chart.close()
+
+
 def _text(at: list[list[float]], texts: list[str], colour: tuple[int, int, int] = TEXT) -> Any:
     """Labels hung on points too small to see."""
     labels, radii = [printable(text) for text in texts], rr.Radius.ui_points(0.01)

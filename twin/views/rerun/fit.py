@@ -17,7 +17,7 @@ from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 from twin.views.curves import about_each_resonance, compared_models, resonance_names
 from twin.views.receptance import per_force, reading_label
-from twin.views.rerun.chart import Axis, Chart, common_range
+from twin.views.rerun.chart import Axis, Chart, Curve, common_range, draw_chart
 from twin.views.style import INK, KIND, level_colour
 
 FULL = 1900.0
@@ -110,21 +110,17 @@ def _backbone(
     evidence = diagnosis.evidence
     output = evidence.outputs[evidence.reference]
     kinds = ("measured", *compared_models(diagnosis))
-    lines = {kind: _tops(sweeps, kind, evidence.reference, output.quantity) for kind in kinds}
-    chart = Chart(
-        recording,
-        path,
-        f"Backbone at {output.channel}{where}",
-        Axis.over("frequency of each sweep's largest step, Hz", [x for x, _ in lines.values()], margin=0.15),
-        Axis.over(reading_label(output.channel, output.quantity), [np.zeros(1), *(y for _, y in lines.values())]),
-        width=FULL,
-    )
-    for kind, (x, y) in lines.items():
-        dashed = kind == "before"
-        chart.line(f"{kind}/line", x, y, KIND[kind], width=1.5, dashed=dashed, legend=False)
-        chart.points(f"{kind}/points", x, y, KIND[kind], size=5.0 if kind == "measured" else 3.0, legend=False)
-        chart.tell(kind, KIND[kind], {"measured": "point", "before": "dashed"}.get(kind, "line"))
-    return chart.close()
+    curves, told = [], []
+    for kind in kinds:
+        x, y = _tops(sweeps, kind, evidence.reference, output.quantity)
+        size, style = (5.0, "point") if kind == "measured" else (3.0, "dashed" if kind == "before" else "line")
+        curves.append(Curve(f"{kind}/line", x, y, KIND[kind], "dashed" if kind == "before" else "line", 1.5))
+        curves.append(Curve(f"{kind}/points", x, y, KIND[kind], "point", size))
+        told.append((kind, KIND[kind], style))
+    return draw_chart(
+        recording, path, f"Backbone at {output.channel}{where}", "frequency of each sweep's largest step, Hz",
+        reading_label(output.channel, output.quantity), curves, told=told, margin=0.1, width=FULL,
+    )  # fmt: skip
 
 
 def _tops(sweeps: Sequence[SweepComparison], kind: str, output: int, quantity: str) -> tuple[Array, Array]:
@@ -164,42 +160,33 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
             curves[kind] = curve
     if not curves:
         return None
-    chart = Chart(
-        recording,
-        "/l_curve",
-        "L-curves of the last fits",
-        Axis.over("residual: root of chi²", [curve.residual_norm for curve in curves.values()], log=True),
-        Axis.over("departure from the prior, in its σ", [curve.solution_norm for curve in curves.values()], log=True),
-        width=FULL,
-    )
+    drawn = []
     for kind, curve in curves.items():
-        chart.line(kind, curve.residual_norm, curve.solution_norm, KIND[kind], dashed=kind == "before")
+        style, x, y = "dashed" if kind == "before" else "line", curve.residual_norm, curve.solution_norm
+        drawn.append(Curve(kind, x, y, KIND[kind], style, legend=True))
         for name, strength, size in (("corner", curve.corner, 3.0), ("fit", 1.0, 6.0)):
             if curve.strength[0] <= strength <= curve.strength[-1]:
-                at = int(np.argmin(np.abs(np.log(curve.strength / strength))))
-                place = curve.residual_norm[at : at + 1], curve.solution_norm[at : at + 1]
-                chart.points(f"{kind}/{name}", *place, KIND[kind], size=size, legend=False)
-    chart.tell("large: the fit, small: the corner", INK, "point")
-    return chart.close()
+                at = [int(np.argmin(np.abs(np.log(curve.strength / strength))))]
+                drawn.append(Curve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
+    return draw_chart(
+        recording, "/l_curve", "L-curves of the last fits", "residual: root of chi²",
+        "departure from the prior, in its σ", drawn, told=[("large: the fit, small: the corner", INK, "point")],
+        log="xy", width=FULL,
+    )  # fmt: skip
 
 
 def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spatial2DView:
     """Cost after each Gauss-Newton iteration of the last fit of each model."""
-    fits = {kind: np.array(fitted_model.solution.history) for kind, fitted_model in compared_models(diagnosis).items()}
-    longest = max(len(history) for history in fits.values())
-    chart = Chart(
-        recording,
-        "/history",
-        "Last fits, iteration by iteration",
-        Axis("iteration", (-0.5, max(longest - 0.5, 1.5))),
-        Axis.over("cost: chi² with the prior's part", list(fits.values()), log=True),
-        width=FULL,
-    )
-    for kind, history in fits.items():
-        steps = np.arange(len(history))
-        chart.line(kind, steps, history, KIND[kind], dashed=kind == "before")
-        chart.points(f"{kind}/points", steps, history, KIND[kind], legend=False)
-    return chart.close()
+    curves = []
+    for kind, fitted_model in compared_models(diagnosis).items():
+        history = np.array(fitted_model.solution.history)
+        steps, style = np.arange(len(history)), "dashed" if kind == "before" else "line"
+        curves.append(Curve(kind, steps, history, KIND[kind], style, legend=True))
+        curves.append(Curve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
+    return draw_chart(
+        recording, "/history", "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part",
+        curves, log="y", width=FULL,
+    )  # fmt: skip
 
 
 def _rms(values: Array) -> float:
