@@ -59,6 +59,7 @@ class LazyGroup(click.Group):
 
         command = importlib.import_module(f"twin.commands.{cmd_name}").command
         assert isinstance(command, click.Command)
+        command.short_help = SUMMARIES[cmd_name]
         # Lines after \b keep their breaks.
         command.epilog = "\n".join(["\b", "Examples:", *(f"  {line}" for line in EXAMPLES[cmd_name])])
         named_types(command)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SUMMARY, CONFUSION, DETECTION = "campaign.json", "confusion.png", "detection.png"
 
 
-@click.command(name="campaign", short_help="Hide causes in many virtual rigs and see how well they are found.")
+@click.command(name="campaign")
 @click.option("--out", required=True, type=FILE, help="Folder of the cases and the table.")
 @click.option(
     "--rig", "rig_names", multiple=True, default=("steel-lap-joint",), show_default=True, metavar="RIG",

@@ -33,7 +33,7 @@ RESULT, REPORT, VIEW, TRUTH = "result.json", "report.html", "run.rrd", "hidden-r
 RESULTS = (RESULT, REPORT, VIEW, TRUTH, "broadband.mcap", "run.mcap", "held-out.mcap", "extended.toml", "next.toml")
 
 
-@click.command(short_help="The main job from end to end, on a rig with a hidden effect.")
+@click.command()
 @click.option("--out", type=FILE, metavar="DIR", help="Folder of the results; demo-SEED.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), help="Of what is hidden and of the noise; any if left out.")
 @click.option("--cause", metavar="NAME", help="Hide this cause, or none, instead of drawing one.")

@@ -50,7 +50,7 @@ class _HeldOutRuns(click.Command):
         return super().parse_args(ctx, spread)
 
 
-@click.command(cls=_HeldOutRuns, name="diagnose", short_help="Show what the model gets wrong and name the cause.")
+@click.command(cls=_HeldOutRuns, name="diagnose")
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option(

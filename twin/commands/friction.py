@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 R2_WANTED = 0.97
 
 
-@click.command(short_help="Identify friction, stiffness and backlash from measured loops.")
+@click.command()
 @click.argument("loops", metavar="LOOP...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--cutoff", default=10.0, show_default=True, type=FiniteRange(0.0, min_open=True), metavar="HZ",

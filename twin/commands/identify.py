@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from twin.lab.identified_responses import IdentifiedResponses
 
 
-@click.command(short_help="Identify E', G' and the joint's nonlinear law from recordings.")
+@click.command()
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=FILE)
 @click.option("--rig", "rig_name", required=True, metavar="RIG", help="A shipped rig's name or a TOML file.")
 @click.option("--preload", metavar="NAME", help="State of the joint; what the recordings name if left out.")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from twin.identify.modes.from_record import RecordedModes
 
 
-@click.command(short_help="Natural frequencies and damping from a broadband recording, without a model.")
+@click.command()
 @click.argument("run", metavar="RUN.mcap", type=FILE)
 @click.option("--force", metavar="CHANNEL", help="The force; the only force channel if left out.")
 @click.option("--band", nargs=2, type=float, metavar="LOW HIGH", help="Hz; what the force excites if left out.")

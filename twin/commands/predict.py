@@ -9,7 +9,7 @@ from twin.commands.common.options import FILE, causes_option, json_option, laws_
 from twin.commands.common.output import print_json, say, tell_assumed, working
 
 
-@click.command(short_help="Predict responses to given frequencies and forces.")
+@click.command()
 @click.argument("model", metavar="MODEL")
 @click.option("--drive", required=True, metavar="DRIVE.csv", type=FILE, help="What to predict.")
 @click.option("--out", required=True, metavar="RESPONSE.csv", type=FILE, help="The answer.")

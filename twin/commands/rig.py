@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
 
-@click.group("rig", short_help="Show a rig, or make one from another program's matrices.")
+@click.group("rig")
 def command() -> None:
     """Look at a rig before anything is measured with it, or make one from another program's matrices."""
 

@@ -18,7 +18,7 @@ from twin.commands.common.output import console, print_json, say, working
 RESULT = "result.json"
 
 
-@click.command(name="view", short_help="Show a run, a rehearsal or a diagnosis in rerun.")
+@click.command(name="view")
 @click.argument("what", metavar="RUN|DIR", type=FILE)
 @click.option("--save", type=FILE, metavar="FILE.rrd", help="Write the view and open nothing.")
 @click.option(
