@@ -239,7 +239,7 @@ class Curve:
 
 
 def draw_chart(
-    recording: rr.RecordingStream, path: str, title: str, x: str, y: str, curves: Sequence[Curve], *,
+    recording: rr.RecordingStream, path: str, title: str, x: Axis | str, y: str, curves: Sequence[Curve], *,
     told: Sequence[tuple[str, str, str]] = (), log: str = "", margin: float = 0.06, **options: Any,
 ) -> rrb.Spatial2DView:  # fmt: skip
     """A chart whose axes hold its curves, a linear vertical one zero too.
@@ -247,7 +247,7 @@ def draw_chart(
     Parameters
     ----------
     x, y
-        What the axes are called, with their units.
+        What the axes are called, with their units; the horizontal one may be given.
     told
         Further entries of the legend, as :meth:`Chart.tell` takes them.
     log
@@ -256,7 +256,7 @@ def draw_chart(
         Of the :class:`Chart`.
     """
     heights = [curve.y for curve in curves] + ([] if "y" in log else [np.zeros(1)])
-    across = Axis.over(x, [curve.x for curve in curves], log="x" in log, margin=margin)
+    across = x if isinstance(x, Axis) else Axis.over(x, [c.x for c in curves], log="x" in log, margin=margin)
     chart = Chart(recording, path, title, across, Axis.over(y, heights, log="y" in log, margin=margin), **options)
     for curve in curves:
         if curve.kind == "point":

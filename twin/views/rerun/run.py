@@ -16,7 +16,7 @@ from twin.views.curves import SteppedSweep, about_each_resonance, parted, resona
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.rerun.backbone import draw_backbone
-from twin.views.rerun.chart import Curve, common_range, draw_chart
+from twin.views.rerun.chart import Axis, Curve, common_range, draw_chart
 from twin.views.rerun.rrd import (
     TIME,
     entity,
@@ -170,14 +170,13 @@ def _sweep_charts(
             told.append((sweep.name, colour, "point"))
         for i, (level, frequency, size) in enumerate(branches):
             colour = level_colour(levels.index(level)) if level in levels else INK
-            inside = (frequency >= low) & (frequency <= high)
-            curves.append(Curve(f"branches/{i}", frequency[inside], size[inside], colour, "dashed", 1.5))
+            curves.append(Curve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
         told += [("predicted branches", INK, "dashed")] if branches else []
         label = per_force_label(channel, run.channels[channel].quantity)
         views.append(
             draw_chart(
-                recording, f"{path}/{channel}", f"Sweeps, {channel}", "frequency, Hz", label, curves, told=told,
-                width=WIDE, text=1.2,
+                recording, f"{path}/{channel}", f"Sweeps, {channel}", Axis("frequency, Hz", (low, high)), label,
+                curves, told=told, width=WIDE, text=1.2,
             )
         )  # fmt: skip
     return views
