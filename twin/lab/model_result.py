@@ -35,6 +35,10 @@ class ModelResult(Reported):
     def file(self) -> AnyRig:
         """What is written to the model file."""
 
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """As the command prints it with ``--json``, without the model file's name."""
+
     @property
     def assumed(self) -> tuple[str, ...]:
         """What stands for what the rig file leaves out; its law was found."""
@@ -64,7 +68,7 @@ class IdentifiedModel(ModelResult):
         """What was identified, as ``twin identify --json`` prints it."""
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``twin identify --json`` prints it, without the model file's name."""
+        """As the command prints it with ``--json``, without the model file's name."""
         return {**self._values(), "assumed": list(self.assumed), "warnings": list(self.warnings)}
 
     def save(self, path: str | Path) -> None:
