@@ -17,13 +17,7 @@ MODEL = "the response per force of the rig's model"
 
 
 def look_at_scale(
-    run: str,
-    agreement: Agreement,
-    channels: Sequence[str],
-    *,
-    force: str,
-    commanded: float,
-    known: Container[str] = (),
+    run: str, agreement: Agreement, channels: Sequence[str], *, force: str, commanded: float, known: Container[str] = ()
 ) -> list[Finding]:
     """What the levels say of a run's units.
 

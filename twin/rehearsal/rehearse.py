@@ -125,12 +125,7 @@ def rehearse(
     if nominal.rig_file:
         attachments = {"rig.toml": nominal.rig_file, **attachments}
     with RunWriter(
-        recording,
-        info=info,
-        channels=list(source.channels),
-        attachments=attachments,
-        overwrite=True,
-        reproducible=True,
+        recording, info=info, channels=list(source.channels), attachments=attachments, overwrite=True, reproducible=True
     ) as writer:
         acquisition: Acquisition = DirectAcquisition(source)
         sink: RunSink = writer

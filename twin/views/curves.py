@@ -1,8 +1,8 @@
 """Numbers behind the pictures: receptances of steps, laws with their uncertainty, broadband responses."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -154,6 +154,9 @@ class Swept(Protocol):
         """Of its steps."""
 
 
+AnySweep = TypeVar("AnySweep", bound=Swept)
+
+
 class Fitted(Protocol):
     """A fitted model of whatever kind."""
 
@@ -294,11 +297,16 @@ def parted(sweep: SteppedSweep) -> list[SteppedSweep]:
     ]
 
 
-def resonance_names(sweeps: Sequence[Swept], groups: Sequence[Sequence[int]]) -> list[str]:
-    """The middle frequency of each group, such as ``155 Hz``; nothing to say of a single one."""
-    if len(groups) == 1:
-        return [""]
-    return [f"{np.median(np.concatenate([sweeps[i].frequency_Hz for i in group])):.3g} Hz" for group in groups]
+def each_resonance(sweeps: Sequence[AnySweep]) -> Iterator[tuple[str, str, list[AnySweep]]]:
+    """The sweeps about each resonance behind what tells it apart: a path such as ``/1`` and a name such as ``155 Hz``.
+
+    Both are empty where there is but one.
+    """
+    groups = about_each_resonance(sweeps) if sweeps else []
+    for number, group in enumerate(groups, 1):
+        about = [sweeps[i] for i in group]
+        name = f"{np.median(np.concatenate([sweep.frequency_Hz for sweep in about])):.3g} Hz"
+        yield (f"/{number}", name, about) if len(groups) > 1 else ("", "", about)
 
 
 def modelled_by(evidence: MeasuredData, model: Fitted) -> ModelledRig:

@@ -12,14 +12,7 @@ from twin.diagnose.comparison import SweepComparison
 from twin.diagnose.fitted_model import modification_of
 from twin.diagnose.result import Diagnosis
 from twin.identify.measured_data import MeasuredData
-from twin.views.curves import (
-    LawBand,
-    about_each_resonance,
-    broadband_responses,
-    compared_models,
-    law_bands,
-    resonance_names,
-)
+from twin.views.curves import LawBand, broadband_responses, compared_models, each_resonance, law_bands
 from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.reports.diagnosis import diagnosis_page
@@ -97,12 +90,10 @@ def _by_resonance(
     recording: rr.RecordingStream, evidence: MeasuredData, sweeps: Sequence[SweepComparison], title: str, group: str
 ) -> list[rrb.Grid]:
     """A tab of charts for the sweeps about each resonance."""
-    groups = about_each_resonance(sweeps)
     tabs = []
-    for number, (places, where) in enumerate(zip(groups, resonance_names(sweeps, groups), strict=True), 1):
-        views = _comparison(recording, evidence, [sweeps[i] for i in places], f"{group}/{number}" if where else group)
-        name = f"{title}, {where}" if where else title
-        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=name))
+    for below, where, about in each_resonance(sweeps):
+        views = _comparison(recording, evidence, about, f"{group}{below}")
+        tabs.append(rrb.Grid(*views, grid_columns=len(views) // 2, name=f"{title}, {where}" if where else title))
     return tabs
 
 

@@ -15,7 +15,7 @@ from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
-from twin.views.curves import about_each_resonance, compared_models, resonance_names
+from twin.views.curves import compared_models, each_resonance
 from twin.views.receptance import per_force, reading_label
 from twin.views.rerun.chart import Axis, Chart, Curve, common_range, draw_chart
 from twin.views.style import INK, KIND, level_colour
@@ -94,12 +94,9 @@ def draw_residuals(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.S
 
 def draw_backbones(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.Spatial2DView]:
     """Frequency and size of each sweep's largest step about each resonance, measured and of both models."""
-    sweeps = diagnosis.sweeps
-    groups = about_each_resonance(sweeps) if sweeps else []
-    chosen = [[sweeps[place] for place in group] for group in groups]
     return [
-        _backbone(recording, diagnosis, about, f"/backbone/{number}", f", {name}" if name else "")
-        for number, (about, name) in enumerate(zip(chosen, resonance_names(sweeps, groups), strict=True), 1)
+        _backbone(recording, diagnosis, about, f"/backbone{below or '/1'}", f", {name}" if name else "")
+        for below, name, about in each_resonance(diagnosis.sweeps)
         if len(about) > 1
     ]
 

@@ -12,21 +12,12 @@ from recordings.errors import printable
 from recordings.run import Run, StepState
 from twin.arrays import Array
 from twin.identify.spectrum import broadband_records, h1
-from twin.views.curves import SteppedSweep, about_each_resonance, parted, resonance_names, stepped_sweeps
+from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
 from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.rerun.backbone import draw_backbone
 from twin.views.rerun.chart import Axis, Curve, common_range, draw_chart
-from twin.views.rerun.rrd import (
-    TIME,
-    entity,
-    log_line,
-    log_samples,
-    log_series,
-    log_view,
-    recording_file,
-    send_layout,
-)
+from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, unit_text
 
@@ -138,13 +129,9 @@ def _by_resonance(
     """Charts of the sweeps, and their backbones; about several resonances, each has its own."""
     if not reduced or max(len(sweep.frequency_Hz) for sweep in reduced) < 2:
         return [], []
-    reduced = [part for sweep in reduced for part in parted(sweep)]
-    groups = about_each_resonance(reduced)
     charts: list[Any] = []
     backbones = []
-    for number, (places, where) in enumerate(zip(groups, resonance_names(reduced, groups), strict=True), 1):
-        about = [reduced[place] for place in places]
-        below = f"/{number}" if where else ""
+    for below, where, about in each_resonance([part for sweep in reduced for part in parted(sweep)]):
         views = _sweep_charts(recording, run, about, rehearsal, f"/sweeps{below}")
         charts += [rrb.Horizontal(*views, name=where)] if where else views
         backbone = draw_backbone(recording, run, about, path=f"/backbone{below}")
