@@ -1,7 +1,5 @@
 """``twin rig export``: a rig's matrices for another program."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """What a command or a call was given: recordings, frequency responses or tables, and the preload asked for."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -10,8 +8,6 @@ from recordings.responses import are_responses
 from twin.lab.recording import Recording
 from twin.rigs import Rig
 from twin.rigs.preloads import known_preload
-
-__all__ = ["AnyRun", "Runs", "are_all_responses", "are_tables", "listed", "no_scatter", "one_preload"]
 
 AnyRun = Recording | Run | str | Path
 Runs = AnyRun | Iterable[AnyRun]

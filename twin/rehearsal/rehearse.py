@@ -1,7 +1,5 @@
 """Running a procedure on a source of samples, recording it, and saying what to know before the real run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
