@@ -6,6 +6,7 @@ import numpy as np
 
 from recordings.run import Run
 from recordings.sweeps import Stretch, sweeps
+from twin.checks.agreement import RunBesideModel
 from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import LEAST_SAMPLES, NoiseResponse, SineResponse
@@ -21,33 +22,22 @@ TOP = (0.47, 0.499)
 """Of the sample rate: where a filter passes nothing."""
 
 
-def look_at_belonging(
-    run: Run,
-    noise: Sequence[NoiseResponse],
-    sines: Sequence[SineResponse],
-    expected: ExpectedResponse,
-    *,
-    force: str,
-    channels: Sequence[str],
-) -> list[Finding]:
+def look_at_belonging(seen: RunBesideModel) -> list[Finding]:
     """Channels whose noise is not the force's, or whose steps are no sines; set aside where hardly anything moves."""
+    run, force, channels, expected = seen.run, seen.force, seen.channels, seen.expected
     measured = [s for sweep in sweeps(run) for s in sweep.stretches if s.step.frequency_Hz > 0]
     findings: list[Finding] = []
     for number, channel in enumerate(channels):
-        coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in noise]
+        coherence = [_beyond_chance(float(np.median(one.coherence[:, number])), one.averages) for one in seen.noise]
         if coherence and max(coherence) < UNRELATED:
             found = f"median coherence {max(0.0, *coherence):.2g} beyond chance"
-            still = _is_still(noise, expected, number)
+            still = _is_still(seen.noise, expected, number)
             findings.append(_finding(run, channel, f"a response to {force}: coherence near 1", found, still=still))
     for number, channel in enumerate((force, *channels), start=-1):
         shares = [share for one in measured if np.isfinite(share := _share(run, channel, one))]
-        if (
-            shares
-            and np.median(shares) < NOT_A_SINE
-            and not (channel != force and _is_quiet(run, sines, expected, number))
-        ):
+        if shares and np.median(shares) < NOT_A_SINE and not (channel != force and _is_quiet(seen, number)):
             found = f"{np.median(shares):.0%} of its power there"
-            still = channel != force and _is_still(sines, expected, number)
+            still = channel != force and _is_still(seen.sines, expected, number)
             findings.append(_finding(run, channel, "sines at the steps' frequencies", found, still=still))
     return findings
 
@@ -68,11 +58,11 @@ def _is_still(responses: Sequence[NoiseResponse | SineResponse], expected: Expec
     return bool(np.median(size[:, number] / np.max(size[:, alike], axis=1)) < STILL)
 
 
-def _is_quiet(run: Run, sines: Sequence[SineResponse], expected: ExpectedResponse, number: int) -> bool:
+def _is_quiet(seen: RunBesideModel, number: int) -> bool:
     """Whether a response is small, and expected to be lost in that noise."""
-    channel = expected.model.outputs[number].channel
-    limit, samples = run.channels[channel].range, run.device_of(channel).values[channel]
-    size = [np.abs(expected.H(one.frequency_Hz)[:, number] * one.force) for one in sines]
+    channel = seen.channels[number]
+    limit, samples = seen.run.channels[channel].range, seen.run.device_of(channel).values[channel]
+    size = [np.abs(seen.expected.H(one.frequency_Hz)[:, number] * one.force) for one in seen.sines]
     power = float(np.nanvar(samples))
     if limit is None or not size or power > (QUIET * limit) ** 2:
         return False

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from twin.arrays import Array
-from twin.checks.agreement import agreement_of
+from twin.checks.agreement import RunBesideModel, agreement_of
 from twin.checks.expected import ExpectedResponse
 from twin.checks.finding import Finding
 from twin.checks.responses import NoiseResponse, SineResponse
@@ -111,24 +111,22 @@ def _resonances(f: Array, H: Array, output: Output, expected: ExpectedResponse, 
 
 
 def look_at_specimens(
-    learnt: Sequence[tuple[Sequence[NoiseResponse], Sequence[SineResponse]]],
-    held_out: Sequence[tuple[Sequence[NoiseResponse], Sequence[SineResponse]]],
-    expected: ExpectedResponse,
+    learnt: Sequence[RunBesideModel], held_out: Sequence[RunBesideModel], expected: ExpectedResponse
 ) -> list[Finding]:
     """Runs whose resonances are not those of the learnt sweeps."""
     findings: list[Finding] = []
-    learnt_sweeps = [one for _, sines in learnt for one in sines]
+    learnt_sweeps = [one for seen in learnt for one in seen.sines]
     for near_Hz in expected.resonances_Hz:
         every = backbone_of(learnt_sweeps, expected, near_Hz)
         if not len(every.amplitude):
             continue
         each = [backbone_of([one], expected, near_Hz) for one in learnt_sweeps]
         drift = max((abs(apart) for a, b in pairwise(each) if np.isfinite(apart := a.apart(b))), default=0.0)
-        for one in (sine for _, sines in held_out for sine in sines):
+        for one in (sine for seen in held_out for sine in seen.sines):
             apart = every.apart(backbone_of([one], expected, near_Hz))
             if abs(apart) > max(SPECIMEN, DRIFTING * drift):
                 findings.append(_finding(one.run, f"sweep {one.sweep}", apart, near_Hz, "at the same amplitudes"))
-        for record in (noise for noises, _ in (*learnt, *held_out) for noise in noises):
+        for record in (noise for seen in (*learnt, *held_out) for noise in seen.noise):
             resonance = noise_resonance(record, expected, near_Hz)
             apart = resonance / float(np.clip(resonance, *every.at_rest_Hz)) - 1
             if abs(apart) > SPECIMEN_IN_NOISE:
