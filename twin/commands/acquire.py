@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from recordings import Event, Indicator, RunWriter, SampleBlock, Step
     from recordings.streams import Acquisition
     from twin.procedures import Procedure, ProcedureResult, RunSink, StepResult
-    from twin.views.live.about import LiveAbout
+    from twin.rigs import Rig
 
 
 @click.command()
@@ -58,18 +58,24 @@ def command(
     from drivers.host import open_instruments
     from recordings import RunWriter
     from twin.procedures import check_channels, dump_procedure, load_procedure
+    from twin.rigs import load_rig
+    from twin.views.live.about import LiveAbout
 
     procedure = load_procedure(procedure_name) if procedure_name is not None else None
     if procedure is not None and seconds is not None:
         raise InputError("--seconds", "", "a procedure has its own duration", "leave one of them out")
-    info, attachments = _beliefs(rig_name, preload)
+    rig = load_rig(rig_name) if rig_name is not None else None
+    info, attachments = _beliefs(rig, preload)
     if procedure is not None:
         attachments["procedure.toml"] = dump_procedure(procedure)
         info |= {"procedure": Path(str(procedure_name)).stem, "stored": procedure.store}
         info |= {"drive": procedure.drive} if procedure.drive else {}
     refuse_existing(out, overwrite=overwrite)
     watch.check(overwrite=overwrite)
-    branches = _branches(rig_name, preload, procedure) if watch.wanted else []
+    branches: list[dict[str, Any]] = []
+    if watch.wanted and rig is not None and procedure is not None:
+        with console.status("predicting the branches"):
+            branches = known_branches(rig.driven_by(procedure.drive), preload, procedure)
     with open_instruments(instruments) as acquisition:
         info["source"] = _origin(acquisition.identity)
         for value, quantity in acquisition.meter_values.values():
@@ -78,9 +84,10 @@ def command(
         if procedure is not None:
             check_channels(procedure, acquisition.channels)
 
-        def about() -> LiveAbout:
-            return _about(info, acquisition, procedure, branches)
-
+        title = " · ".join(info[name] for name in ("rig", "procedure") if info.get(name)) or "Recording"
+        about = LiveAbout(
+            title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches)
+        )
         try:
             writer = RunWriter(
                 out, info=info, channels=acquisition.channels, attachments=attachments, overwrite=overwrite
@@ -110,25 +117,6 @@ def command(
             if ended["state"] == "interrupted" and not sink.samples:
                 writer.abandon()
     return _tell(out, sink, ended, as_json)
-
-
-def _branches(rig_name: str | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
-    from twin.rigs import load_rig
-
-    if rig_name is None:
-        return []
-    with console.status("predicting the branches"):
-        rig = load_rig(rig_name)
-        return known_branches(rig.driven_by(procedure.drive) if procedure else rig, preload, procedure)
-
-
-def _about(
-    info: dict[str, str], acquisition: RigAcquisition, procedure: Procedure | None, branches: list[dict[str, Any]]
-) -> LiveAbout:
-    from twin.views.live.about import LiveAbout
-
-    title = " · ".join(text for text in (info.get("rig"), info.get("procedure")) if text) or "Recording"
-    return LiveAbout(title=title, channels=tuple(acquisition.channels), procedure=procedure, branches=tuple(branches))
 
 
 class _CountingSink:
@@ -172,15 +160,14 @@ class _CountingSink:
         self._writer.write_indicator(indicator)
 
 
-def _beliefs(rig_name: str | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
+def _beliefs(rig: Rig | None, preload: str | None) -> tuple[dict[str, str], dict[str, bytes]]:
     """Metadata and attachments that say what is assumed of the rig."""
-    if rig_name is None:
+    if rig is None:
         if preload is not None:
             raise InputError("--preload", "", "names a preload of a rig file", "add --rig")
         return {}, {}
-    from twin.rigs import known_preload, load_rig, nominal_rig_file, preload_record
+    from twin.rigs import known_preload, nominal_rig_file, preload_record
 
-    rig = load_rig(rig_name)
     info = {"rig": rig.name, **preload_record(known_preload(rig, preload))}
     return info, {"rig.toml": nominal_rig_file(rig)}
 

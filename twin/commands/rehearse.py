@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from twin.procedures import Procedure, StepResult
     from twin.rehearsal import Caution, Rehearsed
     from twin.rigs import Rig
-    from twin.views.live.about import LiveAbout
 
 RESULTS = ("run.mcap", "improved.mcap", "procedure.toml", "result.json", "report.html")
 
@@ -134,6 +133,7 @@ class _Job:
         from twin.procedures import save_procedure
         from twin.rehearsal import NominalRig, rehearse, rehearse_until_clear, result_table
         from twin.rigs.assumed import assumed
+        from twin.views.live.about import LiveAbout
         from twin.views.reports.rehearsal import rehearsal_page
         from twin.views.reports.rehearsal_noise import noise_sentence
 
@@ -143,9 +143,11 @@ class _Job:
         branches = known_branches(rig, preload, asked)
         nominal = NominalRig.of(rig, preload=preload, branches=branches)
 
-        def about() -> LiveAbout:
-            return _about(rig, Path(self.procedure).stem, asked, source, branches)
-
+        about = LiveAbout(
+            title=f"{rig.name} · {Path(self.procedure).stem}, rehearsed", channels=tuple(source.channels),
+            procedure=asked, branches=tuple(branches),
+            window_s=120.0,  # the rig's time passes hundreds of times as fast as the wall's
+        )  # fmt: skip
         meter.begin("rehearsing", asked)
         with watched(self.watch, about) as watch:
             started = time.perf_counter()
@@ -226,17 +228,3 @@ def _say_caution(caution: Caution) -> None:
     colour = {"stop": "red", "warning": "yellow", "note": "cyan"}[caution.severity]
     where = f" ({caution.place})" if caution.sweep else ""
     say((caution.kind, colour), f"{where}: {caution.reason}; {caution.advice}")
-
-
-def _about(
-    rig: Rig, name: str, procedure: Procedure, source: SampleSource, branches: list[dict[str, Any]]
-) -> LiveAbout:
-    from twin.views.live.about import LiveAbout
-
-    return LiveAbout(
-        title=f"{rig.name} · {name}, rehearsed",
-        channels=tuple(source.channels),
-        procedure=procedure,
-        branches=tuple(branches),
-        window_s=120.0,  # the rig's time passes hundreds of times as fast as the wall's
-    )

@@ -127,13 +127,13 @@ class Watch:
 
 
 @contextmanager
-def watched(options: WatchOptions, about: Callable[[], LiveAbout]) -> Iterator[Watch]:
+def watched(options: WatchOptions, about: LiveAbout) -> Iterator[Watch]:
     """The live views that are wanted, while the block runs."""
     if not options.wanted:
         yield Watch([])
         return
     with console.status("starting the live view"):
-        views = _open(options, about())
+        views = _open(options, about)
     watch = Watch(views)
     try:
         yield watch
@@ -164,12 +164,10 @@ def _open(options: WatchOptions, about: LiveAbout) -> list[LiveView]:
         raise InputError("--view", "", str(error)) from error
 
 
-def known_branches(rig: Rig | None, preload: str | None, procedure: Procedure | None) -> list[dict[str, Any]]:
+def known_branches(rig: Rig, preload: str | None, procedure: Procedure) -> list[dict[str, Any]]:
     """Predicted curves of a force-controlled sweep, with a word on each that ends early."""
     from twin.rehearsal import branch_tables
 
-    if rig is None or procedure is None:
-        return []
     branches = branch_tables(rig, preload=preload, procedure=procedure)
     for branch in branches:
         if branch["ends_early"]:
