@@ -28,6 +28,7 @@ def where_section(diagnosis: Diagnosis) -> Section | None:
     if not regions and sensor is None:
         return None
     added = None if sensor is None else Place(sensor.part, sensor.at, sensor.direction)
+    sensors = [output.place for output in evidence.outputs]
     names = " and ".join(regions)
     told = f"Thick: where {names} may sit, with 95 %." if regions else ""
     more = "" if sensor is None else " The star is where one more accelerometer would tell the rivals apart."
@@ -35,7 +36,7 @@ def where_section(diagnosis: Diagnosis) -> Section | None:
         title="Where it is",
         pictures=[
             Picture(
-                draw=lambda: where_figure(evidence.model.structure, regions, sensors=_sensors(evidence), added=added),
+                draw=lambda: where_figure(evidence.model.structure, regions, sensors=sensors, added=added),
                 alt=f"The parts at rest with the sensors, and the region of 95 % of {names or 'no cause'} marked.",
                 caption=(told + more).strip(),
             )
@@ -82,10 +83,6 @@ def _joint_points(structure: Structure, cause: NamedCause) -> Array:
 def _interval(value: Estimate) -> list[float]:
     reach = 1.96 * value.std  # 95 %
     return np.linspace(value.value - reach, value.value + reach, SAMPLES).tolist()
-
-
-def _sensors(evidence: MeasuredData) -> list[Place]:
-    return [output.place for output in evidence.outputs]
 
 
 def where_figure(

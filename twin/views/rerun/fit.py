@@ -17,6 +17,7 @@ from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
 from twin.views.curves import compared_models, each_resonance
 from twin.views.receptance import per_force, reading_label
+from twin.views.reports.answer import residual_rows
 from twin.views.rerun.chart import Axis, Chart, Curve, common_range, draw_chart
 from twin.views.style import INK, KIND, level_colour
 
@@ -30,9 +31,8 @@ LEAST = 0.01
 def residual_table(diagnosis: Diagnosis) -> dict[tuple[str, int, str], tuple[float, float]]:
     """Rms residuals in standard deviations of the noise, before and after, by channel, harmonic and sweep."""
     table: dict[tuple[str, int, str], tuple[float, float]] = {}
-    for sweep in diagnosis.sweeps:
-        for o, channel in enumerate(sweep.channels):
-            table[channel, 1, sweep.sweep] = _rms(sweep.residual_before[:, o]), _rms(sweep.residual_after[:, o])
+    for name, channel, before, after in residual_rows(diagnosis.sweeps):
+        table[channel, 1, name] = before, after
     search, models = diagnosis.search, list(compared_models(diagnosis).values())
     parts = ((models[0], search.base_harmonics), (models[-1], search.harmonics))
     sizes = [_harmonic_sizes(search.evidence, model, harmonics) for model, harmonics in parts if harmonics is not None]
