@@ -254,19 +254,12 @@ def _tell(out: Path, sink: _CountingSink, ended: dict[str, Any], as_json: bool) 
     for name, count in sink.events.items():
         event = sink.first_events[name]
         say(f"{count} x {name}, first at {event.time_ns * 1e-9:.3f} s: {event.detail}")
-    if as_json:
-        print_json(
-            {
-                **ended,
-                "recording": out,
-                "samples": dict(sink.samples),
-                "lost_samples": dict(sink.lost),
-                "events": dict(sink.events),
-            }
-        )
-    outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     total = sum(sink.samples.values())
+    if as_json:
+        counted = {"samples": dict(sink.samples), "lost_samples": dict(sink.lost), "events": dict(sink.events)}
+        print_json({**ended, "recording": out, **counted})
+    outcome = f"{ended['state']}: {ended['reason']}" if ended["reason"] else ended["state"]
     say(f"{outcome}; {ended['steps']} steps, {total} samples in {out}")
-    if sum(sink.samples.values()):
+    if total:
         next_step(f"twin check {shlex.quote(str(out))}, or twin view {shlex.quote(str(out))}")
     return 0 if ended["state"] == "done" else 1

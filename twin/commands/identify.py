@@ -1,10 +1,7 @@
 """``twin identify``: a model file and its report from recordings, or from a table."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,12 +9,6 @@ from recordings.errors import InputError
 from recordings.whole import check_writable, whole_files
 from twin.commands.common.options import FILE, causes_option, json_option, laws_option, overwrite_option, scatter_option
 from twin.commands.common.output import next_step, print_json, print_tables, say, tell_assumed, typed, working
-
-if TYPE_CHECKING:
-    from twin.lab.identified_joint import IdentifiedJoint
-    from twin.lab.identified_mode import IdentifiedMode
-    from twin.lab.identified_moduli import IdentifiedModuli
-    from twin.lab.identified_responses import IdentifiedResponses
 
 
 @click.command()
@@ -58,7 +49,9 @@ def command(
     chosen.
     """
     page = None if no_report else report or out.with_suffix(".html")
-    _check_places(out, page, overwrite=overwrite)
+    check_writable(out, page, overwrite=overwrite)
+    if page == out:
+        raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
     from studies.force_levels import with_polynomials
     from twin.lab import load_rig
     from twin.rigs.beam import BeamRig
@@ -69,7 +62,11 @@ def command(
             runs, preload=preload, frequency_scatter=frequency_scatter, beside=with_polynomials, report=begin
         )  # fmt: skip
         begin("writing the model" + (" and the report" if page else ""))
-        _write(model, out, page)
+        with whole_files(out, page) as (part, page_part):
+            assert part is not None
+            model.save(part)
+            if page_part is not None:
+                model.report(page_part, commands=[typed()])
     tell_assumed(model.assumed)
     for warning in model.warnings:
         say(f"warning: {warning}")
@@ -81,21 +78,3 @@ def command(
     say(f"model in {out}" + (f", report in {page}" if page else ""))
     if not isinstance(model.file, BeamRig):
         next_step(f"twin predict {shlex.quote(str(out))} --drive DRIVE.csv --out RESPONSE.csv")
-
-
-def _check_places(out: Path, page: Path | None, *, overwrite: bool) -> None:
-    """What can be wrong with where to write, before the work."""
-    check_writable(out, page, overwrite=overwrite)
-    if page is not None and page == out:
-        raise InputError(out, "", "is the report's name too", "name the model .toml, or give another --report")
-
-
-def _write(
-    model: IdentifiedJoint | IdentifiedModuli | IdentifiedMode | IdentifiedResponses, out: Path, page: Path | None
-) -> None:
-    """Both files appear, or neither."""
-    with whole_files(out, page) as (part, page_part):
-        assert part is not None
-        model.save(part)
-        if page_part is not None:
-            model.report(page_part, commands=[typed()])

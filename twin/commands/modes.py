@@ -53,7 +53,9 @@ def command(
         if table is not None:
             _write_table(found, table)
         if drawn is not None:
-            _draw(found, drawn)
+            from twin.views.stabilisation import stabilisation_figure
+
+            stabilisation_figure(found.fit, found.response).savefig(drawn, format="png", dpi=150)
     if as_json:
         print_json({
             "run": str(run), "force": force, "channels": list(channels), "modes": modes,
@@ -97,12 +99,6 @@ def _write_table(found: RecordedModes, out: Path) -> None:
         for number, mode in enumerate(found.fit.modes, 1)
     ]
     out.write_text("\n".join(["mode,frequency_Hz,std_Hz", *rows]) + "\n", encoding="utf-8")
-
-
-def _draw(found: RecordedModes, out: Path) -> None:
-    from twin.views.stabilisation import stabilisation_figure
-
-    stabilisation_figure(found.fit, found.response).savefig(out, format="png", dpi=150)
 
 
 def _tell(found: RecordedModes) -> None:

@@ -1,9 +1,6 @@
 """``twin rig``: any rig drawn, its natural frequencies, what of it is implausible; and rigs from matrices."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -13,9 +10,6 @@ from twin.commands.common.options import FILE, causes_option, json_option, laws_
 from twin.commands.common.output import print_json, say, tell_assumed, working
 from twin.commands.rig_export import command as export_command
 from twin.commands.rig_import import command as import_command
-
-if TYPE_CHECKING:
-    from twin.structure.modelled_rig import ModelledRig
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
@@ -56,7 +50,15 @@ def show(
         check_effects(loaded, source=rig)
         frequencies = modelled.modes.frequency_Hz[:10].tolist()
         warnings = implausible(modelled)
-    _write(modelled, picture, save)
+    with whole_files(picture, save) as (drawn, viewed):  # both that were asked for, or neither
+        if viewed is not None:
+            from twin.views.rerun.rig import save_rig_view
+
+            save_rig_view(modelled, viewed)
+        if drawn is not None:
+            from twin.views.rig_figure import rig_figure
+
+            rig_figure(modelled).savefig(drawn, format=drawn.suffix.lower().removeprefix("."), dpi=130)
     if as_json:
         print_json({
             "natural_frequencies_Hz": frequencies,
@@ -96,16 +98,3 @@ def show(
 
 command.add_command(import_command)
 command.add_command(export_command)
-
-
-def _write(modelled: ModelledRig, picture: Path | None, view: Path | None) -> None:
-    """Write both files that were asked for, or neither."""
-    with whole_files(picture, view) as (drawn, viewed):
-        if viewed is not None:
-            from twin.views.rerun.rig import save_rig_view
-
-            save_rig_view(modelled, viewed)
-        if drawn is not None:
-            from twin.views.rig_figure import rig_figure
-
-            rig_figure(modelled).savefig(drawn, format=drawn.suffix.lower().removeprefix("."), dpi=130)
