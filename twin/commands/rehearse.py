@@ -67,12 +67,9 @@ def command(
     """
     parts = _parts(preloads)
     jobs = [
-        _Job(
-            procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, out=out / part, watch=watch,
-            written=out / part,
-        )
-        for name, part in parts
-    ]  # fmt: skip
+        _Job(procedure=procedure, rig=rig_name, preload=name, seed=seed, rounds=rounds, written=out, watch=watch)
+        for name, _ in parts
+    ]
     if watch.wanted and len(jobs) > 1:
         raise InputError("--preload", "", "is given more than once", "watch the rehearsal of one preload at a time")
     watch.check(overwrite=overwrite)
@@ -94,7 +91,7 @@ def command(
         say(f"interrupted; what was rehearsed is in {out}")
         sys.exit(130)
     say(f"results in {out}")
-    ready = jobs[0].out / "procedure.toml"
+    ready = out / parts[0][1] / "procedure.toml"
     next_step(f"open {ready.with_name('report.html')}; on the rig, twin acquire {ready} --instruments FILE --out RUN")
     return int(any(one["must_not_run"] for one in results))
 
@@ -108,9 +105,8 @@ class _Job:
     preload: str | None
     seed: int
     rounds: int
-    out: Path
     written: Path
-    """Where `out` is made."""
+    """The folder of the results, as long as they are made."""
     watch: WatchOptions
     again: str = field(default_factory=typed)
 
@@ -142,7 +138,6 @@ class _Job:
         stage("predicting the branches")
         branches = known_branches(rig, preload, asked)
         nominal = NominalRig.of(rig, preload=preload, branches=branches)
-
         about = LiveAbout(
             title=f"{rig.name} · {Path(self.procedure).stem}, rehearsed", channels=tuple(source.channels),
             procedure=asked, branches=tuple(branches),
@@ -157,14 +152,9 @@ class _Job:
                 watch.result(step)
 
             first = rehearse(
-                asked,
-                source,
-                self.written / "run.mcap",
-                nominal=nominal,
-                on_step=on_step,
-                progress=meter.time,
+                asked, source, self.written / "run.mcap", nominal=nominal, on_step=on_step, progress=meter.time,
                 watch=watch.both,
-            )
+            )  # fmt: skip
             wall_s = time.perf_counter() - started
         better = None
         if self.rounds:
@@ -179,10 +169,9 @@ class _Job:
         if self.rounds and (left := (better or first).remaining):
             say(("not cleared by changing the procedure", "yellow"), f": {', '.join(left)}")
         save_procedure((better or first).rehearsal.procedure, self.written / "procedure.toml")
-        table = result_table(
+        result: dict[str, Any] = plain(result_table(
             first, better, procedure=self.procedure, rig=rig, preload=preload, seed=self.seed, branches=branches
-        )
-        result = plain(table)
+        ))  # fmt: skip
         write_json(result, self.written / "result.json")
         for noise in (result["improved"] or result)["noise"]:
             say(f"  {noise_sentence(noise)}")

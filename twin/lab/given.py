@@ -1,6 +1,6 @@
 """What a command or a call was given: recordings, frequency responses or tables, and the preload asked for."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from recordings import InputError, Run
@@ -11,6 +11,8 @@ from twin.rigs.preloads import known_preload
 
 AnyRun = Recording | Run | str | Path
 Runs = AnyRun | Iterable[AnyRun]
+Report = Callable[[str], None]
+"""Told what is being done."""
 
 
 def no_scatter() -> InputError:

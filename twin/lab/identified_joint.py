@@ -1,6 +1,6 @@
 """A joint identified from recordings: the answer, the law, how well it is known, what is left over."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -17,6 +17,7 @@ from twin.identify.identified import POOR_FIT, Identified, identify_rig
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
+from twin.lab.given import Report
 from twin.lab.model_result import FitPictures, IdentifiedModel
 from twin.rigs import Rig, foreign_preload
 from twin.structure.plausibility import unlikely_units
@@ -44,8 +45,6 @@ from twin.views.reports.identified_tables import (
 )
 from twin.views.style import AFTER, CAUTION
 from twin.views.table import Table
-
-Report = Callable[[str], None]
 
 AMPLITUDE = {"softening": "an opening of", "loss": "a slip of"}
 

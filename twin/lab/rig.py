@@ -6,7 +6,7 @@ What each of these needs is imported when it is asked for: a rig is loaded, and 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from recordings import InputError
 from recordings.responses import read_responses
 from recordings.whereabouts import Stages, told_in_one_line
-from twin.lab.given import AnyRun, Runs, are_all_responses, are_tables, listed, no_scatter, one_preload
+from twin.lab.given import AnyRun, Report, Runs, are_all_responses, are_tables, listed, no_scatter, one_preload
 from twin.lab.recording import as_runs
 from twin.lab.shown import Shown
 from twin.rigs import LapJointRig, Rig
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from twin.lab.predicted import PredictedResponse
     from twin.lab.rehearsed import RehearsedProcedure
     from twin.procedures import Procedure
-
-Report = Callable[[str], None]
 
 
 def _silent(_: str) -> None:

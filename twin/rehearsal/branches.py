@@ -1,5 +1,6 @@
 """The responses that a force-controlled sweep has to choose from: all branches, stable or not, by continuation."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -57,7 +58,7 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
                 force_N=amplitude,
                 frequency_Hz=frequency_Hz,
                 response=told if len(points) else {},
-                folds_Hz=_turns(frequency_Hz),
+                folds_Hz=[place for place, _ in turning_points(frequency_Hz)],
                 stable=[balance.stable(point) for point in points],
                 ends_early="" if points.failure is None else str(points.failure),
             )
@@ -65,7 +66,7 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
     return found
 
 
-def _turns(frequency_Hz: list[float]) -> list[float]:
-    """Where the frequency along a curve changes its direction."""
+def turning_points(frequency_Hz: Sequence[float]) -> list[tuple[float, bool]]:
+    """Where the frequency along a curve changes its direction, and whether it rose until then."""
     ways = np.sign(np.diff(frequency_Hz))
-    return [frequency_Hz[i + 1] for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)]
+    return [(float(frequency_Hz[i + 1]), bool(ways[i] > 0)) for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)]
