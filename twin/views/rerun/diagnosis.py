@@ -102,16 +102,16 @@ def _comparison(
 ) -> list[rrb.Spatial2DView]:
     """Charts of receptance, one a channel, then of residuals, one a channel; all these sweeps in each."""
     quantity = {output.channel: output.quantity for output in evidence.outputs}
-    rising = [np.argsort(sweep.frequency_Hz, kind="stable") for sweep in sweeps]
     levels = [(sweep.sweep, level_colour(i), "") for i, sweep in enumerate(sweeps)]
     receptances, residuals = [], []
     for o, channel in enumerate(sweeps[0].channels):
-        label, named = per_force_label(channel, quantity[channel]), quantity[channel]
+        label = per_force_label(channel, quantity[channel])
         curves, left = [], []
-        for sweep, order, (_, colour, _) in zip(sweeps, rising, levels, strict=True):
+        for i, sweep in enumerate(sweeps):
+            order, colour = np.argsort(sweep.frequency_Hz, kind="stable"), level_colour(i)
             x = sweep.frequency_Hz[order]
             for kind, style, size in KINDS:
-                H = per_force(getattr(sweep, kind)[order, o], named, x)
+                H = per_force(getattr(sweep, kind)[order, o], quantity[channel], x)
                 curves.append(Curve(f"{sweep.sweep}/{kind}", x, H, colour, style, size))
                 if kind != "measured":
                     residual = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.1)
