@@ -14,7 +14,7 @@ from twin.arrays import Array
 from twin.identify.spectrum import broadband_records, h1
 from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_sweeps
 from twin.views.extremes import extremes
-from twin.views.receptance import per_force, per_force_label, response_label
+from twin.views.receptance import branch_curves, per_force_label, response_label
 from twin.views.rerun.backbone import draw_backbone
 from twin.views.rerun.chart import Axis, Curve, common_range, draw_chart
 from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, recording_file, send_layout
@@ -147,7 +147,8 @@ def _sweep_charts(
     low, high = common_range([sweep.frequency_Hz for sweep in reduced])
     for channel in reduced[0].receptance:
         drawn = [sweep for sweep in reduced if channel in sweep.receptance]
-        branches = [b for b in _branches(run, channel, rehearsal) if np.any((b[1] >= low) & (b[1] <= high))]
+        predicted = branch_curves(rehearsal.get("branches") or [], run.channels[channel])
+        branches = [curve for curve in predicted if np.any((curve[1] >= low) & (curve[1] <= high))]
         levels = list(dict.fromkeys(sweep.level for sweep in drawn))
         curves, told = [], []
         for sweep in drawn:
@@ -155,7 +156,8 @@ def _sweep_charts(
             curves.append(Curve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
             curves.append(Curve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
             told.append((sweep.name, colour, "point"))
-        for i, (level, frequency, size) in enumerate(branches):
+        for i, (force_N, frequency, size) in enumerate(branches):
+            level = f"{force_N:g} N"
             colour = level_colour(levels.index(level)) if level in levels else INK
             curves.append(Curve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
         told += [("predicted branches", INK, "dashed")] if branches else []
@@ -167,19 +169,6 @@ def _sweep_charts(
             )
         )  # fmt: skip
     return views
-
-
-def _branches(run: Run, channel: str, rehearsal: Mapping[str, Any]) -> list[tuple[str, Array, Array]]:
-    """Predicted curves of a rehearsal at one channel: level, frequency in Hz, what is read per force."""
-    found = []
-    for branch in rehearsal.get("branches") or []:
-        curve = branch["response"].get(channel)
-        if curve is not None:
-            frequency = np.array(branch["frequency_Hz"], float)
-            response = np.array(curve["amplitude"], float) / branch["force_N"]
-            size = per_force(response, run.channels[channel].quantity, frequency)
-            found.append((f"{branch['force_N']:g} N", frequency, size))
-    return found
 
 
 def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spatial2DView]:
