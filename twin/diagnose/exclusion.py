@@ -9,7 +9,7 @@ import numpy as np
 from twin.diagnose.cause import Parameter, strengths_of
 from twin.diagnose.fitted_model import CauseHypothesis
 from twin.diagnose.places import told_place
-from twin.diagnose.score import Score
+from twin.diagnose.score_test import Score
 from twin.identify.measured_data import MeasuredData
 
 LIMIT_95 = 1.645

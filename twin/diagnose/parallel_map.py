@@ -148,7 +148,6 @@ def _work(work: Callable[..., Found], number: int, packed: bytes, arguments: tup
 
 def _wake() -> None:
     """What a fit needs, imported and compiled ahead of the first one."""
-    import twin.diagnose.search  # noqa: F401
     from twin.identify.compiling import compile_kernels
 
     compile_kernels()

@@ -14,7 +14,7 @@ from twin.diagnose.parallel_map import parallel_map
 from twin.diagnose.posterior import LOG_ODDS_OF_A_CAUSE, log_weight, temperature
 from twin.diagnose.profile import threshold_of
 from twin.diagnose.racing import USUAL, Begun, Effort, Race, once_more
-from twin.diagnose.score import Score, score_causes
+from twin.diagnose.score_test import Score, score_causes
 from twin.identify.base_fit import fit_base, law_from_steps
 from twin.identify.error_model import continuation
 from twin.identify.harmonics import harmonic_residuals

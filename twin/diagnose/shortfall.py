@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from twin.diagnose.result import Misfit, Verdict
+from twin.diagnose.misfit import Misfit, Verdict
 
 SEVERAL_TIMES = 3.0
 """Error on what was held out over what sound rigs' models leave, beyond which something is unexplained: a model that is

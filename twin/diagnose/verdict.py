@@ -1,4 +1,4 @@
-"""From the selection to an answer: the probability of every hypothesis, and what is honest to say."""
+"""The rule of the verdict: from the selection to the probability of every hypothesis, and to what is honest to say."""
 
 from dataclasses import dataclass
 

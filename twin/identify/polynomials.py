@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identify.l_curve import LCurve
 from twin.identify.linear_model import LinearParameters
-from twin.identify.regularisation import LCurve
 
 Array = NDArray[Any]
 

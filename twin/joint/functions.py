@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from twin.joint.describing import describing_function
+from twin.joint.describing_function import describing_function
 from twin.joint.kinds import FUNCTIONS
 from twin.joint.law import Law, Series, Stiffness
 

@@ -9,7 +9,7 @@ from contract_causes import BEYOND_CONTRACT, CONTRACT
 from recordings.errors import InputError
 from recordings.streams import Excitation
 from twin.bench import EFFECTS, check_effects, draw_case, open_bench, steel_law
-from twin.causes import DRAWS
+from twin.cause_registry import DRAWS
 from twin.rigs import Effect, load_rig
 
 RIG = load_rig("steel-lap-joint")

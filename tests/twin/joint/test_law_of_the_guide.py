@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from balance_numpy import BALANCES
 from guide_script import read_blocks
+from harmonic_balance_numpy import BALANCES
 
 from twin.bench import open_bench
 from twin.cli import main

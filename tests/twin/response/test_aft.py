@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from balance_numpy import alternate_numpy, alternate_pair_numpy
+from harmonic_balance_numpy import alternate_numpy, alternate_pair_numpy
 
 from twin.bench.force_factor import ForceFactor
 from twin.joint import Cubic, ForceTable, Linear, PiecewiseLinearContact, Polynomial, RunningLoss, Saturating, iwan

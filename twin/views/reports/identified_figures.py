@@ -11,9 +11,9 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from numpy.typing import NDArray
 
 from twin.identify.identified import Identified
+from twin.identify.l_curve import LCurve
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit
-from twin.identify.regularisation import LCurve
 from twin.rigs import LayerLawTable
 from twin.views.curves import LawBand, joint_name, law_in_lowest_mode, law_reach
 from twin.views.figures import WIDTH_IN, Drawing, draw_law, dressed, frame_law, legend, panels, unmeasured_entry
