@@ -16,7 +16,7 @@ from twin.bench.layer import JointLaw
 from twin.bench.marching import coefficients, integrate, packed
 from twin.bench.plan import Plan
 from twin.bench.planned import MONITORS, planned
-from twin.bench.shaker import Shaker
+from twin.bench.shaker import ShakerModel
 from twin.rigs import Effect, Layout, Rig
 
 SAMPLE_RATES_Hz = (512.0, 1024.0, 2048.0, 4096.0, 5120.0, 8192.0, 10240.0, 12800.0, 20480.0, 25600.0, 51200.0)
@@ -250,7 +250,7 @@ def drive_limits(rig: Rig) -> dict[str, float]:
     """The limits of a rig's amplifier and armature, V, A and m, by the monitor that comes up to each."""
     if rig.shaker.ideal:
         return {}
-    shaker = Shaker.of(rig.shaker)
+    shaker = ShakerModel.of(rig.shaker)
     limits = {"amplifier": shaker.voltage_limit, "current": shaker.current_limit, "stroke": shaker.stroke_limit}
     return {name: limit for name, limit in limits.items() if limit}
 

@@ -15,7 +15,7 @@ from twin.bench.linear import LinearRig, Poles, ReadOff, linear_rig, to_poles, w
 from twin.bench.marching import Elements
 from twin.bench.plan import Element, JointPlan, Matrices, Plan
 from twin.bench.reduction import Condensed, ModalModel, MODES_BELOW_Hz, condense, with_layers
-from twin.bench.shaker import COORDINATES, Shaker
+from twin.bench.shaker import COORDINATES, ShakerModel
 from twin.joint import Law, PiecewiseLinearContact, RunningLoss, jenkins
 from twin.rigs import LawOfRig, NamedLaws, Place
 from twin.structure import assemble, layer_points, normal_modes, rigid_motions
@@ -69,7 +69,7 @@ class Built:
     drive_row: Matrix
     drive_load: Matrix
     channel_rows: tuple[Matrix | None, ...]
-    shaker: Shaker | None
+    shaker: ShakerModel | None
 
     @property
     def locals(self) -> int:
@@ -346,7 +346,7 @@ def _placed(
             auxiliary.append(len(auxiliary_rows) - 1)
         else:
             auxiliary.append(-1)
-    shaker = Shaker.of(plan.rig.shaker) if drive == "shaker" else None
+    shaker = ShakerModel.of(plan.rig.shaker) if drive == "shaker" else None
     shaker_laws = tuple(shaker.laws()) if shaker else ()
     asked = {name for name, law in shaker_laws} | {law.turns for _, law in shaker_laws if isinstance(law, ForceFactor)}
     shaker_rows = tuple(name for name in COORDINATES if name in asked)

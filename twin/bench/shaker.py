@@ -32,7 +32,7 @@ GIVES_WAY = 100.0
 
 
 @dataclass(frozen=True)
-class Shaker:
+class ShakerModel:
     """Data-sheet values, SI.  `output_resistance` is zero for an amplifier that holds the voltage."""
 
     armature_mass: float
@@ -50,7 +50,7 @@ class Shaker:
     current_limit: float | None = None
 
     @classmethod
-    def of(cls, drive: ShakerTable) -> Shaker:
+    def of(cls, drive: ShakerTable) -> ShakerModel:
         """The shaker a rig file describes."""
         currents = [drive.current_limit, drive.force_limit and drive.force_limit / drive.force_factor]
         return cls(

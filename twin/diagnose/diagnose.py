@@ -38,7 +38,7 @@ from twin.identify.whitening import HarmonicResiduals
 from twin.rigs import Rig, foreign_preload, save_rig
 from twin.structure.plausibility import unlikely_units
 
-__all__ = ["HeldOut", "diagnose", "diagnose_evidence", "notes_on"]
+__all__ = ["HeldOutData", "diagnose", "diagnose_evidence", "notes_on"]
 
 THRESHOLD = 2.0
 """Chi2 per degree of freedom, with the errors of sound rigs, that a sound rig seldom exceeds."""
@@ -47,7 +47,7 @@ BEYOND = 1.05
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class HeldOutData:
     """What the gain is measured on.
 
     Attributes
@@ -134,14 +134,14 @@ def diagnose(
         unseen, beyond = _within_amplitudes(unseen, evidence)
         notes += beyond
     return diagnose_evidence(
-        replace(sound, evidence=evidence, findings=tuple(findings)), HeldOut(unseen, held_out, aside), causes=causes,
-        out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
+        replace(sound, evidence=evidence, findings=tuple(findings)), HeldOutData(unseen, held_out, aside),
+        causes=causes, out=out, notes=notes, most=most, thorough=thorough, exclude=exclude, begun=begun, report=report,
     )  # fmt: skip
 
 
 def diagnose_evidence(
     sound: SoundData,
-    held_out: HeldOut,
+    held_out: HeldOutData,
     *,
     causes: Mapping[str, Cause],
     out: Path | None,

@@ -28,7 +28,7 @@ SHIFTED = 4.0
 
 
 @dataclass(frozen=True)
-class Sweep:
+class BackboneSweep:
     """One level: arrays of equal length, forces and accelerations peak values.
 
     The phase is the response's against the force in whatever convention the laboratory has (of displacement or
@@ -59,7 +59,9 @@ class _Fit:
     rms: Array
 
 
-def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", channel: str = "acc1") -> ModalRig:
+def identify_backbone(
+    sweeps: Sequence[BackboneSweep], *, name: str, source: str = "", channel: str = "acc1"
+) -> ModalRig:
     """Identify an amplitude-dependent mode.
 
     Parameters
@@ -107,7 +109,7 @@ def identify_backbone(sweeps: Sequence[Sweep], *, name: str, source: str = "", c
     return ModalRig(kind="modal", name=name, source=source, channel=channel, law=law, level=levels, note=_notes(levels))
 
 
-def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
+def _fit_levels(sweeps: Sequence[BackboneSweep]) -> _Fit:
     """Least squares on the complex logarithm of the receptance, all sweeps together."""
     count = len(sweeps)
     phases = _displacement_phases(sweeps)
@@ -158,7 +160,7 @@ def _fit_levels(sweeps: Sequence[Sweep]) -> _Fit:
     )
 
 
-def _displacement_phases(sweeps: Sequence[Sweep]) -> list[Array]:
+def _displacement_phases(sweeps: Sequence[BackboneSweep]) -> list[Array]:
     """Phases turned so that the response lags the force by a quarter turn at resonance, later the higher the frequency.
 
     What is left, an offset of less than an eighth of a turn, is fitted.

@@ -1,4 +1,4 @@
-"""The likelihood of each kind of data: residuals, their errors and sensitivities, for all that fits or weighs models."""
+"""The likelihood of each kind of data: residuals, errors and sensitivities, for all that fits or weighs models."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ AT_REST_m = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parameter:
+class LawParameter:
     """A parameter of a law.
 
     Attributes
@@ -81,7 +81,7 @@ class PointForce:
     @staticmethod
     def of(law: Law) -> PointForce:
         """With the law's own stiffness at rest."""
-        return PointForce(law, float(np.real(law.stiffness(np.array(AT_REST_m)))))
+        return PointForce(law, float(np.real(law.describing_function(np.array(AT_REST_m)))))
 
     @property
     def most_taken(self) -> float:
@@ -92,13 +92,13 @@ class PointForce:
             return self.at_rest - self.law.least_tangent
         return self.at_rest
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path, N/m."""
-        return self.law.path(e) - self.at_rest * e
+        return self.law.force_history(e) - self.at_rest * e
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """What is added to the modulus at an amplitude, complex, N/m2."""
-        return self.law.stiffness(amplitude) - self.at_rest
+        return self.law.describing_function(amplitude) - self.at_rest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,7 @@ class NamedLaw:
 
     name: str
     sentence: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[LawParameter, ...]
     make: Callable[..., Law]
 
     def values(self, given: Mapping[str, Any]) -> dict[str, Value]:

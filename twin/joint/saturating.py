@@ -36,11 +36,11 @@ class Saturating:
         """[k, e0, spring]."""
         return np.array([self.k, self.e0, self.spring])
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         return self.k * e / np.sqrt(1.0 + (e / self.e0) ** 2) + self.spring * e
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness."""
         m = (np.asarray(amplitude, float) / self.e0) ** 2
         series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3

@@ -46,19 +46,19 @@ class ForceTable:
         """Slope of each interval."""
         return np.diff(self.force) * (len(self.force) - 1) / (2 * self.limit_m)
 
-    def path(self, e: Series) -> Series:
+    def force_history(self, e: Series) -> Series:
         """Force along a path."""
         inside = np.clip(e, -self.limit_m, self.limit_m)
         slope = np.where(e > 0, self.tangent[-1], self.tangent[0])
         grid = np.linspace(-self.limit_m, self.limit_m, len(self.force))
         return np.interp(inside, grid, self.force) + slope * (e - inside)
 
-    def stiffness(self, amplitude: Series) -> Stiffness:
+    def describing_function(self, amplitude: Series) -> Stiffness:
         """Equivalent stiffness, by quadrature over half a period."""
         A = np.asarray(amplitude, float)
         nodes, weights = np.polynomial.legendre.leggauss(800)
         theta = nodes * np.pi / 2
-        force = self.path(A[..., None] * np.sin(theta))
+        force = self.force_history(A[..., None] * np.sin(theta))
         return np.sum(weights * force * np.sin(theta), axis=-1) / A + 0j
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from recordings import FrequencyTable, InputError, read_table
 from twin.diagnose.tables import TableDiagnosis, diagnose_frequencies, diagnose_sweeps
-from twin.identify.backbone import Sweep
+from twin.identify.backbone import BackboneSweep
 from twin.identify.modal_table import read_sweeps
 from twin.rigs import Rig
 from twin.rigs.kinds import AnyRig
@@ -67,7 +67,7 @@ def _sweeps(runs: Sequence[Path], held_out: Sequence[Path], rig: AnyRig, preload
     )  # fmt: skip
 
 
-def _read(paths: Sequence[Path]) -> list[Sweep]:
+def _read(paths: Sequence[Path]) -> list[BackboneSweep]:
     """Sweeps of all tables; named after their table where there are several."""
     if len(paths) == 1:
         return read_sweeps(paths[0])

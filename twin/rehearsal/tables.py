@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from twin.procedures import Procedure, RingDown, SteppedSine, StepResult
-from twin.rehearsal.branches import Branch, predicted_branches
+from twin.rehearsal.branches import PredictedBranch, predicted_branches
 from twin.rehearsal.noise import noise_tables
 from twin.rehearsal.rehearse import Rehearsed
 from twin.rehearsal.ring_down import free_decays
@@ -110,7 +110,7 @@ def branch_tables(rig: Rig, *, preload: str | None, procedure: Procedure) -> lis
     return [_branch(branch) for branch in predicted_branches(rig, preload=preload, procedure=procedure)]
 
 
-def _branch(branch: Branch) -> dict[str, Any]:
+def _branch(branch: PredictedBranch) -> dict[str, Any]:
     """A predicted curve: amplitude and phase of each channel along it."""
     return {
         **asdict(branch),

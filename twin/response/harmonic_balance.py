@@ -16,7 +16,7 @@ from twin.bench.build import Built
 from twin.response import continuation
 from twin.response.kernel import drive_slope
 from twin.response.outcome import ENDED, FOUND, LONG, WORDS
-from twin.response.solutions import Branch, Failure, PeriodicSolution, Sweep
+from twin.response.solutions import Failure, PeriodicSolution, SolutionBranch, SolutionSweep
 from twin.response.stability import floquet_multipliers
 from twin.response.system import system_of, transfer
 
@@ -119,7 +119,7 @@ class HarmonicBalance:
             raise ArithmeticError(f"harmonic balance finds no steady state at {found}")
         return self._told([found])[0]
 
-    def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> Sweep:
+    def sweep(self, frequencies_Hz: Sequence[float], amplitude: float) -> SolutionSweep:
         """Steady states of a stepped sweep, each on the branch of the one before.
 
         Where that branch turns back before the next frequency, the sweep jumps to where the branch comes by that
@@ -138,11 +138,11 @@ class HarmonicBalance:
             else:
                 found.append(reached)
                 before = reached
-        return Sweep(tuple(self._told(found)), tuple(failures))
+        return SolutionSweep(tuple(self._told(found)), tuple(failures))
 
     def branch(
         self, start_Hz: float, stop_Hz: float, amplitude: float, *, step: float = 0.05, most: int = 2000
-    ) -> Branch:
+    ) -> SolutionBranch:
         """The branch from one frequency to another, through folds, by pseudo-arclength continuation.
 
         Parameters
@@ -157,7 +157,7 @@ class HarmonicBalance:
         begin, end = 2 * np.pi * start_Hz, 2 * np.pi * stop_Hz
         first = self._from_rest(begin, amplitude, TOLERANCE)
         if isinstance(first, Failure):
-            return Branch((), first)
+            return SolutionBranch((), first)
         way = self._follow(first.x, begin, end, amplitude, by_drive=False, span=abs(end - begin), step=step, most=most)
         states = [first]
         for x, w, F, iterations in zip(way.X, way.P, way.F, way.iterations, strict=True):
@@ -167,7 +167,7 @@ class HarmonicBalance:
             last_Hz = states[-1].w / (2 * np.pi)
             reason = f"the branch has more than {most} points" if way.outcome == LONG else WORDS[way.outcome]
             failure = Failure(last_Hz, reason, np.nan, len(states))
-        return Branch(tuple(self._told(states)), failure)
+        return SolutionBranch(tuple(self._told(states)), failure)
 
     def multipliers(self, solution: PeriodicSolution, *, rate_Hz: float = INTERNAL_RATE_Hz) -> Complex:
         """Floquet multipliers of a steady state on the bench, largest first.

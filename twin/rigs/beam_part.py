@@ -25,7 +25,7 @@ IN_SPACE = ("second_moments", "torsion_constant", "poisson_ratio", "thickness_di
 """What a plane beam has no use for."""
 
 
-class Section(Table):
+class BeamSection(Table):
     """A rectangular beam's section and material."""
 
     width: Length
@@ -47,7 +47,7 @@ class Section(Table):
         return self.width * self.thickness**3 / 12.0
 
 
-class BeamPart(Section):
+class BeamPart(BeamSection):
     """A straight beam on its neutral axis, of rectangular section unless area and second moments say otherwise.
 
     With two coordinates it is a plane beam, x, y and rz at a node; with three it is one in space, with all six.

@@ -7,7 +7,7 @@ knot of the softening, the largest slip one of the loss, and points that move le
 import numpy as np
 
 from twin.structure.mode_law import TINY, TOLERANCE, TURNS, Complex, ComplexMode, Function, LayerModes, Matrix
-from twin.structure.point_law import Curve, PointLaw
+from twin.structure.point_law import Curve, LayerPointLaw
 
 RELAXATION = 0.6
 """Share of the points' change of motion that a turn takes: the whole swings where a little loss hinders much slip."""
@@ -17,7 +17,7 @@ SATURATED = 0.25
 """Below this damping by more loss modulus, over that in a layer that hardly loses, its share stays what it was."""
 
 
-def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> PointLaw:
+def layer_law_of_mode(modes: LayerModes, softening: Function, loss: Function, amplitude_m: Matrix) -> LayerPointLaw:
     """The law of the points that acts on the first mode as uniform moduli of a sensor's amplitude do.
 
     Parameters
@@ -78,10 +78,10 @@ class _Known:
             knots.append(largest)
             values.append(float(value))
 
-    def law(self) -> PointLaw:
+    def law(self) -> LayerPointLaw:
         """All of it."""
         curves = (Curve(np.array(k), np.array(v)) for k, v in zip(self.knots, self.values, strict=True))
-        return PointLaw(*curves)
+        return LayerPointLaw(*curves)
 
 
 def _next_knot(

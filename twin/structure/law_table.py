@@ -92,7 +92,7 @@ def _of_steel(E: float) -> LayerLawTable:
     slip_m = np.geomspace(BELOW, 1.0, MOST_KNOTS) * loss.limit_m
     return LayerLawTable(
         opening_m=opening_m.tolist(),
-        softening=(-softening.stiffness(opening_m).real).tolist(),
+        softening=(-softening.describing_function(opening_m).real).tolist(),
         slip_m=slip_m.tolist(),
         loss=loss.modulus(slip_m).tolist(),
     )
@@ -103,7 +103,7 @@ def _described(laws: Sequence[PointLaw]) -> tuple[Array, Array]:
     reaches = [reach for law in laws if (reach := law.reach_m)[1]] or [REACH_m]
     low, high = min(low for low, _ in reaches), max(high for _, high in reaches)
     amplitude = np.geomspace(BELOW * low, BEYOND * high, MOST_KNOTS)
-    return amplitude, sum((law.force.stiffness(amplitude) for law in laws), np.zeros(MOST_KNOTS, complex))
+    return amplitude, sum((law.force.describing_function(amplitude) for law in laws), np.zeros(MOST_KNOTS, complex))
 
 
 @dataclass(frozen=True)

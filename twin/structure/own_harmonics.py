@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 
 from twin.joint import ForceTable, table_from_stiffness
 from twin.structure.mode_law import LayerModes, mode_functions
-from twin.structure.point_law import Curve, PointLaw
+from twin.structure.point_law import Curve, LayerPointLaw
 
 Array = NDArray[Any]
 
@@ -29,7 +29,7 @@ RELAXATION = 0.6
 """Share of what is missed that a turn corrects: the whole swings where the layer has hardly any stiffness left."""
 
 
-def with_own_harmonics(modes: LayerModes, law: PointLaw, largest_m: float) -> PointLaw:
+def with_own_harmonics(modes: LayerModes, law: LayerPointLaw, largest_m: float) -> LayerPointLaw:
     """The law to tabulate so that the points act with the softening of `law` in the first mode.
 
     Parameters
@@ -56,10 +56,10 @@ def with_own_harmonics(modes: LayerModes, law: PointLaw, largest_m: float) -> Po
         correction = correction + RELAXATION * miss
         more = PchipInterpolator([0.0, *a], [0.0, *correction])(np.clip(meant.knots, 0.0, a[-1]))
         table = Curve(meant.knots, meant.values + more)
-    return PointLaw(best, law.loss)
+    return LayerPointLaw(best, law.loss)
 
 
-def _surroundings(modes: LayerModes, law: PointLaw, X: Array) -> tuple[Array, Array]:
+def _surroundings(modes: LayerModes, law: LayerPointLaw, X: Array) -> tuple[Array, Array]:
     """Complex openings (x, p) in the first mode, m, and receptances (x, h, p, p) among them at its harmonics."""
     p, found = modes.points, mode_functions(modes, law.softening, law.loss, X)
     motion, compliance = np.zeros((len(X), p), complex), np.zeros((len(X), len(ORDERS), p, p), complex)
@@ -84,11 +84,11 @@ def _acting(table: Curve, motion: Array, secant: Array, weights: Array, complian
     for _ in range(INNER_TURNS):
         opening = sine + (o @ back).real
         # Most of the force is linear in the opening and in the receptances already; the rest is soon in balance.
-        rest = (force.path(opening) + secant[:, :, None] * opening) * weights[:, None]
+        rest = (force.force_history(opening) + secant[:, :, None] * opening) * weights[:, None]
         before, o = o, o + RELAXATION * (-np.einsum("xhpq,xqh->xph", compliance, rest @ onto) - o)
         if np.max(np.abs(o - before)) < TOLERANCE * np.max(np.abs(motion)):
             break
-    first = force.path(sine + (o @ back).real) @ np.exp(-1j * theta) * 2 / SAMPLES
+    first = force.force_history(sine + (o @ back).real) @ np.exp(-1j * theta) * 2 / SAMPLES
     return np.asarray(-(first / motion).real)
 
 

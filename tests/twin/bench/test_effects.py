@@ -207,5 +207,7 @@ def test_a_law_that_is_given_softens_a_softer_joint_by_its_share():
     effect = Effect(cause="joint-stiffness", parameters={"normal_factor": 0.75, "shear_factor": 1.0})
     E = RIG.joint.preload["120N"].normal_modulus
     given = open_bench(RIG, effects=[effect], joint_law=steel_law(E), drive="force").built
-    assert given.laws[0].normal.stiffness(1.0) == pytest.approx(0.75 * steel_law(E).normal.stiffness(1.0))
-    assert given.plan.joints[0].E + given.laws[0].normal.stiffness(1.0) > 0
+    assert given.laws[0].normal.describing_function(1.0) == pytest.approx(
+        0.75 * steel_law(E).normal.describing_function(1.0)
+    )
+    assert given.plan.joints[0].E + given.laws[0].normal.describing_function(1.0) > 0

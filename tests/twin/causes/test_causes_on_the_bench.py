@@ -63,8 +63,8 @@ def recorded(by_hand):
         )
         knots = choose_knots(np.array([6e-6]), 40)
         shown = sound.built.laws[0]
-        loss = shown.loss.stiffness(knots).imag if shown.loss else 0 * knots
-        layer = LayerLaw(knots, knots, -describing_function(shown.normal.path, knots).real, loss)
+        loss = shown.loss.describing_function(knots).imag if shown.loss else 0 * knots
+        layer = LayerLaw(knots, knots, -describing_function(shown.normal.force_history, knots).real, loss)
         return SimpleNamespace(evidence=evidence, baseline=BaselineParameters(nominal_parameters(rig), (layer,)))
 
     return record

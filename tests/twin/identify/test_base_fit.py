@@ -103,7 +103,7 @@ def balanced(build, steel_model, steel_dense, nominal):
     law = bench.built.laws[0]
     return Balanced(
         build.evidence(steel_model, steps, [at_rest(build, steel_dense, nominal)]), mode, force_N, opening, slip,
-        nominal.E + law.normal.stiffness(opening).real, law.loss.modulus(slip),
+        nominal.E + law.normal.describing_function(opening).real, law.loss.modulus(slip),
     )  # fmt: skip
 
 
@@ -158,7 +158,7 @@ SOFTENING = Saturating(2.8e8, 4e-7, -2.8e8)
 def true_law():
     """Softening and loss of the dense structure's points, as splines fine enough to be the functions themselves."""
     opening, slip = np.geomspace(1e-9, 1e-5, 200), np.geomspace(1e-9, 1e-5, 200)
-    return LayerLaw(opening, slip, -SOFTENING.stiffness(opening).real, 3e8 * (slip / 1e-6) ** 1.5)
+    return LayerLaw(opening, slip, -SOFTENING.describing_function(opening).real, 3e8 * (slip / 1e-6) ** 1.5)
 
 
 def test_what_harmonics_add_belongs_to_the_motion_that_it_leads_to(balanced, nominal):

@@ -40,7 +40,7 @@ def _true_law(law):
     """The bench's own law, without the slap."""
     amplitude = np.geomspace(1e-9, 1.4e-5, 160)
     theta = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
-    path = law.normal.path(np.outer(amplitude, np.cos(theta)))
+    path = law.normal.force_history(np.outer(amplitude, np.cos(theta)))
     softening = -2 * np.mean(path * np.cos(theta), axis=1) / amplitude
     slip = np.geomspace(1e-9, 1e-5, 160)
     return LayerLaw(amplitude, slip, softening, law.loss.modulus(slip))

@@ -29,7 +29,7 @@ from twin.rigs import load_rig
 E, WEIGHT = 4e8, np.array([0.066, 0.05, 0.066])
 SOFT = Saturating(0.8 * E, 1e-6, -0.8 * E)
 KNOTS = np.geomspace(2e-8, 2e-5, 80)
-LAW = LayerLaw(KNOTS, KNOTS, -SOFT.stiffness(KNOTS).real, np.zeros(80))
+LAW = LayerLaw(KNOTS, KNOTS, -SOFT.describing_function(KNOTS).real, np.zeros(80))
 """Fine enough to be the function itself, and reaching beyond all openings."""
 SLAP = Opening(gap_m=2e-6, factor=0.6)
 
@@ -48,7 +48,7 @@ def openings(orders, seed=0):
     """Three steps of three points of a structure with three modes of its own; in units of the drive's frequency."""
     rng = np.random.default_rng(seed)
     fundamental = 10 ** rng.uniform(-6, -5.3, (3, 3)) * np.exp(1j * rng.uniform(0, 6, (3, 3)))
-    secant = WEIGHT * SOFT.stiffness(np.abs(fundamental)).real
+    secant = WEIGHT * SOFT.describing_function(np.abs(fundamental)).real
     order, shapes = np.array(orders)[:, None, None], rng.standard_normal((3, 3))
     beams, mass = 3e6 * shapes @ shapes.T, 2e5 * np.diag(rng.uniform(0.2, 1, 3))
     layer = (E * WEIGHT + secant)[:, None, None, :] * np.eye(3)
@@ -83,9 +83,9 @@ def openings_of(laws, joint, orders=ODD, seed=0):
 
 def law_force(opening, slap):
     """Of the softening, N per weight: odd, but beyond a gap where it opens, where the slope falls."""
-    whole = SOFT.path(opening) + E * opening
+    whole = SOFT.force_history(opening) + E * opening
     if slap is not None:
-        at_gap = SOFT.path(np.array(slap.gap_m)) + E * slap.gap_m
+        at_gap = SOFT.force_history(np.array(slap.gap_m)) + E * slap.gap_m
         whole = whole - (1 - slap.factor) * np.maximum(whole - at_gap, 0.0)
     return whole - E * opening
 
@@ -121,7 +121,7 @@ def brute_force(openings, slap, samples=1024):
         X = unpack(found.x)
         motion.append(X)
         first = np.fft.fft(WEIGHT[:, None] * law_force(at(X), slap), axis=1)[:, 1] * 2 / samples
-        more.append(first / a - WEIGHT * SOFT.stiffness(np.abs(a)).real)
+        more.append(first / a - WEIGHT * SOFT.describing_function(np.abs(a)).real)
     return np.array(motion), np.array(more)
 
 
@@ -188,7 +188,7 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
     """The third harmonic of a sweep about mode 2 passes mode 3; mode 1 opens the layer by 7 um."""
     base = nominal_parameters(load_rig("steel-lap-joint"))
     knots = np.geomspace(1e-8, 1e-5, 20)
-    law = LayerLaw(knots, knots, -SOFT.stiffness(knots).real, 2e9 * knots**2 / (knots**2 + 1e-12))
+    law = LayerLaw(knots, knots, -SOFT.describing_function(knots).real, 2e9 * knots**2 / (knots**2 + 1e-12))
     omega = 2 * np.pi * around_Hz * np.tile(np.linspace(0.97, 1.03, 41), 3)
     tip = np.repeat([1e-4, 1e-3, 3e-3], 41) * (26.2 / around_Hz) ** 1.5
     H, motion = steel_dense.with_law(omega, tip, base, law)
@@ -248,7 +248,7 @@ def test_a_slap_that_loses_nothing_is_none():
 def test_what_harmonics_add_follows_the_laws_of_all_joints(exact, orders, slaps):
     """Against differences of the balance itself, with everything that a law changes built anew."""
     knots = np.geomspace(2e-7, 2e-5, 7)
-    softening = -SOFT.stiffness(knots).real
+    softening = -SOFT.describing_function(knots).real
     laws = tuple(LayerLaw(knots, knots, share * softening, np.zeros(7)) for share in (1.0, 0.7))
     joint = (0, 1, 0)
     found = openings_of(laws, joint, orders)

@@ -28,7 +28,7 @@ from twin.diagnose.result import IN_WORDS, Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.search import Search, search_causes
 from twin.diagnose.tables.felt import felt_causes
 from twin.diagnose.tables.limits import LIMITS
-from twin.diagnose.tables.result import FrequencyRow, HeldOut, TableDiagnosis, Tried
+from twin.diagnose.tables.result import FrequencyRow, HeldOutValues, TableDiagnosis, Tried
 from twin.diagnose.verdict import Posterior, decide, named_causes, posterior_of
 from twin.identify.base_fit import fit_base
 from twin.identify.error_model import SPREAD
@@ -231,7 +231,7 @@ class _Frequencies:
         )  # fmt: skip
 
     @property
-    def gain(self) -> HeldOut:
+    def gain(self) -> HeldOutValues:
         """Errors of what was held out."""
         factor = self.after.errors.steps.stiffness / 2 / self.evidence.model_std
 
@@ -247,7 +247,7 @@ class _Frequencies:
             J, covariance = self.after.solution.jacobian, self.after.solution.covariance
             leverage = np.einsum("nu,uv,nv->n", J, covariance, J)
             of_fit = rms(1 / np.sqrt(np.maximum(1 - leverage, 1e-6)))
-            return HeldOut(
+            return HeldOutValues(
                 rms(self.left_out[0]), rms(self.left_out[1]), floor(self.evidence.tables), how=how, of_fit=of_fit
             )
         before, after = (
@@ -255,7 +255,9 @@ class _Frequencies:
             for model in self.models
         )
         runs = tuple(dict.fromkeys(Path(table.path).name for table in self.kept))
-        return HeldOut(before, after, floor(self.kept), how="natural frequencies of the held-out tables", runs=runs)
+        return HeldOutValues(
+            before, after, floor(self.kept), how="natural frequencies of the held-out tables", runs=runs
+        )
 
     @property
     def tried(self) -> tuple[Tried, ...]:

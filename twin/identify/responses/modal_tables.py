@@ -15,7 +15,7 @@ from twin.identify.responses.parameters import parameters_of
 from twin.identify.responses.updating import (
     MODEL,
     FrequencyPair,
-    Modes,
+    MatchedModes,
     Updated,
     applied,
     fit_parameters,
@@ -126,7 +126,7 @@ def _beside(beam: BeamPart, point: Array) -> tuple[float, float]:
     return at, float(np.linalg.norm(point - start - at * axis))
 
 
-def _pairs(measured: list[FoundModes], model: Modes, where: Where) -> list[tuple[int, FoundModes]]:
+def _pairs(measured: list[FoundModes], model: MatchedModes, where: Where) -> list[tuple[int, FoundModes]]:
     """Each measured mode with the number of the model's that is most like it, each of those once."""
     cost = np.array([
         [
@@ -144,7 +144,7 @@ def _pairs(measured: list[FoundModes], model: Modes, where: Where) -> list[tuple
     return sorted(found, key=lambda pair: pair[0])
 
 
-def _alike(mode: FoundModes, model: Modes, number: int, where: Where) -> float | None:
+def _alike(mode: FoundModes, model: MatchedModes, number: int, where: Where) -> float | None:
     """MAC of a measured shape with the model's; None without two numbers to compare."""
     if len(where) < 2:
         return None

@@ -188,7 +188,7 @@ def mac(one: Array, other: Array) -> float | None:
 
 
 @dataclass(frozen=True)
-class Modes:
+class MatchedModes:
     """Natural frequencies (m,), Hz, and shapes or modal constants (o, m) at places."""
 
     Hz: Array
@@ -199,16 +199,16 @@ def _places(evidence: MeasuredData) -> tuple[Place, ...]:
     return tuple(output.place for output in evidence.outputs)
 
 
-def _measured(found: Gathered) -> Modes:
+def _measured(found: Gathered) -> MatchedModes:
     """Modes that the responses show."""
     evidence = found.evidence
     assert evidence.linear is not None
     nominal = modes_of(evidence.rig, evidence.preload, _places(evidence))
     shift = np.sqrt(1 + 2 * evidence.linear.base.frequency_discrepancy)
-    return Modes(nominal.Hz * shift, nominal.constants * np.array(found.factors))
+    return MatchedModes(nominal.Hz * shift, nominal.constants * np.array(found.factors))
 
 
-def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = DAMPED_MODES) -> Modes:
+def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = DAMPED_MODES) -> MatchedModes:
     """The first modes of a rig, with their modal constants between places and the drive, 1/kg."""
     structure = assemble(rig)
     modes = normal_modes(structure.M, structure.stiffness(*rig.moduli_values(preload)), count + MOST_RIGID)
@@ -217,7 +217,7 @@ def modes_of(rig: Rig, preload: str, places: Sequence[Place], *, count: int = DA
     Phi = modes.Phi[:, kept]
     drive = structure.row(rig.drive_place) @ Phi
     read = np.array([structure.row(place) @ Phi for place in places]).reshape(-1, Phi.shape[1])
-    return Modes(modes.omega[kept] / (2 * np.pi), read * drive)
+    return MatchedModes(modes.omega[kept] / (2 * np.pi), read * drive)
 
 
 def applied(rig: Rig, parameters: Sequence[UpdatedParameter], x: Array) -> Rig:
