@@ -26,9 +26,6 @@ from twin.rigs import LayerLawTable, NamedLaws
 
 Matrix = NDArray[np.float64]
 
-REFERENCE_OPENING = 1.5e-5
-"""End of tabulated laws, m of opening."""
-
 
 @dataclass(frozen=True)
 class JointLaw:

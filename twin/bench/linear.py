@@ -12,12 +12,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.bench.reduction import ModalModel, MODES_BELOW_Hz
+from twin.bench.limits import LIMITS
+from twin.bench.reduction import ModalModel
 from twin.bench.shaker import COORDINATES, ShakerModel
 
 Matrix = NDArray[np.float64]
 
-FOLLOWING_s = 1 / (2 * np.pi * MODES_BELOW_Hz)
+FOLLOWING_s = 1 / (2 * np.pi * LIMITS.modes_below_Hz)
 """Within this the modes left out follow the forces where a rate is read: as fast as the fastest mode that is kept."""
 
 

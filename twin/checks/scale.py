@@ -6,16 +6,17 @@ import math
 from collections.abc import Container, Sequence
 
 import numpy as np
+from scipy.constants import pound_force
 
 from recordings.quantities import STANDARD_GRAVITY
 from twin.checks.agreement import Agreement
 from twin.checks.finding import CheckFinding
 from twin.checks.thresholds import ABSURD, ALIKE, CLEARER, GAIN, SHAPE
-from twin.checks.units import OF_FORCE, OF_RESPONSE, POUND_FORCE_N, name_of
+from twin.checks.units import OF_FORCE, OF_RESPONSE, name_of
 
 __all__ = ["look_at_commanded", "look_at_scale"]
 
-G_OVER_POUNDS = POUND_FORCE_N / STANDARD_GRAVITY
+G_OVER_POUNDS = pound_force / STANDARD_GRAVITY
 """Of the response per force with the one in g and the other in lbf."""
 MODEL = "the response per force of the rig's model"
 

@@ -7,7 +7,7 @@ from twin.joint.jenkins_element import ParallelJenkins, jenkins, jenkins_stiffne
 from twin.joint.knots import loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
-from twin.joint.named_law import LawParameter, NamedLaw, PointForce
+from twin.joint.named_law import NamedLaw, Parameter, PointForce
 from twin.joint.polynomial import Polynomial
 from twin.joint.power_laws import Cubic, Linear, QuadraticDrag
 from twin.joint.registry import known_laws, law_named, load_laws

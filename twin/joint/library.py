@@ -14,7 +14,7 @@ from twin.joint.jenkins_element import jenkins
 from twin.joint.knots import LOSS_POINTS, loss_of_knots, softening_of_knots
 from twin.joint.law import Law
 from twin.joint.masing import masing_of_points
-from twin.joint.named_law import LawParameter, NamedLaw
+from twin.joint.named_law import NamedLaw, Parameter
 from twin.joint.polynomial import Polynomial
 from twin.joint.power_laws import Cubic
 from twin.joint.running_loss import RunningLoss
@@ -22,12 +22,12 @@ from twin.joint.saturating import Saturating
 from twin.joint.slap import PiecewiseLinearContact
 
 
-def _modulus(name: str, about: str, **more: Any) -> LawParameter:
-    return LawParameter(name=name, unit="N/m2", about=about, **({"above": 0.0} | more))
+def _modulus(name: str, about: str, **more: Any) -> Parameter:
+    return Parameter(name=name, unit="N/m2", about=about, **({"above": 0.0} | more))
 
 
-def _length(name: str, about: str, **more: Any) -> LawParameter:
-    return LawParameter(name=name, unit="m", about=about, **({"above": 0.0} | more))
+def _length(name: str, about: str, **more: Any) -> Parameter:
+    return Parameter(name=name, unit="m", about=about, **({"above": 0.0} | more))
 
 
 def _iwan(stiffness: float, slips_at: float, exponent: float, sliders: float) -> Law:
@@ -100,7 +100,7 @@ LIBRARY = (
     NamedLaw(
         name="cubic",
         sentence="stiffens with the cube of its motion, by {stiffness:.3g} N/m4",
-        parameters=(LawParameter(name="stiffness", unit="N/m4", about="force per cube of the deflection", above=0.0),),
+        parameters=(Parameter(name="stiffness", unit="N/m4", about="force per cube of the deflection", above=0.0),),
         make=lambda stiffness: Cubic(stiffness),
     ),
     NamedLaw(
@@ -121,10 +121,10 @@ LIBRARY = (
         parameters=(
             _modulus("stiffness", "of all springs"),
             _length("slips_at", "deflection at which the last slider slips"),
-            LawParameter(
+            Parameter(
                 name="exponent", unit="1", about="of the density of slip forces", above=-1.0, most=10.0, default=0.0
             ),
-            LawParameter(name="sliders", unit="1", about="how many stand for it", least=1.0, most=100.0, default=10.0),
+            Parameter(name="sliders", unit="1", about="how many stand for it", least=1.0, most=100.0, default=10.0),
         ),
         make=_iwan,
     ),
@@ -133,9 +133,7 @@ LIBRARY = (
         sentence="follows Masing's rule over a backbone of points",
         parameters=(
             _length("deflection", "of the backbone's points after (0, 0), rising", several=True),
-            LawParameter(
-                name="force", unit="N/m", about="of these points: modulus times metres", above=0.0, several=True
-            ),
+            Parameter(name="force", unit="N/m", about="of these points: modulus times metres", above=0.0, several=True),
         ),
         make=_masing,
     ),
@@ -143,14 +141,14 @@ LIBRARY = (
         name="polynomial",
         sentence="softens and loses by polynomials of its amplitude, as the papers have them",
         parameters=(
-            LawParameter(
+            Parameter(
                 name="softening",
                 unit="N/m2 per m, m2, ...",
                 about="coefficients of the first power on",
                 default=[],
                 several=True,
             ),
-            LawParameter(
+            Parameter(
                 name="loss", unit="N/m2 per m, m2, ...", about="likewise, of the loss modulus", default=[], several=True
             ),
             _length("reversal", "travel over which the loss changes its sign", above=None, least=0.0, default=0.0),
@@ -192,7 +190,7 @@ LIBRARY = (
         parameters=(
             _modulus("loss", "loss modulus of large motions"),
             _length("reached_at", "amplitude at which half of it is there"),
-            LawParameter(name="power", unit="1", about="of the amplitude, at first", least=1.0, most=10.0, default=4.0),
+            Parameter(name="power", unit="1", about="of the amplitude, at first", least=1.0, most=10.0, default=4.0),
         ),
         make=_running_loss,
     ),

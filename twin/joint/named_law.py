@@ -10,17 +10,15 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from twin.joint.law import Law, Series, Stiffness
+from twin.joint.limits import LIMITS
 from twin.joint.slap import PiecewiseLinearContact
 from twin.joint.table import ForceTable
 
 Value = float | list[float]
 
-AT_REST_m = 1e-12
-"""A motion at which every law is at rest."""
-
 
 @dataclass(frozen=True, kw_only=True)
-class LawParameter:
+class Parameter:
     """A parameter of a law.
 
     Attributes
@@ -81,7 +79,7 @@ class PointForce:
     @staticmethod
     def of(law: Law) -> PointForce:
         """With the law's own stiffness at rest."""
-        return PointForce(law, float(np.real(law.describing_function(np.array(AT_REST_m)))))
+        return PointForce(law, float(np.real(law.describing_function(np.array(LIMITS.at_rest_m)))))
 
     @property
     def most_taken(self) -> float:
@@ -119,7 +117,7 @@ class NamedLaw:
 
     name: str
     sentence: str
-    parameters: tuple[LawParameter, ...]
+    parameters: tuple[Parameter, ...]
     make: Callable[..., Law]
 
     def values(self, given: Mapping[str, Any]) -> dict[str, Value]:

@@ -12,9 +12,7 @@ from scipy.special import ellipe, ellipk
 
 from twin.joint.kinds import SATURATING
 from twin.joint.law import Series, Stiffness
-
-SMALL = 1e-3
-"""Below this m the elliptic form loses digits and its series is used."""
+from twin.joint.limits import LIMITS
 
 
 @dataclass(frozen=True)
@@ -44,6 +42,6 @@ class Saturating:
         """Equivalent stiffness."""
         m = (np.asarray(amplitude, float) / self.e0) ** 2
         series = 1.0 - 3.0 / 8.0 * m + 15.0 / 64.0 * m**2 - 175.0 / 1024.0 * m**3
-        big = np.maximum(m, SMALL)
+        big = np.maximum(m, LIMITS.saturating_small)
         exact = 4.0 / (np.pi * big) * (ellipe(-big) - ellipk(-big))
-        return np.asarray(self.k * np.where(m < SMALL, series, exact) + self.spring, complex)
+        return np.asarray(self.k * np.where(m < LIMITS.saturating_small, series, exact) + self.spring, complex)

@@ -17,9 +17,7 @@ import numpy as np
 
 from twin.joint.kinds import TABLE
 from twin.joint.law import Series, Stiffness
-
-TABLE_POINTS = 4097
-"""Points of a table; a linear interpolation of a curve this dense is good to about 1e-7 of its range."""
+from twin.joint.limits import LIMITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ class ForceTable:
     @classmethod
     def of(cls, force: Callable[[Series], Series], *, limit_m: float) -> ForceTable:
         """Tabulate a single-valued force."""
-        return cls(limit_m, force(np.linspace(-limit_m, limit_m, TABLE_POINTS)))
+        return cls(limit_m, force(np.linspace(-limit_m, limit_m, LIMITS.table_points)))
 
     @property
     def parameters(self) -> Series:
@@ -72,7 +70,7 @@ def table_from_stiffness(
     stiffness, slope
         N(A) and dN/dA, vectorised, defined from 0 to `limit_m`.
     """
-    x = np.linspace(0.0, limit_m, TABLE_POINTS // 2 + 1)
+    x = np.linspace(0.0, limit_m, LIMITS.table_points // 2 + 1)
     nodes, weights = np.polynomial.legendre.leggauss(200)
     sine = np.sin((nodes + 1) * np.pi / 4)
     A = x[:, None] * sine

@@ -10,11 +10,10 @@ from scipy.optimize import root
 from twin.identify import opening_harmonics
 from twin.identify.baseline_parameters import BaselineParameters
 from twin.identify.joint_law import LayerLaw
+from twin.identify.limits import LIMITS
 from twin.identify.linear_model import nominal_parameters
 from twin.identify.model_modification import ModelModification, Opening
 from twin.identify.opening_harmonics import (
-    EVEN_TOO,
-    ODD,
     Openings,
     balance_openings,
     growth_of_more,
@@ -60,7 +59,7 @@ def openings(orders, seed=0):
     return Openings(fundamental, secant, *at_rest, tuple(orders), compliance, driven, *slips)
 
 
-def openings_of(laws, joint, orders=ODD, seed=0):
+def openings_of(laws, joint, orders=LIMITS.opening_harmonics_odd, seed=0):
     """As :func:`openings`, with the secants of these laws at the points of their joints."""
     plain = openings(orders, seed)
     secant = np.empty((3, 3))
@@ -125,7 +124,9 @@ def brute_force(openings, slap, samples=1024):
     return np.array(motion), np.array(more)
 
 
-@pytest.mark.parametrize(("orders", "slap"), [(ODD, None), (EVEN_TOO, SLAP)], ids=["softening", "slap"])
+@pytest.mark.parametrize(
+    ("orders", "slap"), [(LIMITS.opening_harmonics_odd, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
+)
 def test_harmonics_are_those_of_a_root_finder_over_a_finer_period(exact, monkeypatch, orders, slap):
     """Its own force law, sampling and solver; what comes back to the fundamental is hundredths of the softening."""
     monkeypatch.setattr(opening_harmonics, "SAMPLES", 1024)
@@ -140,7 +141,7 @@ def test_harmonics_are_those_of_a_root_finder_over_a_finer_period(exact, monkeyp
 
 
 def test_sixty_four_samples_are_enough(exact):
-    given = openings(EVEN_TOO)
+    given = openings(LIMITS.even_too)
     motion, more = brute_force(given, SLAP)
     found = balance_openings((LAW,), given, (SLAP,))
     np.testing.assert_allclose(found.motion, motion, atol=2e-3 * np.max(np.abs(motion)))
@@ -150,14 +151,14 @@ def test_sixty_four_samples_are_enough(exact):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
 def test_it_comes_to_rest_wherever_it_begins(seed, slap):
-    given = openings(EVEN_TOO, seed)
+    given = openings(LIMITS.even_too, seed)
     found = balance_openings((LAW,), given, (slap,))
     again = balance_openings((LAW,), given, (slap,), start=1.2 * found.motion)
     assert max(found.unsettled, again.unsettled) < 1e-5
     np.testing.assert_allclose(again.motion, found.motion, atol=1e-4 * np.max(np.abs(given.fundamental)))
 
 
-@pytest.mark.parametrize("orders", [ODD, EVEN_TOO], ids=["odd", "all"])
+@pytest.mark.parametrize("orders", [LIMITS.opening_harmonics_odd, LIMITS.even_too], ids=["odd", "all"])
 @pytest.mark.parametrize("slap", [None, SLAP, Opening(5e-7, 0.2)], ids=["softening", "slap", "hard-slap"])
 def test_the_compiled_balance_is_the_plain_one(orders, slap):
     given = openings(orders, seed=1)
@@ -167,7 +168,9 @@ def test_the_compiled_balance_is_the_plain_one(orders, slap):
         np.testing.assert_allclose(getattr(one, name), value, atol=1e-8 * np.max(np.abs(value)), rtol=0)
 
 
-@pytest.mark.parametrize(("orders", "slap"), [(ODD, None), (EVEN_TOO, SLAP)], ids=["softening", "slap"])
+@pytest.mark.parametrize(
+    ("orders", "slap"), [(LIMITS.opening_harmonics_odd, None), (LIMITS.even_too, SLAP)], ids=["softening", "slap"]
+)
 def test_what_harmonics_add_grows_with_the_fundamentals_as_differences_say(exact, orders, slap):
     around, slaps = openings(orders), [slap]
     found = growth_of_more([LAW], around, balance_openings([LAW], around, slaps), slaps)
@@ -205,7 +208,7 @@ def test_it_comes_to_rest_on_a_rig(build, steel_model, steel_dense, around_Hz, s
 
 def test_without_harmonics_nothing_comes_back():
     """A structure that does not answer them, and a drive that has none."""
-    given = openings(ODD)
+    given = openings(LIMITS.opening_harmonics_odd)
     still = replace(given, compliance=0 * given.compliance, driven=0 * given.driven)
     found = balance_openings((LAW,), still)
     assert not found.motion.any()
@@ -213,7 +216,7 @@ def test_without_harmonics_nothing_comes_back():
 
 
 def test_a_linear_joints_harmonics_are_the_drives_own():
-    given = openings(ODD)
+    given = openings(LIMITS.opening_harmonics_odd)
     given = replace(given, secant=0 * given.secant)
     found = balance_openings((LayerLaw.zero(KNOTS, KNOTS),), given)
     np.testing.assert_allclose(found.motion, given.driven, atol=1e-6 * np.max(np.abs(given.driven)))
@@ -222,9 +225,9 @@ def test_a_linear_joints_harmonics_are_the_drives_own():
 
 def test_a_layer_that_loses_contact_where_it_opens_is_open_in_the_mean():
     """Less force holds it beyond the gap than before: it opens farther than it closes, more so the less is left."""
-    given = openings(EVEN_TOO)
+    given = openings(LIMITS.even_too)
     # One point by itself on a static compliance.
-    alone = np.eye(3) * 2e-8 * np.ones((3, len(EVEN_TOO), 1, 1))
+    alone = np.eye(3) * 2e-8 * np.ones((3, len(LIMITS.even_too), 1, 1))
     given = replace(given, compliance=alone + 0j, driven=0 * given.driven)
     mean = [balance_openings((LAW,), given, (Opening(2e-7, factor),)).motion[:, 0].real for factor in (0.9, 0.5)]
     assert np.all(mean[0] > 0)
@@ -234,17 +237,21 @@ def test_a_layer_that_loses_contact_where_it_opens_is_open_in_the_mean():
 
 
 def test_a_slap_that_loses_nothing_is_none():
-    given = openings(EVEN_TOO)
+    given = openings(LIMITS.even_too)
     plain, factor_1, far = (
         balance_openings((LAW,), given, (slap,)) for slap in (None, Opening(2e-7, 1.0), Opening(1e-4, 0.2))
     )
-    even = [EVEN_TOO.index(h) for h in (0, 2, 4, 6)]
+    even = [LIMITS.even_too.index(h) for h in (0, 2, 4, 6)]
     for found in (plain, factor_1, far):
         assert np.max(np.abs(found.motion[:, even])) < 1e-9 * np.max(np.abs(given.fundamental))
         np.testing.assert_allclose(found.motion, plain.motion, atol=1e-9 * np.max(np.abs(given.fundamental)))
 
 
-@pytest.mark.parametrize(("orders", "slaps"), [(ODD, (None, None)), (EVEN_TOO, (SLAP, None))], ids=["odd", "slap"])
+@pytest.mark.parametrize(
+    ("orders", "slaps"),
+    [(LIMITS.opening_harmonics_odd, (None, None)), (LIMITS.even_too, (SLAP, None))],
+    ids=["odd", "slap"],
+)
 def test_what_harmonics_add_follows_the_laws_of_all_joints(exact, orders, slaps):
     """Against differences of the balance itself, with everything that a law changes built anew."""
     knots = np.geomspace(2e-7, 2e-5, 7)

@@ -41,7 +41,7 @@ def test_a_slider_marched_in_time_has_the_same_harmonics():
 
 
 def test_the_first_harmonic_is_the_describing_function_in_closed_form():
-    expected = jenkins(STIFFNESS, SLIP_FORCE).stiffness(AMPLITUDES) * AMPLITUDES
+    expected = jenkins(STIFFNESS, SLIP_FORCE).describing_function(AMPLITUDES) * AMPLITUDES
     assert harmonics(AMPLITUDES)[:, 0] == pytest.approx(expected, rel=1e-12)
 
 

@@ -71,5 +71,9 @@ class Limits:
     sweeps_loudest: float = 2.0
     """Force over the largest that was used up to which the shaker is trusted."""
 
+    # plan.py
+    needed_log_evidence: float = 5.0
+    """Gain of log evidence by which a rival is told from the best."""
+
 
 LIMITS = Limits()

@@ -33,13 +33,8 @@ from twin.diagnose.verdict import Posterior, decide, named_causes, posterior_of
 from twin.identify.base_fit import fit_base
 from twin.identify.error_model import SPREAD
 from twin.identify.frequency_model import FrequencyModel, check_modes, sound_errors
-from twin.identify.natural_frequencies import (
-    ASSUMED_STD,
-    MeasuredFrequencies,
-    StateFrequencies,
-    measured_frequencies,
-    sort_by_state,
-)
+from twin.identify.limits import LIMITS as IDENTIFY
+from twin.identify.natural_frequencies import MeasuredFrequencies, StateFrequencies, measured_frequencies, sort_by_state
 from twin.identify.rms import rms
 from twin.rigs import BeamPart, Rig
 from twin.rigs.beam import BeamRig
@@ -138,8 +133,8 @@ def _assumed(evidence: MeasuredFrequencies, felt: Mapping[str, Cause]) -> list[s
         assumed.append(f"The moduli are identified; before the data each is assumed to a factor of {factor:.2g}.")
     if not evidence.stated:
         assumed.append(
-            f"The table gives no std_Hz: each frequency is taken to be good to {100 * ASSUMED_STD:g} %, a figure that "
-            f"is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor."
+            f"The table gives no std_Hz: each frequency is taken to be good to {100 * IDENTIFY.assumed_std:g} %, "
+            f"a figure that is itself right to within a factor of {np.exp(SPREAD):.0f}; all are off by the same factor."
         )
     rare = ", ".join(f"{name} at {odds:g}" for name, odds in RARER_IN_FREQUENCIES.items() if name in felt)
     assumed.append(
@@ -312,8 +307,8 @@ class _Frequencies:
         if not evidence.stated:
             likely = 100 * self.after.errors.steps.stiffness / 2
             notes.append(
-                f"std_Hz is not given: {100 * ASSUMED_STD:g} % is assumed, known to a factor of {np.exp(SPREAD):.0f}; "
-                f"the model makes {likely:.2g} % the most probable"
+                f"std_Hz is not given: {100 * IDENTIFY.assumed_std:g} % is assumed, known to a factor of "
+                f"{np.exp(SPREAD):.0f}; the model makes {likely:.2g} % the most probable"
             )
         if self.after.hypotheses and self.after.dof < 2:
             freedom = f"{max(self.after.dof, 0)} degrees of freedom"

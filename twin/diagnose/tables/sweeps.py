@@ -19,7 +19,8 @@ from twin.diagnose.result import Estimate, Misfit, NamedCause, Verdict
 from twin.diagnose.tables.limits import LIMITS
 from twin.diagnose.tables.order_in_time import FrequencyDrift, Jump, find_drift, find_jump
 from twin.diagnose.tables.result import HeldOutValues, SweepRow, TableDiagnosis
-from twin.identify.backbone import FREQUENCY_SCALE, BackboneSweep, identify_backbone
+from twin.identify.backbone import BackboneSweep, identify_backbone
+from twin.identify.limits import LIMITS as IDENTIFY
 from twin.identify.modal_prediction import predict_held
 from twin.identify.rms import rms
 from twin.rigs.modal import LevelFit, ModalLaw
@@ -67,7 +68,7 @@ def diagnose_sweeps(
         for k, (sweep, level) in enumerate(zip(sweeps, levels, strict=True))
     ]
     inner = [row for row in rows if row.inside]
-    scale = FREQUENCY_SCALE * float(np.mean([row.frequency_Hz for row in rows]))
+    scale = IDENTIFY.frequency_scale * float(np.mean([row.frequency_Hz for row in rows]))
     drift = find_drift(rows, scale)
     errors = np.array([row.shift_Hz for row in inner])
     quiet = np.array([row.shift_Hz for row in inner if not row.shifted])
@@ -105,8 +106,8 @@ def diagnose_sweeps(
             ),
         },
         assumed=(
-            f"A sweep's resonance repeats to {100 * FREQUENCY_SCALE:g} % ({1e3 * scale:.0f} mHz), what a bolted beam "
-            "reaches without being taken apart; the misfit is in units of it.",
+            f"A sweep's resonance repeats to {100 * IDENTIFY.frequency_scale:g} % ({1e3 * scale:.0f} mHz), what a "
+            "bolted beam reaches without being taken apart; the misfit is in units of it.",
             "Sweeps were run in the order of the file.  The table has no time, so a drift can be stated per sweep "
             "only.",
             "Of the rig its name and the channel's are taken: a table of one mode needs no mesh.",

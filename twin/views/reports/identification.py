@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from twin.diagnose.comparison import SweepComparison, sweeps_beside
-from twin.identify.identified import POOR_FIT, Identified
+from twin.identify.identified import Identified
+from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
@@ -55,7 +56,7 @@ def identified_sentence(found: Identified, evidence: MeasuredData) -> str:
         for row in rows
         if row.parameter == name
     )
-    if found.chi2_per_dof > POOR_FIT:
+    if found.chi2_per_dof > LIMITS.poor_fit:
         return (
             f"The model misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g} even with "
             f"{moduli or 'the best damping ratios'}, and no value below can be relied on before 'twin diagnose' has "
@@ -83,7 +84,7 @@ def identified_page(found: Identified, evidence: MeasuredData, warnings: Sequenc
         answer=identified_sentence(found, evidence),
         facts=f"{fit_facts(evidence)}.",
         sections=[section for section in _sections(found, evidence, warnings) if section is not None],
-        accent=CAUTION if found.chi2_per_dof > POOR_FIT else AFTER,
+        accent=CAUTION if found.chi2_per_dof > LIMITS.poor_fit else AFTER,
     )
 
 
