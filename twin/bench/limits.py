@@ -30,7 +30,6 @@ class Limits:
     """Of the seed's streams, the one that such differences are drawn from."""
     drift_tolerance: float = 2e-5
     """Relative change of the moduli after which the modes are computed anew."""
-
     # build.py
     build_resolved: float = 0.4
     """Modes are kept up to this share of the internal rate, since no step resolves faster ones against a joint
@@ -39,24 +38,19 @@ class Limits:
     suspension_damping: float = 1e-3
     """What hangs free hangs on cords: natural frequency and damping ratio of its rigid motions, so low that from 5 Hz
     on they are those of a body in space to 1e-4."""
-
     # decimation.py
     half_length: int = 12
     """Output samples on either side of the filter's centre."""
-
     # layer.py
     reference_opening: float = 1.5e-5
     """End of tabulated laws, m of opening."""
-
     # marching.py
     marching_lanes: int = 16
     """Poles are padded to multiples of this, so that loops over real and imaginary parts fill whole vector
     registers."""
-
     # reduction.py
     modes_below_Hz: float = 4500.0
     """Modes above are statics only: the converter's band and the joint's harmonics end far below."""
-
     # shaker.py
     gives_way: float = 100.0
     """Slope of the current's limit over the coil's resistance: the excess is 1 % of what the voltage would drive."""

@@ -16,13 +16,11 @@ class Limits:
     """Standard deviation of the prior of each number's logarithm: a factor of seven."""
     calibration_classes: int = 10
     """Of probability, evenly, for the calibration error (Naeini et al. 2015)."""
-
     # summary.py
     summary_power: float = 0.9
     """Share of cases in which an effect must be found for its size to count as detectable."""
     summary_bins: tuple[float, float, float, float, float, float] = (0.0, 0.5, 0.8, 0.95, 0.99, 1.0)
     """Edges of the classes of probability for the calibration."""
-
     # runner.py
     scheduler_s: float = 10.0
     """Patience with a scheduler that does not answer."""

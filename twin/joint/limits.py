@@ -10,15 +10,12 @@ class Limits:
     # knots.py
     run_out: float = 0.1
     """Share of the last knot's amplitude over which a softening levels off beyond it."""
-
     # named_law.py
     at_rest_m: float = 1e-12
     """A motion at which every law is at rest."""
-
     # saturating.py
     saturating_small: float = 1e-3
     """Below this m the elliptic form loses digits and its series is used."""
-
     # steel.py
     soft_share: float = 0.9
     """Share of E' that the law loses at large amplitudes."""
@@ -32,7 +29,6 @@ class Limits:
     """Scale of the loss, m of a point's slip, at REFERENCE_MODULUS."""
     loss_end: float = 6.0
     """End of the loss's table, over its scale."""
-
     # table.py
     table_points: int = 4097
     """Points of a table; a linear interpolation of a curve this dense is good to about 1e-7 of its range."""

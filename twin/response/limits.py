@@ -25,7 +25,6 @@ class Limits:
     """Greatest arclength of a step, and most points, on the way from one steady state to another."""
     harmonic_balance_narrow: float = 0.02
     """Least unit of frequency on that way, over the frequency: about the width of a resonance."""
-
     # stability.py
     stability_beside: float = 1e-5
     """Perturbation over the amplitude of the local coordinates, or over each memory's own size."""

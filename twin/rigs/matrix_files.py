@@ -12,7 +12,6 @@ from recordings.errors import InputError
 from twin.rigs.layout import Layout, MatricesPart
 from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import FoundMatrix, read_matrix
-from twin.rigs.matrices.limits import LIMITS as MATRICES_LIMITS
 from twin.rigs.node_tables import DOFS, read_node_table
 
 Array = NDArray[np.float64]
@@ -145,7 +144,7 @@ def read_matrix_pair(mass: Path, stiffness: Path) -> tuple[FoundMatrix, FoundMat
 def labelled_rows(matrix: FoundMatrix, nodes: Integers) -> dict[tuple[int, str], int]:
     """Rows by (node, dof) of the nodes of a table, from the labels of a matrix that has them."""
     assert matrix.labels is not None
-    node, component = np.divmod(matrix.labels, MATRICES_LIMITS.found_components)
+    node, component = np.divmod(matrix.labels, LIMITS.found_components)
     placed = np.flatnonzero(np.isin(node, nodes) & (component >= 1) & (component <= len(DOFS)))
     return {(int(node[row]), DOFS[component[row] - 1]): int(row) for row in placed}
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from twin.diagnose.cause import Cause, Parameter, Values
 from twin.diagnose.fitted_model import CauseHypothesis
-from twin.diagnose.missing.limits import LIMITS
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.places import place_at, position, single_point
 from twin.identify.measured_data import MeasuredData

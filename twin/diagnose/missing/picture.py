@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnose.fitted_model import CauseHypothesis, FittedModel, fit_model, modification_of
+from twin.diagnose.limits import LIMITS
 from twin.diagnose.missing.force import LocalForce, law_of, named_law, peak_and_fundamental
-from twin.diagnose.missing.limits import LIMITS
 from twin.diagnose.missing.terms import TERMS, Term
 from twin.diagnose.model_evidence import fit_with_errors
 from twin.diagnose.places import along_beam, place_at

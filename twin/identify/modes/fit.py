@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.modes.limits import LIMITS
+from twin.identify.limits import LIMITS
 from twin.identify.modes.noise import noise_of_residual, noise_of_responses
 from twin.identify.modes.rational import ChartPole, pole_chart
 from twin.identify.modes.refinement import PoleFit, refine_poles

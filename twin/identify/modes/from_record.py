@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identify.broadband import BinnedResponse, bin_response, find_resonances
+from twin.identify.limits import LIMITS
 from twin.identify.modes.fit import ModalFit, fit_modes
-from twin.identify.modes.limits import LIMITS
 from twin.identify.spectrum import BroadbandRecord, h1
 
 Array = NDArray[Any]

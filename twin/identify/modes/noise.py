@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from twin.identify.modes.limits import LIMITS
+from twin.identify.limits import LIMITS
 
 Array = NDArray[Any]
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identify.modes.limits import LIMITS
+from twin.identify.limits import LIMITS
 
 Array = NDArray[Any]
 

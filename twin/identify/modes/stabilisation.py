@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twin.identify.modes.limits import LIMITS
+from twin.identify.limits import LIMITS
 from twin.identify.modes.rational import ChartPole
 
 

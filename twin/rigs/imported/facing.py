@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, KDTree, QhullError
 
-from twin.rigs.imported.limits import LIMITS
 from twin.rigs.imported.part import ImportedPart
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import PAIR_LIMIT, NodePairs
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from recordings.errors import InputError
 from twin.rigs.imported.units import UNITS, Units, model_scale
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.found import FoundMatrix
-from twin.rigs.matrices.limits import LIMITS
 from twin.rigs.matrix_files import PartMatrices, labelled_rows, read_matrix_pair
 from twin.rigs.node_tables import DOFS, NodeTable, read_node_table
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from recordings.directions import AXES
 from recordings.errors import InputError
-from twin.rigs.imported.limits import LIMITS
 from twin.rigs.imported.part import ImportedPart
+from twin.rigs.limits import LIMITS
 from twin.rigs.node_tables import DOFS
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twin.rigs.imported.limits import LIMITS
 from twin.rigs.imported.part import ImportedPart
 from twin.rigs.imported.places import NodePlace
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrix_files import NodePairs
 
 

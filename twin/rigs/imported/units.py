@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
-from twin.rigs.imported.limits import LIMITS
+from twin.rigs.limits import LIMITS
 
 Array = NDArray[np.float64]
 Rows = Mapping[tuple[int, str], int]

@@ -6,6 +6,7 @@ from typing import BinaryIO
 import numpy as np
 
 from recordings.errors import InputError
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.found import (
     NODE_LIMIT,
     Array,
@@ -16,7 +17,6 @@ from twin.rigs.matrices.found import (
     from_labelled,
     labels_of,
 )
-from twin.rigs.matrices.limits import LIMITS
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 TYPES = {"mass": "MASS", "stiffness": "STIFFNESS"}

@@ -7,8 +7,8 @@ import numpy as np
 
 from recordings.errors import InputError
 from recordings.reader import open_input
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.found import NODE_LIMIT, ORDER_LIMIT, FoundMatrix, Integers, Role, from_entries, labels_of
-from twin.rigs.matrices.limits import LIMITS
 from twin.rigs.matrices.numbers import number_table, whole_numbers
 
 ROLES = {".mas": "mass", ".sti": "stiffness"}

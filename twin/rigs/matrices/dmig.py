@@ -6,9 +6,9 @@ from typing import BinaryIO
 import numpy as np
 
 from recordings.errors import InputError
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices.bulk import Entry, entries
 from twin.rigs.matrices.found import NODE_LIMIT, FoundMatrix, Role, from_labelled, labels_of, name_for
-from twin.rigs.matrices.limits import LIMITS
 
 
 def read_dmig(path: Path, stream: BinaryIO, role: Role) -> FoundMatrix:

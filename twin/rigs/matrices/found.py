@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, tril, triu
 
 from recordings.errors import InputError
-from twin.rigs.matrices.limits import LIMITS
+from twin.rigs.limits import LIMITS
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -11,12 +11,12 @@ from scipy.sparse import csr_array
 
 from recordings.errors import InputError
 from recordings.reader import open_input
+from twin.rigs.limits import LIMITS
 from twin.rigs.matrices import found
 from twin.rigs.matrices.abaqus import read_abaqus
 from twin.rigs.matrices.calculix import read_calculix
 from twin.rigs.matrices.dmig import read_dmig
 from twin.rigs.matrices.found import FoundMatrix, Role
-from twin.rigs.matrices.limits import LIMITS
 from twin.rigs.matrices.market import BANNER, read_matrix_market
 from twin.rigs.matrices.npz import read_npz
 from twin.rigs.matrices.op4 import read_op4
