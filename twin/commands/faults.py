@@ -61,4 +61,6 @@ def _acquired(arguments: Sequence[str]) -> dict[str, Any]:
     with redirect_stdout(answer), redirect_stderr(io.StringIO()):
         acquire.main([*arguments, "--json"], standalone_mode=False)
     told: dict[str, Any] = json.loads(answer.getvalue())
+    if told["state"] == "interrupted":  # meant for the trials as well
+        raise KeyboardInterrupt
     return told

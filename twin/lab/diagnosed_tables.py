@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from recordings import FrequencyTable, InputError, read_table
 from twin.diagnose.tables import FrequencyRow, SweepRow, TableDiagnosis, diagnose_frequencies, diagnose_sweeps
-from twin.identify.backbone import Sweep
+from twin.identify.backbone import BackboneSweep
 from twin.identify.modal_table import read_sweeps
 from twin.lab.diagnosed import EXTENDED, DiagnosedModel
 from twin.rigs import Rig
@@ -283,7 +283,7 @@ def _diagnose_sweeps(
     )  # fmt: skip
 
 
-def _read(paths: Sequence[Path]) -> list[Sweep]:
+def _read(paths: Sequence[Path]) -> list[BackboneSweep]:
     """Sweeps of all tables; named after their table where there are several."""
     if len(paths) == 1:
         return read_sweeps(paths[0])

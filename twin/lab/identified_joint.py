@@ -13,7 +13,8 @@ from twin.checks import FirstLook
 from twin.diagnose.comparison import SweepComparison, sweeps_beside
 from twin.diagnose.effects import left_out_effects
 from twin.diagnose.sound_data import sound_data
-from twin.identify.identified import POOR_FIT, Identified, identify_rig
+from twin.identify.identified import Identified, identify_rig
+from twin.identify.limits import LIMITS
 from twin.identify.measured_data import MeasuredData
 from twin.identify.polynomials import PolynomialFit, Polynomials
 from twin.identify.residual_model import ResidualModel
@@ -86,7 +87,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
             for row in rows
             if row.parameter == name
         )
-        if found.chi2_per_dof > POOR_FIT:
+        if found.chi2_per_dof > LIMITS.poor_fit:
             return (
                 f"The model misses something: chi² per degree of freedom is {found.chi2_per_dof:.3g} even with "
                 f"{moduli or 'the best damping ratios'}, and no value below can be relied on before 'twin diagnose' "
@@ -132,7 +133,7 @@ class IdentifiedJoint(FitPictures, IdentifiedModel):
             answer=self.sentence,
             facts=f"{fit_facts(self.evidence)}.",
             sections=[section for section in self._sections() if section is not None],
-            accent=CAUTION if self.found.chi2_per_dof > POOR_FIT else AFTER,
+            accent=CAUTION if self.found.chi2_per_dof > LIMITS.poor_fit else AFTER,
         )
         return page.beginning(LEFT_OUT, self.assumed)
 

@@ -15,7 +15,7 @@ from twin.rigs import Rig
 
 
 @dataclass(frozen=True, kw_only=True)
-class Branch:
+class PredictedBranch:
     """One force's curve from the first frequency to the last, through whatever folds it has.
 
     `response` holds complex amplitudes by channel, relative to the phase of the force; `folds_Hz` are the frequencies
@@ -31,7 +31,7 @@ class Branch:
     ends_early: str = ""
 
 
-def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[Branch]:
+def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine) -> list[PredictedBranch]:
     """One curve for each amplitude of a force-controlled stepped sine, by harmonic balance without shaker or noise.
 
     About several resonances each amplitude has a curve of its own about each.
@@ -54,7 +54,7 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
         frequency_Hz = [point.frequency_Hz for point in points]
         told = {name: list(map(complex, turned[:, i])) for i, name in enumerate(names)}
         found.append(
-            Branch(
+            PredictedBranch(
                 force_N=amplitude,
                 frequency_Hz=frequency_Hz,
                 response=told if len(points) else {},

@@ -75,7 +75,7 @@ def _files_option(name: str, module: str, load: str, told: str) -> Decorator:
 
 
 causes_option = _files_option(
-    "--causes", "twin.causes", "load_causes", "Causes of your own (Python, which is run); repeatable."
+    "--causes", "twin.cause_registry", "load_causes", "Causes of your own (Python, which is run); repeatable."
 )
 laws_option = _files_option(
     "--laws", "twin.joint", "load_laws", "Python file with laws of joints that the rig names; it is run."

@@ -10,8 +10,8 @@ from twin.arrays import Array
 from twin.diagnose.comparison import SweepComparison, predicted_harmonics
 from twin.diagnose.fitted_model import FittedModel
 from twin.diagnose.result import Diagnosis
+from twin.identify.l_curve import LCurve, decompose
 from twin.identify.measured_data import MeasuredData
-from twin.identify.regularisation import LCurve, decompose
 from twin.identify.residual_model import ResidualModel
 from twin.identify.sweeps import rows_by_sweep
 from twin.identify.whitening import HarmonicResiduals
