@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 from recordings.run import Run
 from twin.views.curves import SteppedSweep
 from twin.views.receptance import farthest_response, per_force, reading_label
-from twin.views.rerun.chart import Curve, draw_chart
+from twin.views.rerun.chart import ChartCurve, draw_chart
 from twin.views.style import INK, level_colour
 
 
@@ -32,10 +32,10 @@ def draw_backbone(
         tops.append((float(sweep.frequency_Hz[top]), float(displacement[top])))
     x, y = np.array(sorted(tops, key=lambda top: top[1])).T
     levels = list(dict.fromkeys(sweep.level for sweep in shown))
-    curves, told = [Curve("line", x, y, INK, "dashed", 1.0)], []
+    curves, told = [ChartCurve("line", x, y, INK, "dashed", 1.0)], []
     for sweep, (frequency, size) in zip(shown, tops, strict=True):
         colour = level_colour(levels.index(sweep.level))
-        curves.append(Curve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
+        curves.append(ChartCurve(sweep.name, np.array([frequency]), np.array([size]), colour, "point", 5.0))
         told.append((sweep.level, colour, "point"))
     return draw_chart(
         recording, path, f"Backbone, {channel}", "frequency of the largest step, Hz",

@@ -223,7 +223,7 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ChartCurve:
     """A curve of a chart, or markers, as `kind` says: ``line``, ``dashed`` or ``point``.
 
     `name` is its entity's, and the legend's where it has a place there; `size` is its width, or a marker's radius.
@@ -239,7 +239,7 @@ class Curve:
 
 
 def draw_chart(
-    recording: rr.RecordingStream, path: str, title: str, x: Axis | str, y: str, curves: Sequence[Curve], *,
+    recording: rr.RecordingStream, path: str, title: str, x: Axis | str, y: str, curves: Sequence[ChartCurve], *,
     told: Sequence[tuple[str, str, str]] = (), log: str = "", margin: float = 0.06, **options: Any,
 ) -> rrb.Spatial2DView:  # fmt: skip
     """A chart whose axes hold its curves, a linear vertical one zero too.

@@ -17,7 +17,7 @@ from twin.views.operating import modal_motion, operating_motions
 from twin.views.receptance import per_force, per_force_label, response_label
 from twin.views.reports.diagnosis import diagnosis_page
 from twin.views.reports.where import regions_of
-from twin.views.rerun.chart import Axis, Chart, Curve, draw_chart
+from twin.views.rerun.chart import Axis, Chart, ChartCurve, draw_chart
 from twin.views.rerun.fit import draw_backbones, draw_history, draw_l_curve, draw_residuals
 from twin.views.rerun.mode import animate_joint, animate_rig, draw_loops
 from twin.views.rerun.parts import SLOW_MOTION
@@ -112,12 +112,12 @@ def _comparison(
             x = sweep.frequency_Hz[order]
             for kind, style, size in KINDS:
                 H = per_force(getattr(sweep, kind)[order, o], quantity[channel], x)
-                curves.append(Curve(f"{sweep.sweep}/{kind}", x, H, colour, style, size))
+                curves.append(ChartCurve(f"{sweep.sweep}/{kind}", x, H, colour, style, size))
                 if kind != "measured":
                     residual = np.maximum(getattr(sweep, f"residual_{kind}")[order, o], 0.1)
-                    left.append(Curve(f"{sweep.sweep}/{kind}", x, residual, colour, style, size))
+                    left.append(ChartCurve(f"{sweep.sweep}/{kind}", x, residual, colour, style, size))
         ends = np.array([min(np.min(curve.x) for curve in left), max(np.max(curve.x) for curve in left)])
-        left.append(Curve("noise", ends, np.ones(2), INK, size=1.0, legend=True))
+        left.append(ChartCurve("noise", ends, np.ones(2), INK, size=1.0, legend=True))
         receptances.append(
             draw_chart(
                 recording, f"/{group}/receptance/{channel}", f"{channel}: measured, before, after", "frequency, Hz",
@@ -145,10 +145,10 @@ def _broadband(recording: rr.RecordingStream, diagnosis: Diagnosis) -> list[rrb.
             curves, gaps = [], []
             for kind, H in models.items():
                 style, gap = "dashed" if kind == "before" else "line", 100 * np.abs(H[:, o] / data.H[:, o] - 1)
-                curves.append(Curve(kind, f, np.abs(H[:, o]), KIND[kind], style, legend=True))
-                gaps.append(Curve(kind, f, gap, KIND[kind], size=1.5, legend=True))
-            curves.append(Curve("measured", f, np.abs(data.H[:, o]), MEASURED, "point", 1.5, legend=True))
-            gaps.append(Curve("noise", f, noise[:, o], NOISE, size=1.5, legend=True))
+                curves.append(ChartCurve(kind, f, np.abs(H[:, o]), KIND[kind], style, legend=True))
+                gaps.append(ChartCurve(kind, f, gap, KIND[kind], size=1.5, legend=True))
+            curves.append(ChartCurve("measured", f, np.abs(data.H[:, o]), MEASURED, "point", 1.5, legend=True))
+            gaps.append(ChartCurve("noise", f, noise[:, o], NOISE, size=1.5, legend=True))
             path, label = f"/broadband/{i}/{channel}", response_label(channel, evidence.units[channel])
             responses.append(
                 draw_chart(recording, path, f"{channel}, broadband", "frequency, Hz", label, curves, log="y")

@@ -18,7 +18,7 @@ from twin.identify.whitening import HarmonicResiduals
 from twin.views.curves import compared_models, each_resonance
 from twin.views.receptance import per_force, reading_label
 from twin.views.reports.answer import residual_rows
-from twin.views.rerun.chart import Axis, Chart, Curve, common_range, draw_chart
+from twin.views.rerun.chart import Axis, Chart, ChartCurve, common_range, draw_chart
 from twin.views.style import INK, KIND, level_colour
 
 FULL = 1900.0
@@ -111,8 +111,8 @@ def _backbone(
     for kind in kinds:
         x, y = _tops(sweeps, kind, evidence.reference, output.quantity)
         size, style = (5.0, "point") if kind == "measured" else (3.0, "dashed" if kind == "before" else "line")
-        curves.append(Curve(f"{kind}/line", x, y, KIND[kind], "dashed" if kind == "before" else "line", 1.5))
-        curves.append(Curve(f"{kind}/points", x, y, KIND[kind], "point", size))
+        curves.append(ChartCurve(f"{kind}/line", x, y, KIND[kind], "dashed" if kind == "before" else "line", 1.5))
+        curves.append(ChartCurve(f"{kind}/points", x, y, KIND[kind], "point", size))
         told.append((kind, KIND[kind], style))
     return draw_chart(
         recording, path, f"Backbone at {output.channel}{where}", "frequency of each sweep's largest step, Hz",
@@ -160,11 +160,11 @@ def draw_l_curve(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
     drawn = []
     for kind, curve in curves.items():
         style, x, y = "dashed" if kind == "before" else "line", curve.residual_norm, curve.solution_norm
-        drawn.append(Curve(kind, x, y, KIND[kind], style, legend=True))
+        drawn.append(ChartCurve(kind, x, y, KIND[kind], style, legend=True))
         for name, strength, size in (("corner", curve.corner, 3.0), ("fit", 1.0, 6.0)):
             if curve.strength[0] <= strength <= curve.strength[-1]:
                 at = [int(np.argmin(np.abs(np.log(curve.strength / strength))))]
-                drawn.append(Curve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
+                drawn.append(ChartCurve(f"{kind}/{name}", x[at], y[at], KIND[kind], "point", size))
     return draw_chart(
         recording, "/l_curve", "L-curves of the last fits", "residual: root of chi²",
         "departure from the prior, in its σ", drawn, told=[("large: the fit, small: the corner", INK, "point")],
@@ -178,8 +178,8 @@ def draw_history(recording: rr.RecordingStream, diagnosis: Diagnosis) -> rrb.Spa
     for kind, fitted_model in compared_models(diagnosis).items():
         history = np.array(fitted_model.solution.history)
         steps, style = np.arange(len(history)), "dashed" if kind == "before" else "line"
-        curves.append(Curve(kind, steps, history, KIND[kind], style, legend=True))
-        curves.append(Curve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
+        curves.append(ChartCurve(kind, steps, history, KIND[kind], style, legend=True))
+        curves.append(ChartCurve(f"{kind}/points", steps, history, KIND[kind], "point", 3.0))
     return draw_chart(
         recording, "/history", "Last fits, iteration by iteration", "iteration", "cost: chi² with the prior's part",
         curves, log="y", width=FULL,

@@ -10,7 +10,7 @@ from twin.identify.measured_data import MeasuredData
 from twin.structure import drawn_parts
 from twin.views.curves import sensor_places
 from twin.views.operating import JointMotion, Motion
-from twin.views.rerun.chart import Axis, Chart, Curve, draw_chart
+from twin.views.rerun.chart import Axis, Chart, ChartCurve, draw_chart
 from twin.views.rerun.parts import SLOW_MOTION, animate_parts, cycle, seen_from
 from twin.views.rig_figure import drawn_larger, extent
 from twin.views.style import INK, level_colour, on_dark
@@ -73,7 +73,7 @@ def draw_loops(recording: rr.RecordingStream, motions: Sequence[Motion], number:
         for i, motion in enumerate(motions):
             own = motion.joints[number]
             moved, force = (own.farthest, own.shear_N) if name == "slip" else (own.widest, own.peel_N)
-            curves.append(Curve(f"{i}", 1e3 * np.real(moved * turned), np.real(force * turned), level_colour(i)))
+            curves.append(ChartCurve(f"{i}", 1e3 * np.real(moved * turned), np.real(force * turned), level_colour(i)))
             told.append((motion.title, level_colour(i), "line"))
         views.append(
             draw_chart(

@@ -16,7 +16,7 @@ from twin.views.curves import SteppedSweep, each_resonance, parted, stepped_swee
 from twin.views.extremes import extremes
 from twin.views.receptance import branch_curves, per_force_label, response_label
 from twin.views.rerun.backbone import draw_backbone
-from twin.views.rerun.chart import Axis, Curve, common_range, draw_chart
+from twin.views.rerun.chart import Axis, ChartCurve, common_range, draw_chart
 from twin.views.rerun.rrd import TIME, entity, log_line, log_samples, log_series, log_view, recording_file, send_layout
 from twin.views.run_text import run_markdown
 from twin.views.style import INK, level_colour, unit_text
@@ -153,13 +153,13 @@ def _sweep_charts(
         curves, told = [], []
         for sweep in drawn:
             colour, y = level_colour(levels.index(sweep.level)), sweep.receptance[channel]
-            curves.append(Curve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
-            curves.append(Curve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
+            curves.append(ChartCurve(f"{sweep.name}/line", sweep.frequency_Hz, y, colour, size=1.0))
+            curves.append(ChartCurve(f"{sweep.name}/steps", sweep.frequency_Hz, y, colour, "point", 3.0))
             told.append((sweep.name, colour, "point"))
         for i, (force_N, frequency, size) in enumerate(branches):
             level = f"{force_N:g} N"
             colour = level_colour(levels.index(level)) if level in levels else INK
-            curves.append(Curve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
+            curves.append(ChartCurve(f"branches/{i}", frequency, size, colour, "dashed", 1.5))
         told += [("predicted branches", INK, "dashed")] if branches else []
         label = per_force_label(channel, run.channels[channel].quantity)
         views.append(
@@ -185,7 +185,7 @@ def _broadband_charts(recording: rr.RecordingStream, run: Run) -> list[rrb.Spati
             seen = (estimate.coherence[channel] > 0.5) & (estimate.frequency_Hz > 0)
             last = np.flatnonzero(seen)[-1] + 1 if seen.any() else 1
             size = np.where(seen, np.abs(estimate.H[channel]), np.nan)[:last]
-            curves.append(Curve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
+            curves.append(ChartCurve(name, estimate.frequency_Hz[:last], size, level_colour(i), size=1.5, legend=True))
         views.append(
             draw_chart(
                 recording, f"/broadband/{channel}", f"H1, {channel}",
