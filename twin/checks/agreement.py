@@ -31,7 +31,8 @@ class RunBesideModel:
     @classmethod
     def of(cls, run: Run, expected: ExpectedResponse, *, force: str, channels: tuple[str, ...]) -> "RunBesideModel":
         """A run with responses (o,) to the force, in the order of the model's outputs."""
-        noise, sines = (seen(run, force=force, channels=channels) for seen in (noise_responses, sine_responses))
+        noise = noise_responses(run, force=force, channels=channels)
+        sines = sine_responses(run, force=force, channels=channels)
         return cls(run=run, force=force, channels=channels, noise=noise, sines=sines, expected=expected)
 
 

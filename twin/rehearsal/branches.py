@@ -69,4 +69,5 @@ def predicted_branches(rig: Rig, *, preload: str | None, procedure: SteppedSine)
 def turning_points(frequency_Hz: Sequence[float]) -> list[tuple[float, bool]]:
     """Where the frequency along a curve changes its direction, and whether it rose until then."""
     ways = np.sign(np.diff(frequency_Hz))
-    return [(float(frequency_Hz[i + 1]), bool(ways[i] > 0)) for i in np.flatnonzero(ways[1:] * ways[:-1] < 0)]
+    turns = np.flatnonzero(ways[1:] * ways[:-1] < 0).tolist()
+    return [(float(frequency_Hz[i + 1]), bool(ways[i] > 0)) for i in turns]
